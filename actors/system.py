@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final, TypeVar, overload
 from actors.errors import NotStarted
 from actors.inbox.control import Failure
 from actors.logs import INFO, LogRecord, LogSink, structlog_sink
+from actors.node.placement import HERE, Placement
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.open_systems import OpenSystems
 from actors.runtime.runtime import OtherProcesses, Runtime
@@ -51,7 +52,7 @@ class System:
         level: int = INFO,
         options: RunOptions | None = None,
         processes: Callable[[Runtime], OtherProcesses] | None = None,
-        placement: int = 0,
+        placement: Placement = HERE,
         make_runtime: Callable[..., Runtime] = Runtime,
     ) -> None:
         self.runtime = runtime = make_runtime(

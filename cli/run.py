@@ -112,19 +112,26 @@ def _run_program(program: Program, options: argparse.Namespace) -> int:
 
 def _run_process(words: Sequence[str]) -> int:
     """Run a program; SIGINT and SIGTERM go to it. Its exit code, or 128 and the number of the signal that ended it."""
-    try:
-        process = subprocess.Popen(words)
-    except OSError as error:
-        raise CommandFailed(f"{words[0]} cannot be run: {error.strerror}") from None
+    process: subprocess.Popen[bytes] | None = None
+    early: list[int] = []
 
     def forward(number: int, frame: object) -> None:
-        # Ctrl-C in a terminal has reached it already: it belongs to the same group
-        if process.poll() is None and number != signal.SIGINT:
+        if process is None:
+            early.append(number)
+        elif (
+            process.poll() is None and number != signal.SIGINT
+        ):  # Ctrl-C in a terminal has reached it: it belongs to the same group
             process.send_signal(number)
 
+    # First the handlers: a signal that came between the start of the program and its handler would leave the program behind.
     before = {number: signal.signal(number, forward) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
+        process = subprocess.Popen(words)
+        for number in early:
+            process.send_signal(number)
         code = process.wait()
+    except OSError as error:
+        raise CommandFailed(f"{words[0]} cannot be run: {error.strerror}") from None
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

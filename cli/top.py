@@ -15,8 +15,9 @@ from actors.names.names import is_hidden
 from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
 from actors.typing import NodeView
 from cli.graph import Seen, add_graph_options, seen
+from cli.parsing import count
 
-__all__ = ["Host", "NodeRow", "Process", "Watch", "main", "table"]
+__all__ = ["Host", "Lease", "NodeRow", "Process", "Watch", "main", "table"]
 
 LOST = 3.5
 """After so many periods without a word a process is not shown any more."""
@@ -46,6 +47,17 @@ class NodeRow:
 
 
 @dataclass
+class Lease:
+    """One machine to which a process gives parts of its tree."""
+
+    host: str
+    left: float
+    """Seconds; 0 if the machine cannot be reached."""
+    parts: int
+    """Of the tree, that it runs."""
+
+
+@dataclass
 class Process:
     """One process; None is what it does not tell."""
 
@@ -57,6 +69,7 @@ class Process:
     """Resident, bytes."""
     unreadable: int | None = None
     nodes: list[NodeRow] = field(default_factory=list[NodeRow])
+    leases: list[Lease] = field(default_factory=list[Lease])
 
 
 @dataclass
@@ -152,7 +165,7 @@ class Watch:
         for _, last, before in self._told.values():
             told |= {one.name for one in last.nodes}
             process = self._process(last, before)
-            if process.nodes:
+            if process.nodes or process.leases:
                 hosts.setdefault(last.host, Host(last.host, [])).processes.append(process)
         silent: dict[tuple[str, int], Process] = {}
         for node in nodes:
@@ -184,8 +197,9 @@ class Watch:
             for one in sorted(last.nodes, key=lambda one: one.name)
             if self._is_shown(one.name)
         ]
+        leases = [Lease(one.host, one.left, one.parts) for one in last.leases]
         cpu = (last.cpu - before.cpu) / seconds if before is not None and seconds > 0 else None
-        return Process(last.process, last.program, cpu, last.memory or None, last.unreadable, rows)
+        return Process(last.process, last.program, cpu, last.memory or None, last.unreadable, rows, leases)
 
 
 def _json(hosts: Iterable[Host]) -> str:
@@ -207,6 +221,9 @@ def table(hosts: Sequence[Host], columns: int) -> Iterator[str]:
             yield _line(title, name, _number(one.cpu, 100, 1), _number(memory), "", "", "")
             if one.unreadable:
                 yield f"    {one.unreadable} messages could not be read"
+            for lease in one.leases:
+                holds = f"lease {lease.left:.1f} s, {count(lease.parts, 'part')}" if lease.left else "cannot be reached"
+                yield f"{_fitted(f'    host {lease.host}', name):<{name}} {holds}"
             for node in one.nodes:
                 yield _line(
                     f"    {node.name}{'' if node.state in (None, 'running') else f' ({node.state})'}",

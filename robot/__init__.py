@@ -17,4 +17,9 @@ def __getattr__(name: str) -> Any:
         from robot.assembly import Robot
 
         return Robot
+    if name in ("run_cli", "rebot_cli"):  # what the commands of Robot Framework import
+        raise ImportError(
+            "robactor was installed over Robot Framework, and both are a package robot: install each in an environment of its own, or "
+            "pip uninstall robactor, then pip install --force-reinstall --no-deps robotframework"
+        )
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from robot.geometry.planar import Pose2
@@ -40,12 +40,13 @@ class Robot:
     `publish_clock`, a rate in Hz, a first node publishes /clock.
 
     With `processes`, on the real clock and in physics, the body and each concern of the tree run in processes of their own: what plans and
-    looks cannot hold up what walks. `close` it at the end.
+    looks cannot hold up what walks. `close` it at the end. `hosts` says which concerns run on which other machines, such as
+    ``{"navigation": ["base", "spare"]}``, and `run(hosts=...)` then where those are.
 
     A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
 
     Raises `UnknownWorld`, `BackendMissing` when MuJoCo is not installed, and `ValueError` for a kinematic body in a process or on
-    a `ground`.
+    a `ground`, and for `hosts` of a concern that must stay on the robot.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class Robot:
         ground: Ground | None = None,
         publish_clock: float | None = None,
         processes: bool = False,
+        hosts: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
         self.scene: Scene = get_world(world) if isinstance(world, str) else world
         """Where it is: obstacles, places, things."""
@@ -85,6 +87,7 @@ class Robot:
                 publish_clock=publish_clock,
                 delivery=mission if isinstance(mission, Delivery) else None,
                 processes=processes,
+                hosts=hosts,
             )
         except BaseException:
             self.close()

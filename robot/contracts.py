@@ -130,7 +130,7 @@ ODOMETRY = Topic(Odometry, "/odom", qos.DEFAULT)
 POSE = Topic(PoseStamped, "/pose", qos.DEFAULT)
 """50 Hz, frame `map`: odometry corrected by matching scans to the map."""
 PATH = Topic(Path, "/plan", qos.STATE)
-"""The path being followed, frame `map`."""
+"""The path being followed, frame `map`; without poses when a walk has ended."""
 MARKERS = Topic(MarkerArray, "/markers", qos.DEFAULT)
 """5 Hz while somebody listens: which feet stand, the path that is followed, and the goal at its end."""
 DIAGNOSTICS = Topic(DiagnosticArray, "/diagnostics", qos.DEFAULT)

@@ -20,10 +20,11 @@ reverse order, and the motors sit the robot down.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from actors import Child, Intensity, Supervisor, one_for_one
+from robot.concerns import ELSEWHERE, HERE
 from robot.contracts import CAMERA_RGB
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
@@ -75,6 +76,7 @@ def robot_tree(
     publish_clock: float | None = None,
     delivery: Delivery | None = None,
     processes: bool = False,
+    hosts: Mapping[str, Sequence[str]] | None = None,
 ) -> Supervisor:
     """The whole robot around `body`, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
 
@@ -83,6 +85,9 @@ def robot_tree(
 
     With `processes` each concern runs in a process of its own, and `body` must be one that can cross to them, a `LinkedBody`. Its process is
     restarted when it dies, up to 3 times within 5 s; before its own nodes it has one more, `control_process` and so on.
+
+    `hosts` names the machines on which a concern runs instead, the first choice first: perception, navigation and mission may. The sensors stay
+    with the body then, as a concern ``sensors``. Raises `ValueError` for another concern.
 
     With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
@@ -95,16 +100,46 @@ def robot_tree(
         *_handling(body),
         _mission(body, grid, waypoints, laps, delivery),
     ]
+    near, away = _placed(concerns, body, hosts or {})
     return Supervisor(
         "robot",
         strategy=one_for_one,
-        intensity=Intensity(3, within=5.0) if processes else Intensity(0, within=1.0),
-        children=[*_clock(publish_clock), *(_split(one) if processes else one for one in concerns)],
+        intensity=Intensity(3, within=5.0) if processes or away else Intensity(0, within=1.0),
+        children=[*_clock(publish_clock), *(_split(one) if processes else one for one in near), *away],
     )
 
 
 def _concern(name: str, *children: Child) -> Supervisor:
     return Supervisor(name, strategy=one_for_one, intensity=Intensity(3, within=5.0), children=children)
+
+
+def _placed(
+    concerns: Sequence[Supervisor], body: Body, hosts: Mapping[str, Sequence[str]]
+) -> tuple[list[Supervisor], list[Supervisor]]:
+    """The concerns on the robot, and those on other machines, which start last: what they hear and ask is there by then."""
+    for name in hosts.keys() - set(ELSEWHERE):
+        raise ValueError(
+            f"hosts={{{name!r}: ...}}: {HERE.get(name) or 'what may run elsewhere is ' + ', '.join(ELSEWHERE)}"
+        )
+    near: list[Supervisor] = []
+    away: list[Supervisor] = []
+    for concern in concerns:
+        names = tuple(hosts.get(concern.name, ()))
+        if not names:
+            near.append(concern)
+            continue
+        reading = [child for child in concern.children if isinstance(child, Child) and _reads(child, body)]
+        if reading:
+            near.append(_concern("sensors", *reading))
+        away.append(
+            concern.replace(hosts=names, hang=HANG, children=[one for one in concern.children if one not in reading])
+        )
+    return near, away
+
+
+def _reads(child: Child, body: Body) -> bool:
+    """Whether a node needs the body itself, or makes less of what a sensor sends before it goes over a network."""
+    return any(one is body for one in child.args) or child.factory is ImageCompressor
 
 
 def _split(concern: Supervisor) -> Supervisor:

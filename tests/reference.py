@@ -20,6 +20,7 @@ from typing import Any, is_typeddict
 
 import actors
 from actors import ActorError
+from tests.site.markdown import headlines
 from tests.surface import NO_CONSTRUCTOR, Surface
 
 __all__ = ["PAGE", "entries", "main", "page"]
@@ -158,15 +159,6 @@ def page() -> str:
 def first_paragraph(face: str) -> str:
     """The first paragraph of a module's docstring."""
     return inspect.cleandoc(sys.modules[face].__doc__ or "").partition("\n\n")[0]
-
-
-def headlines(text: str) -> Iterator[tuple[int, str, str]]:
-    """Level, words and anchor of each headline, as GitHub makes them: the second of one anchor gets a number."""
-    seen: dict[str, int] = {}
-    for marks, words in re.findall(r"^(#{2,4}) (.+)$", text, re.MULTILINE):
-        slug = re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
-        count = seen[slug] = seen.get(slug, -1) + 1
-        yield len(marks), words, f"{slug}-{count}" if count else slug
 
 
 def entries() -> Iterator[tuple[str, str, Any, str]]:

@@ -1,4 +1,5 @@
-"""`python -m tests.twice [ARGUMENTS OF PYTEST]`: the suite twice, with other hashes of strings. Every test must end in the same way, within 4 GB.
+"""`python -m tests.twice [--shuffle SEED] [ARGUMENTS OF PYTEST]`: the suite twice, with other hashes of strings, and with --shuffle in another order
+the second time. Every test must end in the same way, within 4 GB.
 
 Exit code 0 if it did, 1 if something differs, if a test failed, or if a process of the suite took more memory. The memory is the most that a single
 process had in RAM at a time, and a test may start several.
@@ -6,13 +7,13 @@ process had in RAM at a time, and a test may start several.
 
 from __future__ import annotations
 
+import argparse
 import os
 import resource
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from itertools import zip_longest
 from pathlib import Path
 
 __all__ = ["LIMIT", "differences", "main"]
@@ -25,8 +26,15 @@ SHOWN = 20
 
 def main(arguments: Sequence[str]) -> int:
     """Run the suite twice and compare."""
+    parser = argparse.ArgumentParser(add_help=False)
+    parser.add_argument("--shuffle")
+    options, rest = parser.parse_known_args(arguments)
+    order = [] if options.shuffle is None else ["-p", "tests.order", "--shuffle", options.shuffle]
     with tempfile.TemporaryDirectory() as folder:
-        runs = [_outcomes(Path(folder) / f"run {number}", number, arguments) for number in (1, 2)]
+        runs = [
+            _outcomes(Path(folder) / f"run {number}", number, [*rest, *words])
+            for number, words in ((1, ()), (2, order))
+        ]
     differing = differences(*runs)
     print("\n".join(differing[:SHOWN]))
     failed = sum(line.endswith("failed") for line in runs[0])
@@ -38,8 +46,18 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def differences(first: Sequence[str], second: Sequence[str]) -> list[str]:
-    """Where two runs differ, in their outcomes or in their order."""
-    return [f"first {one}; then {other}" for one, other in zip_longest(first, second) if one != other]
+    """Where two runs differ; the order of the tests does not matter."""
+    ended, then = dict(map(_ended, first)), dict(map(_ended, second))
+    return [
+        f"first {test} {ended.get(test, 'not run')}; then {then.get(test, 'not run')}"
+        for test in (ended | then)
+        if ended.get(test) != then.get(test)
+    ]
+
+
+def _ended(line: str) -> tuple[str, str]:
+    test, _, outcome = line.rpartition(" ")
+    return test, outcome
 
 
 def _outcomes(path: Path, hashes: int, arguments: Sequence[str]) -> list[str]:

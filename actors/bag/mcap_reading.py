@@ -7,15 +7,17 @@ import zlib
 from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 from actors.bag.contents import BagError, BagMessage, BagTopic
 from actors.bag.mcap_stream import MAGIC
 from actors.bag.metadata import BagFile, BagMetadata
 
 if TYPE_CHECKING:
-    from mcap.records import Channel, Schema
+    from mcap.records import Channel, ChunkIndex, Schema
     from mcap.summary import Summary
+
+    from actors.bag.newest import Newest
 
 __all__ = ["McapReading", "Salvage"]
 
@@ -121,6 +123,24 @@ class McapReading:
                 if topics is None or topic.name in topics:
                     yield BagMessage(topic, message.data, message.log_time, message.publish_time)
 
+    def before(self, end_ns: int, newest: Newest, file: int) -> None:
+        """Add the messages received before `end_ns` that may be the newest of their topics. With an index, only their chunks are read."""
+        summary = self.summary
+        if summary is None or not summary.chunk_indexes:
+            for number, message in enumerate(self.messages(0, newest.counts)):
+                if message.received_ns < end_ns:
+                    newest.add(message, (file, 0, number))
+            return
+        with self.path.open("rb") as stream:
+            for chunk in sorted(summary.chunk_indexes, key=lambda one: one.message_end_time, reverse=True):
+                last_ns = min(chunk.message_end_time, end_ns)
+                within = {summary.channels[number].topic for number in chunk.message_index_offsets} or newest.counts
+                if chunk.message_start_time >= end_ns or not any(newest.wants(topic, last_ns) for topic in within):
+                    continue
+                for number, message in enumerate(_chunk(stream, chunk, summary)):
+                    if message.received_ns < end_ns:
+                        newest.add(message, (file, chunk.chunk_start_offset, number))
+
     def salvage(self, found: Salvage) -> Iterator[BagMessage]:
         """Every message that can be read, in the order of the file; `found` tells afterwards what could not."""
         schemas: dict[int, Schema] = {}
@@ -180,6 +200,22 @@ def _inside(opcode: int, data: bytes, found: Salvage) -> Iterator[Any]:
             yield Message.read(stream, len(data))
     except (Exception, zlib.error):  # a damaged chunk makes its decompressor raise whatever it has
         found.damaged += 1
+
+
+def _chunk(stream: BinaryIO, index: ChunkIndex, summary: Summary) -> Iterator[BagMessage]:
+    """The messages of a chunk, in the order of the file."""
+    from mcap.data_stream import ReadDataStream
+    from mcap.records import Chunk, Message
+    from mcap.stream_reader import breakup_chunk
+
+    topics = {
+        number: _topic(summary.channels[number], summary.schemas.get(summary.channels[number].schema_id))
+        for number in summary.channels
+    }
+    stream.seek(index.chunk_start_offset + RECORD.size)
+    for record in breakup_chunk(Chunk.read(ReadDataStream(stream))):
+        if isinstance(record, Message):
+            yield BagMessage(topics[record.channel_id], record.data, record.log_time, record.publish_time)
 
 
 def _topic(channel: Channel, schema: Schema | None) -> BagTopic:

@@ -97,11 +97,17 @@ class PlayOptions:
     read_ahead: int = 1000
     """How many messages are read at once."""
 
+    scrub: bool = False
+    """For those who look at a recording: a seek also plays what each topic showed at that time, its last message, or as many as its publishers
+    kept (of transforms, log lines and diagnostics the last hundred), and the player waits at the end of the bag for the next seek."""
+
     def __post_init__(self) -> None:
         if not 0 < self.rate < math.inf:
             raise ValueError(f"a bag cannot be played at the rate {self.rate:g}: it must be above 0")
         if min(self.delay, self.start_offset, self.duration, self.clock_hz) < 0 or self.read_ahead < 1:
             raise ValueError("durations, offsets and rates of a player cannot be negative")
+        if self.scrub and self.service_requests:
+            raise ValueError("a bag that is scrubbed through sends no requests: they would be sent again and again")
 
     @property
     def clock(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -40,6 +40,12 @@ __all__ = ["Player"]
 TURN: Final = 64
 """How many messages are played at most before others have their turn."""
 
+PARTIAL: Final = frozenset(("tf2_msgs/msg/TFMessage", "rcl_interfaces/msg/Log", "diagnostic_msgs/msg/DiagnosticArray"))
+"""The types of messages that tell a part each: what holds at a time is in the last ones of all publishers."""
+
+RECALLED: Final = 100
+"""The most messages of a topic that are played after a seek, and so many of a partial type: half a second of transforms by four publishers at 50 Hz."""
+
 
 class Player(Node):
     """Plays a bag, with the quality of service that was offered, on the real clock or the virtual one.
@@ -52,6 +58,7 @@ class Player(Node):
     # Invariants:
     # * `_time` is the time of the bag. A message is played when its receive time is reached, or by `play_next` and `burst`.
     # * `_changed` is set when `_time` has changed other than by running.
+    # * `_recall` is the time of a seek, with `PlayOptions.scrub`, until what was shown then has been played; `_recalling` is held meanwhile.
 
     node_name = "rosbag2_player"
     no_replay = "reads files, which no journal carries"
@@ -61,11 +68,18 @@ class Player(Node):
         self.bag = BagReader(bag)
         self.played = 0
         """The number of messages played so far."""
+        self.seeks = 0
+        """How often `seek` has changed the time."""
+        self.message_ns: int | None = None
+        """While a message is published: when it was received, in nanoseconds since 1970. Else None."""
         first, last = self.bag.metadata.start_ns, self.bag.metadata.end_ns
         self._begin_ns = first + round(options.start_offset * 1e9)
         ends = [last] if options.duration == math.inf else [last, self._begin_ns + round(options.duration * 1e9)]
         self._end_ns = min(ends if options.until_ns is None else [*ends, options.until_ns])
         self._sinks: dict[tuple[str, str], Callable[[BagMessage], None]] = {}
+        self._counts: dict[str, int] = {}
+        self._recall: int | None = None
+        self._recalling = asyncio.Lock()
         self._changed = asyncio.Event()
         self._over = asyncio.Event()
         names = {topic.name for topic in self.bag.topics if self._selected(topic)}
@@ -77,7 +91,9 @@ class Player(Node):
         self._tick = self.publisher(CLOCK) if self.options.clock else None
         for topic in self.bag.topics:
             if self._selected(topic):
-                self._sinks[topic.name, topic.type] = self._requests.sink(topic) or self._publishing(topic)
+                qos = self._qos(topic)
+                self._sinks[topic.name, topic.type] = self._requests.sink(topic) or self._publishing(topic, qos)
+                self._counts[topic.name] = max(self._counts.get(topic.name, 0), _recalled(topic, qos))
         self._messages.rewind(self._begin_ns)
         serve_player(self)
 
@@ -106,6 +122,21 @@ class Player(Node):
         """The time of the bag now, in nanoseconds since 1970."""
         return min(self._time.bag_ns(self._now()), self._end_ns)
 
+    @property
+    def start_ns(self) -> int:
+        """Where playing begins, in the time of the bag."""
+        return self._begin_ns
+
+    @property
+    def end_ns(self) -> int:
+        """Where playing ends, in the time of the bag."""
+        return self._end_ns
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """How many messages of each topic make up what it shows at one time: what a seek plays with `PlayOptions.scrub`."""
+        return self._counts
+
     def pause(self) -> None:
         """Stand still until `unpause`."""
         self._time.pause(self._now())
@@ -121,6 +152,8 @@ class Player(Node):
             return False
         self._time.seek(self._now(), bag_ns)
         self._messages.rewind(bag_ns)
+        self.seeks += 1
+        self._recall = bag_ns if self.options.scrub else None
         self._changed.set()
         return True
 
@@ -131,6 +164,7 @@ class Player(Node):
     async def burst(self, count: int) -> int:
         """While paused: play the next `count` messages at once, or with 0 all; how many there were."""
         played = 0
+        await self._catch_up()
         while self.paused and (not count or played < count):
             message = await self._messages.peek()
             if message is None or message.received_ns > self._end_ns:
@@ -170,18 +204,40 @@ class Player(Node):
         turn = 0
         while not self._over.is_set():
             self._changed.clear()
+            await self._catch_up()
             message = await self._messages.peek()
             due_ns = self._end_ns if message is None else min(message.received_ns, self._end_ns)
             if self.paused or self._time.bag_ns(self._now()) < due_ns:
                 await self._until(due_ns)
                 turn = 0
             elif message is None or message.received_ns > self._end_ns:
-                return
+                if not self.options.scrub:
+                    return
+                self._at_end()
             else:
                 self._play(self._messages.advance())
                 turn += 1
                 if turn % TURN == 0:
                     await asyncio.sleep(0)
+
+    def _at_end(self) -> None:
+        """Wait at the end for the next seek, or begin anew."""
+        if self.options.loop and self._begin_ns < self._end_ns:
+            self.seek(self._begin_ns)
+        else:
+            self._time.seek(self._now(), self._end_ns)
+            self.pause()
+
+    async def _catch_up(self) -> None:
+        """After a seek: play what the topics showed at that time. A later seek takes its place."""
+        async with self._recalling:
+            while self._recall is not None:
+                seeks = self.seeks
+                messages = await self.offload(partial(self.bag.before, self._recall, self._counts), thread=True)
+                if seeks == self.seeks:
+                    self._recall = None
+                    for message in messages:
+                        self._publish(message)
 
     async def _until(self, bag_ns: int) -> None:
         """Wait until the bag's time is `bag_ns`, or has changed."""
@@ -197,8 +253,13 @@ class Player(Node):
         topics = self.options.clock_topics
         if self._tick is not None and (topics is None or message.topic.name in topics):
             self._tick(ClockMessage(clock=stamp_of(message.received_ns)))
-        self._sinks[message.topic.name, message.topic.type](message)
+        self._publish(message)
         self.played += 1
+
+    def _publish(self, message: BagMessage) -> None:
+        self.message_ns = message.received_ns
+        self._sinks[message.topic.name, message.topic.type](message)
+        self.message_ns = None
 
     @background
     async def tell_time(self) -> None:
@@ -220,12 +281,12 @@ class Player(Node):
             return False
         return self.options.selection.takes(topic.name, topic.type)
 
-    def _publishing(self, topic: BagTopic) -> Callable[[BagMessage], None]:
+    def _publishing(self, topic: BagTopic, qos: QoS) -> Callable[[BagMessage], None]:
         """What publishes the messages of a topic."""
         if topic.serialization_format != "cdr":
             raise BagError(f"{topic.name} is recorded in {topic.serialization_format!r}: only CDR can be played")
         kind = type_of(topic)
-        publisher: Publisher[Any] = self.publisher(Topic(kind, self._name(topic.name), self._qos(topic)))
+        publisher: Publisher[Any] = self.publisher(Topic(kind, self._name(topic.name), qos))
 
         def publish(message: BagMessage) -> None:
             try:
@@ -262,3 +323,10 @@ class Player(Node):
         first = offered[0]
         keeps = first.transient_local and not first.keep_all
         return first.replace(depth=sum(one.depth for one in offered)) if keeps else first
+
+
+def _recalled(topic: BagTopic, qos: QoS) -> int:
+    """How many messages of a topic make up what it shows at one time."""
+    if topic.type in PARTIAL:
+        return RECALLED
+    return min(qos.limit, RECALLED) if qos.transient_local else 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from heapq import merge
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.bag.contents import BagError, BagMessage, BagTopic
 from actors.bag.mcap_reading import McapReading
 from actors.bag.metadata import METADATA, BagMetadata, merged, read_metadata
+from actors.bag.newest import Newest
 from actors.bag.sqlite_reading import SqliteReading
 
 if TYPE_CHECKING:
@@ -83,6 +84,17 @@ class BagReader:
         passes = [reading.messages(start_ns, topics) for reading in self._readings]
         for message in passes[0] if len(passes) == 1 else merge(*passes, key=_received):
             yield message if self._unpack is bytes else message._replace(data=self._unpack(message.data))
+
+    def before(self, end_ns: int, counts: Mapping[str, int]) -> list[BagMessage]:
+        """The newest messages received before `end_ns`, of each topic at most as many as `counts` tells, in order of receipt.
+
+        With the index of an MCAP file only the chunks that hold them are read, however long ago they were recorded.
+        """
+        newest = Newest(counts)
+        for file in reversed(range(len(self._readings))):
+            self._readings[file].before(end_ns, newest, file)
+        found = newest.messages()
+        return found if self._unpack is bytes else [one._replace(data=self._unpack(one.data)) for one in found]
 
     def close(self) -> None:
         """Remove what had to be unpacked. Closing twice is harmless."""

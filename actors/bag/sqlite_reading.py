@@ -6,10 +6,13 @@ import sqlite3
 from collections.abc import Container, Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from actors.bag.contents import BagError, BagMessage, BagTopic
 from actors.bag.metadata import BagFile, BagMetadata
+
+if TYPE_CHECKING:
+    from actors.bag.newest import Newest
 
 __all__ = ["SqliteReading"]
 
@@ -44,6 +47,18 @@ class SqliteReading:
                 topic = self._topics[number]
                 if topics is None or topic.name in topics:
                     yield BagMessage(topic, data, time, time)
+
+    def before(self, end_ns: int, newest: Newest, file: int) -> None:
+        """Add the messages received before `end_ns` that may be the newest of their topics."""
+        query = (
+            "SELECT id, timestamp, data FROM messages WHERE topic_id = ? AND timestamp < ? "
+            "ORDER BY timestamp DESC, id DESC LIMIT ?"
+        )
+        with closing(self._open()) as database:
+            for number, topic in self._topics.items():
+                wanted = newest.counts.get(topic.name, 0)
+                for id, time, data in database.execute(query, (number, end_ns, wanted)):
+                    newest.add(BagMessage(topic, data, time, time), (file, id, 0))
 
     def _open(self) -> sqlite3.Connection:
         if not self.path.is_file():

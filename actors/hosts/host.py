@@ -32,6 +32,7 @@ from actors.hosts.remote import RemoteProcess
 from actors.logs import NodeLog
 from actors.processes.messages import Event, Line, NodeFacts, Nodes, Order, Request
 from actors.processes.pickling import pack, unpack
+from actors.runtime.observers import HostLease
 from actors.waiting import wake
 
 __all__ = ["CONNECTING_SECONDS", "Dial", "Host"]
@@ -85,6 +86,12 @@ class Host:
     def usable(self) -> bool:
         """Whether it takes a process now: it was heard lately, and said that it hears this side, too."""
         return self._wire is not None and not self._leaving and self._granting.fresh(self._loop.time())
+
+    @property
+    def lease(self) -> HostLease:
+        """What its agent holds now."""
+        left = max(0.0, self._granting.until - self._loop.time())
+        return HostLease(self.name, left, len(self._processes))
 
     def launch(self, process: RemoteProcess, order: Order) -> None:
         """Have the agent launch a process for this order, which may differ from its own. Raises what `pack` raises."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -15,7 +15,9 @@ from actors.hosts.messages import Wire
 from actors.hosts.remote import RemoteProcess
 from actors.hosts.there import transport_here
 from actors.logs import NodeLog
+from actors.node.placement import Placement
 from actors.processes.messages import Event, Order, Over
+from actors.runtime.observers import HostLease
 from actors.suggest import did_you_mean
 from actors.supervision.reasons import Failed
 
@@ -42,11 +44,16 @@ class Hosts(Protocol):
         """Open a connection with the agent of a host; `take` gets what it sends. Raises OSError."""
         ...
 
+    def count_run(self) -> int:
+        """The number of a run of the tree that begins: larger than those of all before, whatever has become of them. Raises DeclarationError."""
+        ...
+
 
 def elsewhere(hosts: Hosts, runtime: Runtime) -> Launch:
     """What launches the processes of a system on other machines; it lets go of them when the system ends."""
-    placing = Placing(hosts, runtime.log)
+    placing = Placing(hosts, runtime.log, runtime.placement.run)
     runtime.observers.closing.append(placing.close)
+    runtime.observers.leases.append(placing.leases)
     return placing.launch
 
 
@@ -56,12 +63,14 @@ class Placing:
     Invariants:
 
     - There is one process at a time for each path: the next one is placed when the one before has ended for certain.
-    - `_placements` counts how often anything was given away, so the number of a later incarnation is larger (`Node.fencing_token`).
+    - `_placements` counts how often anything was given away in this run of the tree, so a later incarnation has a larger
+      `Node.fencing_token`.
     """
 
-    def __init__(self, hosts: Hosts, log: NodeLog) -> None:
+    def __init__(self, hosts: Hosts, log: NodeLog, run: int) -> None:
         self._hosts = hosts
         self._log = log
+        self._run = run
         self._connected: dict[str, Host] = {}
         self._placements = count(1)
         self._last: dict[tuple[str, ...], RemoteProcess] = {}
@@ -92,6 +101,10 @@ class Placing:
         for host in self._connected.values():
             await host.close()
 
+    def leases(self) -> Iterator[HostLease]:
+        """Those of the hosts that a child may have been given to, by name."""
+        return (self._connected[name].lease for name in sorted(self._connected))
+
     def _connect(self, name: str) -> Host:
         if name not in self._connected:
             self._connected[name] = Host(name, self._hosts.lease, self._hosts.dial, self._log)
@@ -104,7 +117,8 @@ class Placing:
         waits = False
         while not process.ended.done():
             if (host := _first_usable(hosts)) is not None:
-                order = structs.replace(process.order, placement=next(self._placements), transport=transport_here)
+                placement = Placement(self._run, next(self._placements))
+                order = structs.replace(process.order, placement=placement, transport=transport_here)
                 try:
                     host.launch(process, order)
                 except Exception as error:  # something in it cannot be copied

@@ -61,6 +61,7 @@ class SimulatedHosts:
         self.lease = lease
         self._agents = {name: Agent(partial(self._launch, name)) for name in names}
         self._streams: dict[str, list[Stream]] = {name: [] for name in names}
+        self._runs = 0
 
     def cut(self, host: str) -> None:
         """Let nothing pass between a machine and the others, in either direction."""
@@ -71,6 +72,11 @@ class SimulatedHosts:
         """Undo `cut`."""
         for other in self._others(host):
             self._network.heal(host, other)
+
+    def count_run(self) -> int:
+        """The number of a run of the tree that begins: 1, 2, ..."""
+        self._runs += 1
+        return self._runs
 
     def transport(self) -> Transport:
         """A transport for the tree itself."""

@@ -7,6 +7,7 @@ import signal
 import ssl
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager, closing
+from pathlib import Path
 from typing import Any, Final, cast
 
 from actors.checks import is_number
@@ -14,6 +15,7 @@ from actors.errors import DeclarationError
 from actors.hosts.agent import Agent, Session
 from actors.hosts.lease import LEASE_SECONDS
 from actors.hosts.messages import ToAgent, Wire
+from actors.hosts.runs import count_run
 from actors.hosts.there import Launcher
 from actors.processes.channel import Channel
 from actors.transport.security import Security, SecurityError
@@ -30,16 +32,27 @@ class TlsHosts:
     """The machines that a tree may give its parts to: ``TlsHosts({"base": "192.168.1.6:7450"}, security=load_security(FILE))``.
 
     The certificate of the agent at an address must be that of the host's name. A host whose agent is silent for `lease` seconds is lost.
+    Each run of the tree is counted in the file `runs`, by default the one of that name beside the security file, so that what a machine
+    still does for an earlier run is known as older (`Node.fencing_token`); without that file the count begins anew.
+
     Raises `DeclarationError` for an address that is none and for a lease that is not above 0, `SecurityError` for a file without mutual TLS.
     """
 
-    def __init__(self, addresses: Mapping[str, str], *, security: Security, lease: float = LEASE_SECONDS) -> None:
+    def __init__(
+        self,
+        addresses: Mapping[str, str],
+        *,
+        security: Security,
+        lease: float = LEASE_SECONDS,
+        runs: str | Path | None = None,
+    ) -> None:
         if not is_number(lease) or not 0.0 < lease < float("inf"):
             raise DeclarationError(f"TlsHosts(lease={lease!r}): the lease must be seconds, more than 0")
         self._addresses = {name: address_of(address) for name, address in addresses.items()}
         self._context = _context(ssl.PROTOCOL_TLS_CLIENT, security)
         self.names = tuple(self._addresses)
         self.lease = lease
+        self._runs = Path(security.file).with_name("runs") if runs is None else Path(runs)
 
     async def dial(self, host: str, take: Callable[[Any], None], lost: Callable[[], None]) -> Wire:
         """Open a connection with the agent of a host. Raises OSError."""
@@ -51,6 +64,10 @@ class TlsHosts:
             transport.close()
             raise ConnectionError(f"at {address}:{port} is {name!r}, not {host!r}, by its certificate")
         return channel
+
+    def count_run(self) -> int:
+        """The number of a run of the tree that begins, once it is on the disk. Raises `DeclarationError` if it cannot be written there."""
+        return count_run(self._runs)
 
 
 def address_of(text: str) -> tuple[str, int]:

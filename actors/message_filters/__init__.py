@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from actors.message_filters.approximate_time import ApproximateTime
 from actors.message_filters.cache import Cache
+from actors.message_filters.delta_filter import DeltaFilter
 from actors.message_filters.input_aligner import InputAligner, QueueStatus
 from actors.message_filters.signal import Connection, FilterStream
 from actors.message_filters.simple_filter import Chain, PassThrough, SimpleFilter, Subscriber
@@ -30,6 +31,7 @@ __all__ = [
     "Cache",
     "Chain",
     "Connection",
+    "DeltaFilter",
     "FilterStream",
     "InputAligner",
     "PassThrough",

@@ -58,6 +58,9 @@ class Cache(PassThrough[M]):
         first = bisect_left(self._instants, instant_of(from_stamp))
         return self._messages[first : bisect_right(self._instants, instant_of(to_stamp))]
 
+    getInterval = get_interval
+    """The name that rclpy's has."""
+
     def get_surrounding_interval(self, from_stamp: Stamp, to_stamp: Stamp) -> list[M]:
         """The messages of the interval, with the last one before and the first one after it where none is just on its border."""
         first = bisect_right(self._instants, instant_of(from_stamp)) - 1
@@ -68,22 +71,37 @@ class Cache(PassThrough[M]):
         place = bisect_left(self._instants, instant_of(stamp))
         return self._messages[place] if place < len(self._messages) else None
 
+    getElemAfterTime = get_elem_after_time
+    """The name that rclpy's has."""
+
     def get_elem_before_time(self, stamp: Stamp) -> M | None:
         """The last message of this time or earlier; None without one."""
         place = bisect_right(self._instants, instant_of(stamp))
         return self._messages[place - 1] if place else None
 
+    getElemBeforeTime = get_elem_before_time
+    """The name that rclpy's has."""
+
     def get_latest_time(self) -> Time | None:
         """The latest stamp; None without messages."""
         return _time(self._instants[-1]) if self._instants else None
+
+    getLatestTime = get_latest_time
+    """The name that rclpy's has."""
 
     def get_oldest_time(self) -> Time | None:
         """The earliest stamp; None without messages."""
         return _time(self._instants[0]) if self._instants else None
 
+    getOldestTime = get_oldest_time
+    """The name that rclpy's has."""
+
     def get_last(self) -> M | None:
         """The message of the latest stamp; None without messages."""
         return self._messages[-1] if self._messages else None
+
+    getLast = get_last
+    """The name that rclpy's has."""
 
 
 def _time(instant: int) -> Time:

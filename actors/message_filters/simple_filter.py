@@ -46,6 +46,9 @@ class PassThrough(SimpleFilter[M]):
         self._input = source.register_callback(self.add)
         source.on_close(self.close)
 
+    connectInput = connect_input
+    """The name that rclpy's has."""
+
     def add(self, message: M) -> None:
         """Take in a message."""
         self.signal_message(message)
@@ -98,13 +101,22 @@ class Chain(SimpleFilter[M]):
         self._filters.append(added)
         return len(self._filters) - 1
 
+    addFilter = add_filter
+    """The name that rclpy's has."""
+
     def get_filter(self, index: int) -> PassThrough[M]:
         """The filter of this number."""
         return self._filters[index]
 
+    getFilter = get_filter
+    """The name that rclpy's has."""
+
     def connect_input(self, source: SimpleFilter[M]) -> None:
         """Let `source` feed the first filter from now on, and no other."""
         self._entry.connect_input(source)
+
+    connectInput = connect_input
+    """The name that rclpy's has."""
 
     def add(self, message: M) -> None:
         """Take in a message."""

@@ -16,8 +16,15 @@ Stamp: TypeAlias = Time | SecNanosec
 
 
 def instant_of(stamp: Stamp) -> int:
-    """The stamp in nanoseconds."""
-    return stamp.nanoseconds if isinstance(stamp, Time) else nanoseconds_of(stamp)
+    """The stamp in nanoseconds. Raises ``TypeError`` for what is none, such as a number of seconds."""
+    if isinstance(stamp, Time):
+        return stamp.nanoseconds
+    try:
+        return nanoseconds_of(stamp)
+    except AttributeError:
+        raise TypeError(
+            f"{stamp!r:.40} is no time: give the stamp of a message, self.clock.stamp() for now, or Time(seconds=...) of actors.time"
+        ) from None
 
 
 def stamp_of_message(message: Any, clock: Clock | None = None) -> int:

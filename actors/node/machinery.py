@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from actors.logs import NodeLog
     from actors.names.identity import Identity
     from actors.node.declarations import Late
+    from actors.node.placement import Placement
     from actors.node.timer import RunningTimer
     from actors.parameters import ParameterStore
     from actors.qos.policies import QoS
@@ -54,7 +55,7 @@ class Host(Protocol):
     @property
     def graph(self) -> Graph: ...
     @property
-    def placement(self) -> int: ...
+    def placement(self) -> Placement: ...
     @property
     def offload(self) -> Offloading: ...
 

@@ -175,12 +175,13 @@ class Node(Habits):
 
     @property
     def fencing_token(self) -> int:
-        """A number that is larger in each life of the node than in all lives before, on whatever machines of its tree they were.
+        """A number that is larger in each life of the node than in all lives before, on whatever machines of its tree they were, and in
+        whatever runs of a tree with other machines (`actors.hosts`).
 
         Who gets a number with each command can refuse those of an older life that is still on its way, or does not know that it is over.
         """
         life = _life_of(self)
-        return life.runtime.placement << 32 | life.incarnation
+        return life.runtime.placement.token(life.incarnation)
 
     @property
     def clock(self) -> Clock:

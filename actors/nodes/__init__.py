@@ -1,7 +1,8 @@
-"""The nodes that come with the framework: `ClockPublisher`, `ParameterServer`, `RobotStatePublisher` and `StaticTransformPublisher`."""
+"""The nodes that come with the framework, such as `RobotStatePublisher` and `StaticTransformPublisher`."""
 
 from __future__ import annotations
 
+from actors.nodes.buffer_server import BufferServer
 from actors.nodes.clock_publisher import (
     ClockPublisher,
 )
@@ -20,6 +21,7 @@ __all__ = [
     "JOINT_STATES",
     "ROBOT_DESCRIPTION",
     "SERVER",
+    "BufferServer",
     "ClockPublisher",
     "ParameterServer",
     "RobotStatePublisher",

@@ -223,7 +223,7 @@ class HostedTree:
 
     def _reported(self, report: Report) -> None:
         self._changed(report)
-        if report.supervisor != self._path[:-1]:
+        if report.supervisor != self._path[:-1] or report.context == "unexpected":
             self._tell(Told(report))
         elif report.reason is not None:
             self._reason = report.reason

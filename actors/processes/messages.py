@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import msgspec
 
+from actors.node.placement import HERE, Placement
 from actors.supervision.declarations import Child, Supervisor
 from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildState
@@ -80,8 +81,7 @@ class Order(msgspec.Struct, frozen=True):
     """What a process is to run: the child, its path in the tree, and what it shares with the rest of the tree.
 
     `nodes` is what earlier lives have left. `wall` is the time of day at loop time 0, for a simulated process; None on the real clock.
-    `recorders` make what records the process, and writes that down when the child fails. `placement` is that of the runtime: above 0 on
-    another machine than that of the tree.
+    `recorders` make what records the process, and writes that down when the child fails. `placement` is that of the runtime.
     """
 
     spec: Child | Supervisor
@@ -94,7 +94,7 @@ class Order(msgspec.Struct, frozen=True):
     nodes: tuple[NodeFacts, ...] = ()
     wall: float | None = None
     recorders: tuple[Callable[[], Recorder], ...] = ()
-    placement: int = 0
+    placement: Placement = HERE
 
 
 class StopAsked(msgspec.Struct, frozen=True):

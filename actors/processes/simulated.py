@@ -56,7 +56,7 @@ async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProc
         return HostedTree(copied, transport, tell, lambda runtime: Processes(runtime, transport, order.recorders))
 
     process = SimulatedProcess(transport.process, host, take, transport.crash)
-    if order.placement:
+    if order.placement.away:
         _beat(process)
     return process
 

@@ -49,7 +49,7 @@ class Started(NamedTuple):
 async def spawn(order: Order, take: Callable[[Event], None]) -> SpawnedProcess:
     """Launch an interpreter for `order`; `take` gets what it tells. Raises OSError if the system cannot start it."""
     frame = framed(order)
-    started = start("/".join(order.path), fenced=order.placement > 0)
+    started = start("/".join(order.path), fenced=order.placement.away)
     return await employ(
         started, order.path, order.spec.hang, framed(preparation(main=b"__main__" in frame)) + frame, take
     )

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 from actors.errors import DeclarationError, NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.node.node import Node
+from actors.node.placement import HERE, Placement
 from actors.running.options import ParameterSources, options_of, overruled, with_arguments
 from actors.running.signals import listen
 from actors.running.trees import Runnable, tree_of
@@ -73,6 +74,7 @@ def run(
     opened.
 
     `hosts`, such as `TlsHosts`, says where the hosts of ``Child(host=...)`` are; it needs a `transport`, by which their nodes are reached.
+    Each run is counted then; entering raises `DeclarationError` if it cannot be.
     """
     return Run(
         tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers, parameters=parameters, argv=argv,
@@ -133,7 +135,8 @@ class Run:
             )
 
     async def __aenter__(self) -> System:
-        self._system = system = System(**self._settings, processes=self._processes)
+        placement = HERE if self._hosts is None else Placement(self._hosts.count_run())
+        self._system = system = System(**self._settings, processes=self._processes, placement=placement)
         if self._transport is not None:
             from actors.transport.bridge import connect
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Coroutine, Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from actors.logs import LogSink
@@ -12,7 +12,15 @@ if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
     from actors.supervision.report import Report
 
-__all__ = ["Observers"]
+__all__ = ["HostLease", "Observers"]
+
+
+class HostLease(NamedTuple):
+    """What a machine holds to which parts of the tree are given: for how many seconds it may run them, 0 if it cannot be reached, and how many."""
+
+    host: str
+    left: float
+    parts: int
 
 
 class Observers:
@@ -24,7 +32,7 @@ class Observers:
     """
 
     __slots__ = (
-        "answered", "closed", "closing", "dismissed", "ended", "opening", "parameters", "ready", "reports", "sinks", "tree_ended"
+        "answered", "closed", "closing", "dismissed", "ended", "leases", "opening", "parameters", "ready", "reports", "sinks", "tree_ended"
     )  # fmt: skip
 
     def __init__(self, sinks: tuple[LogSink, ...]) -> None:
@@ -42,6 +50,8 @@ class Observers:
         """Called when an incarnation has ended and closed its endpoints; its tasks may still be ending."""
         self.dismissed: list[Callable[[NodeRecord], None]] = []
         """Called when a node has ended for good and its endpoints are closed; may be called again for the same node."""
+        self.leases: list[Callable[[], Iterable[HostLease]]] = []
+        """Called for the leases of the machines to which parts of the tree are given, when they are to be shown."""
         self.opening: list[Callable[[], Coroutine[Any, Any, None]]] = []
         """Run beside the start of the tree, which is over when they have returned. They must not raise."""
         self.closing: list[Callable[[], Coroutine[Any, Any, None]]] = []

@@ -14,6 +14,7 @@ from actors.graph.graph import Graph
 from actors.inbox.border import outside
 from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
+from actors.node.placement import HERE, Placement
 from actors.runtime.directory import Directory
 from actors.runtime.incarnation import Incarnation
 from actors.runtime.journal import Journal
@@ -70,9 +71,8 @@ class Runtime:
     """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.seam.Runtime`.
 
     `options` are those of the run. `processes` makes the source of lives in other processes, at its first use; without it the system has
-    none. `placement` counts how often the tree of which this system is a part had given a part to another machine before, this part included;
-    0 for a part that was not given away. `make_graph` and `incarnations` make the graph and the lives of nodes; a simulation passes a graph that
-    loses messages, and lives that end on demand.
+    none. `placement` is that of this system in the tree of which it is a part. `make_graph` and `incarnations` make the graph and the lives of
+    nodes; a simulation passes a graph that loses messages, and lives that end on demand.
 
     Invariants:
 
@@ -90,7 +90,7 @@ class Runtime:
         level: int,
         options: RunOptions | None = None,
         processes: Callable[[Runtime], OtherProcesses] | None = None,
-        placement: int = 0,
+        placement: Placement = HERE,
         make_graph: Callable[..., Graph] = Graph,
         incarnations: Callable[[Runtime, NodeRecord, Node], Incarnation] = Incarnation,
     ) -> None:

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 from actors.errors import NotStarted
 from actors.logs import DEBUG, LogRecord
 from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
+from actors.node.placement import HERE, Placement
 from actors.qos import of
 from actors.running.options import options_of
 from actors.running.trees import tree_of
@@ -139,8 +140,9 @@ class Rig:
             return Processes(runtime, transport, elsewhere=launch)
 
         system = self._make_system(
-            seed=seed, sinks=(self.logs.append,), level=DEBUG, options=options, processes=processes
-        )
+            seed=seed, sinks=(self.logs.append,), level=DEBUG, options=options, processes=processes,
+            placement=HERE if hosts is None else Placement(hosts.count_run()),
+        )  # fmt: skip
         if clock_offset:
             system.clock.shift_wall(clock_offset)
         if transport is not None:

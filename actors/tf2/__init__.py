@@ -14,8 +14,10 @@
 
 from __future__ import annotations
 
+from actors.tf2.asking import Instant
 from actors.tf2.broadcasters import TF, TF_STATIC, StaticTransformBroadcaster, TransformBroadcaster
-from actors.tf2.buffer import FRAMES, Buffer, Instant
+from actors.tf2.buffer import FRAMES, Buffer
+from actors.tf2.buffer_client import LOOKUP, BufferClient
 from actors.tf2.description import Frame
 from actors.tf2.errors import (
     BackwardExtrapolationException,
@@ -26,6 +28,7 @@ from actors.tf2.errors import (
     InvalidArgumentException,
     LookupException,
     NoDataForExtrapolationException,
+    TimeoutException,
     TransformException,
 )
 from actors.tf2.geometry import do_transform
@@ -37,10 +40,12 @@ from actors.tf2.urdf import Joint, JointKind, Mimic, joints_of
 
 __all__ = [
     "FRAMES",
+    "LOOKUP",
     "TF",
     "TF_STATIC",
     "BackwardExtrapolationException",
     "Buffer",
+    "BufferClient",
     "ConnectivityException",
     "DescriptionError",
     "ExtrapolationException",
@@ -57,6 +62,7 @@ __all__ = [
     "NoDataForExtrapolationException",
     "Quad",
     "StaticTransformBroadcaster",
+    "TimeoutException",
     "Transform",
     "TransformBroadcaster",
     "TransformException",

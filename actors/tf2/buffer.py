@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from actors.contracts.contracts import Service
-from actors.interfaces.geometry_msgs.msg import TransformStamped
+from actors.interfaces.geometry_msgs.msg import TransformStamped, VelocityStamped
 from actors.interfaces.message import Message
+from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.tf2_msgs.srv import FrameGraph, FrameGraph_Request, FrameGraph_Response
-from actors.message_filters.stamps import Stamp, instant_of
 from actors.tf2 import description
+from actors.tf2.asking import WAIT, Instant, comes, header_of, instant_asked, refuse_wait, seconds_of
 from actors.tf2.description import Frame
 from actors.tf2.errors import (
     ConnectivityException,
@@ -22,7 +23,9 @@ from actors.tf2.errors import (
 )
 from actors.tf2.frame_tree import FrameTree
 from actors.tf2.geometry import do_transform
+from actors.tf2.quaternions import Triple
 from actors.tf2.transform import Transform, stamped
+from actors.tf2.velocity import velocity_in
 from actors.time.deadlines import check_timeout
 from actors.time.values import ClockType, Duration, Time, nanoseconds_of, stamp_of
 from actors.waiting import Waiters
@@ -30,24 +33,20 @@ from actors.waiting import Waiters
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from actors.interfaces.std_msgs.msg import Header
     from actors.node.node import Node
 
-__all__ = ["FRAMES", "Buffer", "Instant"]
+__all__ = ["FRAMES", "Buffer"]
 
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")
-
-Instant: TypeAlias = Stamp | None
-"""A `Time`, the stamp of a message, or None. None and the time 0 ask for the latest time at which all transforms on the way are known."""
 
 FRAMES = Service(FrameGraph, "tf2_frames")
 """All frames of a buffer as YAML, which `view_frames` of ROS 2 reads."""
 
 CACHE_TIME = 10.0
 """The default of how long transforms are kept, seconds."""
-WAIT = 1.0
-"""The default timeout of a lookup that waits, seconds."""
+AVERAGED = 0.1
+"""The default of the time over which a velocity is averaged, seconds."""
 
 
 class Buffer:
@@ -123,45 +122,124 @@ class Buffer:
 
     # -- lookup -------------------------------------------------------------------------------------------------------------
 
-    def lookup_transform(self, target_frame: str, source_frame: str, time: Instant = None) -> TransformStamped:
-        """The transform from what has arrived until now; its stamp is the time it is of, 0 if all on the way is static."""
-        transform, instant = self._tree.lookup(target_frame, source_frame, _instant(time))
+    def lookup_transform(
+        self, target_frame: str, source_frame: str, time: Instant = None, timeout: None = None
+    ) -> TransformStamped:
+        """The transform from what has arrived until now; its stamp is the time it is of, 0 if all on the way is static.
+
+        Nothing here waits: what is given as a `timeout` raises ``TypeError``, which names the method that does.
+        """
+        refuse_wait("lookup_transform", timeout)
+        transform, instant = self._tree.lookup(target_frame, source_frame, instant_asked(time))
         return stamped(target_frame, source_frame, transform, stamp_of(instant))
 
     def lookup_transform_full(
-        self, target_frame: str, target_time: Instant, source_frame: str, source_time: Instant, fixed_frame: str
+        self,
+        target_frame: str,
+        target_time: Instant,
+        source_frame: str,
+        source_time: Instant,
+        fixed_frame: str,
+        timeout: None = None,
     ) -> TransformStamped:
         """Where the source frame was at one time, seen from where the target frame is at another.
 
         `fixed_frame` is the frame that did not move in between, such as "odom" or "map". The stamp of the answer is the target time.
+        A `timeout` raises, as with `lookup_transform`.
         """
+        refuse_wait("lookup_transform_full", timeout)
         for frame in (target_frame, source_frame, fixed_frame):
             self._tree.check(frame)
-        fixed_from_source, _ = self._tree.lookup(fixed_frame, source_frame, _instant(source_time))
-        target_from_fixed, instant = self._tree.lookup(target_frame, fixed_frame, _instant(target_time))
+        fixed_from_source, _ = self._tree.lookup(fixed_frame, source_frame, instant_asked(source_time))
+        target_from_fixed, instant = self._tree.lookup(target_frame, fixed_frame, instant_asked(target_time))
         return stamped(target_frame, source_frame, target_from_fixed @ fixed_from_source, stamp_of(instant))
 
-    def can_transform(self, target_frame: str, source_frame: str, time: Instant = None) -> bool:
-        """Whether `lookup_transform` has an answer now."""
+    def can_transform(self, target_frame: str, source_frame: str, time: Instant = None, timeout: None = None) -> bool:
+        """Whether `lookup_transform` has an answer now; its error says why not. A `timeout` raises, as there."""
+        refuse_wait("can_transform", timeout)
         return _succeeds(lambda: self.lookup_transform(target_frame, source_frame, time))
 
     def can_transform_full(
-        self, target_frame: str, target_time: Instant, source_frame: str, source_time: Instant, fixed_frame: str
+        self,
+        target_frame: str,
+        target_time: Instant,
+        source_frame: str,
+        source_time: Instant,
+        fixed_frame: str,
+        timeout: None = None,
     ) -> bool:
-        """Whether `lookup_transform_full` has an answer now."""
+        """Whether `lookup_transform_full` has an answer now. A `timeout` raises, as with `lookup_transform`."""
+        refuse_wait("can_transform_full", timeout)
         return _succeeds(
             lambda: self.lookup_transform_full(target_frame, target_time, source_frame, source_time, fixed_frame)
         )
 
-    def transform(self, message: M, target_frame: str) -> M:
-        """A message with a header, as `do_transform` knows them, given in another frame at its stamp. Raises ``TypeError`` for others."""
-        header: Header | None = getattr(message, "header", None)
-        if header is None:
-            raise TypeError(
-                f"{type(message).__name__} has no header, so it has no frame and no time; "
-                "look the transform up, and use do_transform"
-            )
+    def transform(self, message: M, target_frame: str, timeout: None = None) -> M:
+        """A message with a header, as `do_transform` knows them, given in another frame at its stamp. Raises ``TypeError`` for others.
+
+        A `timeout` raises, as with `lookup_transform`.
+        """
+        refuse_wait("transform", timeout)
+        header = header_of(message)
         return do_transform(message, self.lookup_transform(target_frame, header.frame_id, header.stamp))
+
+    def transform_full(
+        self, message: M, target_frame: str, target_time: Instant, fixed_frame: str, timeout: None = None
+    ) -> M:
+        """As `transform`, but seen from where the target frame is at another time, as `lookup_transform_full` does."""
+        refuse_wait("transform_full", timeout)
+        header = header_of(message)
+        there = self.lookup_transform_full(target_frame, target_time, header.frame_id, header.stamp, fixed_frame)
+        return do_transform(message, there)
+
+    def lookup_velocity(
+        self,
+        tracking_frame: str,
+        observation_frame: str,
+        time: Instant = None,
+        averaging_interval: float | Duration = AVERAGED,
+        *,
+        reference_frame: str | None = None,
+        reference_point: Triple = (0.0, 0.0, 0.0),
+        reference_point_frame: str | None = None,
+    ) -> VelocityStamped:
+        """How a body moves that `tracking_frame` is fixed to, seen from `observation_frame`: rad/s, and m/s of one of its points.
+
+        That point is where `reference_point` of `reference_point_frame` is; by default the origin of the reference frame, as in tf2. With
+        ``reference_point_frame=tracking_frame`` it is the origin of the tracking frame, which most people mean. The axes are those of the
+        `reference_frame`, by default the observation frame.
+
+        It is the mean over `averaging_interval`, seconds or a `Duration`, about `time`, or up to what is known if that is less; the stamp
+        is the middle. Raises as `lookup_transform` does, and `InvalidArgumentException` for an interval that is not above 0.
+        """
+        reference = observation_frame if reference_frame is None else reference_frame
+        point_frame = reference if reference_point_frame is None else reference_point_frame
+        span = round(seconds_of(averaging_interval) * 1e9)
+        if span <= 0:
+            raise InvalidArgumentException(
+                f"averaging_interval={averaging_interval!r}: a velocity needs a time above 0"
+            )
+        newest = self._tree.latest_common(observation_frame, tracking_frame)
+        instant = instant_asked(time) or newest
+        end = min(instant + span // 2, newest) if newest else instant + span  # without one, nothing moves
+        start = max(end - span, 1)  # 0 would be the newest again
+
+        def there(target: str, source: str, at: int) -> Transform:
+            return self._tree.lookup(target, source, at)[0]
+
+        return velocity_in(
+            VelocityStamped(
+                header=Header(frame_id=reference, stamp=stamp_of((start + end) // 2)),
+                body_frame_id=tracking_frame,
+                reference_frame_id=observation_frame,
+            ),
+            before=there(observation_frame, tracking_frame, start),
+            after=there(observation_frame, tracking_frame, end),
+            seconds=(end - start) * 1e-9,
+            now=there(observation_frame, tracking_frame, instant),
+            point=there(observation_frame, point_frame, instant).point(reference_point),
+            axes=there(reference, observation_frame, instant),
+        )
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
         """The time that `lookup_transform` without a time answers for; 0 if all on the way is static."""
@@ -171,12 +249,12 @@ class Buffer:
     # -- lookup that waits --------------------------------------------------------------------------------------------------
 
     async def lookup_transform_async(
-        self, target_frame: str, source_frame: str, time: Instant = None, *, timeout: float | None = WAIT
+        self, target_frame: str, source_frame: str, time: Instant = None, *, timeout: float | Duration | None = WAIT
     ) -> TransformStamped:
-        """As `lookup_transform`, but wait up to `timeout` seconds for what has not come yet; then raise what that raises.
+        """As `lookup_transform`, but wait up to `timeout` for what has not come yet; then raise what that raises.
 
-        The timeout is on the event loop's clock; None waits without end. A time before everything that is kept raises at once. A plain
-        handler that waits here holds up its node; goals, tasks and handlers with ``concurrent=`` do not.
+        The timeout, seconds or a `Duration`, is on the event loop's clock; None waits without end. A time before everything that is kept
+        raises at once. A plain handler that waits here holds up its node; goals, tasks and handlers with ``concurrent=`` do not.
         """
         return await self._wait(lambda: self.lookup_transform(target_frame, source_frame, time), timeout)
 
@@ -188,7 +266,7 @@ class Buffer:
         source_time: Instant,
         fixed_frame: str,
         *,
-        timeout: float | None = WAIT,
+        timeout: float | Duration | None = WAIT,
     ) -> TransformStamped:
         """As `lookup_transform_full`, but wait as `lookup_transform_async` does."""
         return await self._wait(
@@ -196,14 +274,52 @@ class Buffer:
             timeout,
         )
 
-    async def transform_async(self, message: M, target_frame: str, *, timeout: float | None = WAIT) -> M:
+    wait_for_transform_async = lookup_transform_async
+    """The name of tf2_ros for a future of the same."""
+    wait_for_transform_full_async = lookup_transform_full_async
+    """The name of tf2_ros for a future of the same."""
+
+    async def can_transform_async(
+        self, target_frame: str, source_frame: str, time: Instant = None, *, timeout: float | Duration | None = WAIT
+    ) -> bool:
+        """Whether `lookup_transform_async` has an answer in time."""
+        return await comes(self.lookup_transform_async(target_frame, source_frame, time, timeout=timeout))
+
+    async def can_transform_full_async(
+        self,
+        target_frame: str,
+        target_time: Instant,
+        source_frame: str,
+        source_time: Instant,
+        fixed_frame: str,
+        *,
+        timeout: float | Duration | None = WAIT,
+    ) -> bool:
+        """Whether `lookup_transform_full_async` has an answer in time."""
+        asked = target_frame, target_time, source_frame, source_time, fixed_frame
+        return await comes(self.lookup_transform_full_async(*asked, timeout=timeout))
+
+    async def transform_async(self, message: M, target_frame: str, *, timeout: float | Duration | None = WAIT) -> M:
         """As `transform`, but wait as `lookup_transform_async` does."""
         return await self._wait(lambda: self.transform(message, target_frame), timeout)
 
-    async def _wait(self, lookup: Callable[[], T], timeout: float | None) -> T:
+    async def transform_full_async(
+        self,
+        message: M,
+        target_frame: str,
+        target_time: Instant,
+        fixed_frame: str,
+        *,
+        timeout: float | Duration | None = WAIT,
+    ) -> M:
+        """As `transform_full`, but wait as `lookup_transform_async` does."""
+        return await self._wait(lambda: self.transform_full(message, target_frame, target_time, fixed_frame), timeout)
+
+    async def _wait(self, lookup: Callable[[], T], timeout: float | Duration | None) -> T:
+        end: float | None = None
         if timeout is not None:
-            check_timeout("a lookup of a transform", timeout)
-        end = None if timeout is None else asyncio.get_running_loop().time() + timeout
+            check_timeout("a lookup of a transform", seconds := seconds_of(timeout))
+            end = asyncio.get_running_loop().time() + seconds
         while True:
             try:
                 return lookup()
@@ -236,13 +352,6 @@ class Buffer:
 
     async def _tell_frames(self, request: FrameGraph_Request) -> FrameGraph_Response:
         return FrameGraph.Response(frame_yaml=self.all_frames_as_yaml())
-
-
-def _instant(time: Instant) -> int:
-    """The time in nanoseconds; 0 for None."""
-    if time is None:
-        return 0
-    return instant_of(time)
 
 
 def _succeeds(lookup: Callable[[], object]) -> bool:

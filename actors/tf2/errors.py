@@ -13,6 +13,7 @@ __all__ = [
     "InvalidArgumentException",
     "LookupException",
     "NoDataForExtrapolationException",
+    "TimeoutException",
     "TransformException",
 ]
 
@@ -56,6 +57,10 @@ class NoDataForExtrapolationException(ExtrapolationException):
 
 class InvalidArgumentException(TransformException, ValueError):
     """A frame name is empty or begins with a slash, or a transform cannot be: no numbers, no rotation, a loop of frames."""
+
+
+class TimeoutException(TransformException, TimeoutError):
+    """A buffer server did not answer in time. What does not come to a `Buffer` in time raises what is the matter instead."""
 
 
 class DescriptionError(ActorError, ValueError):

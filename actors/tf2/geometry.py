@@ -19,9 +19,10 @@ M = TypeVar("M", bound=Message)
 def do_transform(message: M, transform: geometry.TransformStamped) -> M:
     """`message`, of the transform's child frame, given in its parent frame.
 
-    Takes Point, Point32, Vector3, Quaternion, Pose, PoseWithCovariance, PoseArray, Polygon, Wrench, those of them that are stamped, and
-    PointCloud2 (of which x, y and z change, and nothing else). The header is that of the transform; a cloud keeps its stamp. A vector is
-    rotated only; a wrench is that of the same force at the new origin.
+    Takes Point, Point32, Vector3, Quaternion, Pose, PoseWithCovariance, PoseArray, Polygon, Transform, Wrench, those of them that are
+    stamped, VelocityStamped, and PointCloud2 (of which x, y and z change, and nothing else). The header is that of the transform; a cloud
+    keeps its stamp. A vector is rotated only; a wrench is that of the same force at the new origin, and a velocity that of the same body
+    there.
 
     Raises ``TypeError`` for other types, `InvalidArgumentException` for a transform that is none.
     """
@@ -34,6 +35,10 @@ def do_transform(message: M, transform: geometry.TransformStamped) -> M:
     if inner is not None:
         changed = _WAYS[type(getattr(message, inner))](getattr(message, inner), moved)
         return message.replace(header=transform.header, **{inner: changed})
+    if isinstance(
+        message, geometry.VelocityStamped
+    ):  # a Twist has no frame of its own, and nobody knows of which point it is
+        return message.replace(header=transform.header, velocity=_velocity(message.velocity, moved))
     if isinstance(message, geometry.PoseArray):
         poses = tuple(_pose(pose, moved) for pose in message.poses)
         return message.replace(header=transform.header, poses=poses)
@@ -42,7 +47,7 @@ def do_transform(message: M, transform: geometry.TransformStamped) -> M:
 
         header = message.header.replace(frame_id=transform.header.frame_id)
         return message.replace(header=header, data=transformed(message, moved))
-    kinds: tuple[type[Message], ...] = (*_WAYS, *_STAMPED, geometry.PoseArray, PointCloud2)
+    kinds: tuple[type[Message], ...] = (*_WAYS, *_STAMPED, geometry.VelocityStamped, geometry.PoseArray, PointCloud2)
     known = [kind.__name__ for kind in kinds]
     name = type(message).__name__
     raise TypeError(f"do_transform does not know {name}{did_you_mean(name, known)}; it takes {', '.join(known)}")
@@ -81,6 +86,16 @@ def _pose_with_covariance(pose: geometry.PoseWithCovariance, moved: Transform) -
     return pose.replace(pose=_pose(pose.pose, moved), covariance=covariance.ravel())
 
 
+def _transform(transform: geometry.Transform, moved: Transform) -> geometry.Transform:
+    return (moved @ Transform.from_msg(transform)).to_msg()
+
+
+def _velocity(velocity: geometry.Twist, moved: Transform) -> geometry.Twist:
+    """Both are screws: of a wrench the force, of a velocity the rotation is the same at every point."""
+    there = _wrench(geometry.Wrench(force=velocity.angular, torque=velocity.linear), moved)
+    return geometry.Twist(linear=there.torque, angular=there.force)
+
+
 def _polygon(polygon: geometry.Polygon, moved: Transform) -> geometry.Polygon:
     return polygon.replace(points=tuple(_point32(point, moved) for point in polygon.points))
 
@@ -106,6 +121,7 @@ _WAYS: dict[type[Message], Callable[[Any, Transform], Any]] = {
     geometry.Pose: _pose,
     geometry.PoseWithCovariance: _pose_with_covariance,
     geometry.Polygon: _polygon,
+    geometry.Transform: _transform,
     geometry.Wrench: _wrench,
 }
 _STAMPED: dict[type[Message], str] = {
@@ -115,6 +131,7 @@ _STAMPED: dict[type[Message], str] = {
     geometry.PoseStamped: "pose",
     geometry.PoseWithCovarianceStamped: "pose",
     geometry.PolygonStamped: "polygon",
+    geometry.TransformStamped: "transform",
     geometry.WrenchStamped: "wrench",
 }
 """Stamped types, and their field that is transformed."""

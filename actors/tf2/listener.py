@@ -25,7 +25,9 @@ AUTHORITY = "default_authority"
 
 
 class TransformListener:
-    """Keeps a buffer up to date for one node, from the moment it is made; latched static transforms come at once.
+    """Keeps a buffer up to date for one node, from the moment it is made until `close`, or the end of the node's incarnation.
+
+    Latched static transforms come at once; with `static_only` nothing else does.
 
     Transforms that cannot be (see `Buffer.set_transform`), or come too late to be kept, are left out and logged once for each pair of
     frames. When the node's ROS time is set back, or changes its source, what moves is forgotten.
@@ -40,18 +42,29 @@ class TransformListener:
         static_qos: QoS | int | None = None,
         tf_topic: str = TF.name,
         tf_static_topic: str = TF_STATIC.name,
+        static_only: bool = False,
     ) -> None:
         self.buffer = buffer
         self._node = node
         self._complained: set[tuple[str, str]] = set()
-        moving = node.subscribe(Topic(TFMessage, tf_topic, TF.qos), qos=qos)
         static = node.subscribe(Topic(TFMessage, tf_static_topic, TF_STATIC.qos), qos=static_qos)
-        node.spawn(self._hear(moving, static=False), name="tf")
         node.spawn(self._hear(static, static=True), name="tf_static")
-        node.on_jump(JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)), post=self._jumped)
+        self._streams = [static]
+        if not static_only:
+            moving = node.subscribe(Topic(TFMessage, tf_topic, TF.qos), qos=qos)
+            node.spawn(self._hear(moving, static=False), name="tf")
+            self._streams.append(moving)
+        backwards = JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1))
+        self._jumps = node.on_jump(backwards, post=self._jumped)
 
     def __repr__(self) -> str:
         return f"<TransformListener of {self._node.fqn}: {self.buffer!r}>"
+
+    def close(self) -> None:
+        """Listen no more; the buffer keeps what it has. A second call is harmless."""
+        for stream in self._streams:
+            stream.close()
+        self._jumps.remove()
 
     async def _hear(self, messages: Stream[TFMessage], *, static: bool) -> None:
         """A stream of its own, not a handler: a node that was restarted takes over its handlers' queues, which do not tell again what

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import acos, asin, atan2, copysign, cos, hypot, pi, sin
 from typing import TypeAlias
 
-__all__ = ["Quad", "Triple", "between", "of_rpy", "product", "rotated", "rpy_of", "unit"]
+__all__ = ["Quad", "Triple", "between", "of_rpy", "product", "rotated", "rotation_vector", "rpy_of", "unit"]
 
 Triple: TypeAlias = tuple[float, float, float]
 """x, y, z."""
@@ -61,6 +61,14 @@ def between(a: Quad, b: Quad, share: float) -> Quad:
     return unit(
         (first * aw + second * bw, first * ax + second * bx, first * ay + second * by, first * az + second * bz)
     )
+
+
+def rotation_vector(q: Quad) -> Triple:
+    """The axis of the rotation, times its angle, rad: the short way round."""
+    w, x, y, z = q if q[0] >= 0.0 else (-q[0], -q[1], -q[2], -q[3])
+    length = hypot(x, y, z)
+    scale = 2.0 * atan2(length, w) / length if length else 2.0
+    return (scale * x, scale * y, scale * z)
 
 
 def of_rpy(roll: float, pitch: float, yaw: float) -> Quad:

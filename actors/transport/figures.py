@@ -33,6 +33,7 @@ __all__ = [
     "FIGURES",
     "PERIOD",
     "HandlerFigures",
+    "LeaseFigures",
     "NodeFigures",
     "ProcessFigures",
     "QueueFigures",
@@ -105,6 +106,15 @@ class NodeFigures(Message, frozen=True, kw_only=True):
     services: Many[ServedFigures] = default()
 
 
+class LeaseFigures(Message, frozen=True, kw_only=True):
+    """One machine to which the process gives parts of its tree."""
+
+    host: str
+    left: float
+    """For how many seconds its agent may still run them, as the tree knows; 0 if it cannot be reached."""
+    parts: uint32
+
+
 class ProcessFigures(Message, frozen=True, kw_only=True):
     """One process."""
 
@@ -123,6 +133,7 @@ class ProcessFigures(Message, frozen=True, kw_only=True):
     unreadable: uint64
     """How much has come from other processes that could not be read."""
     nodes: Many[NodeFigures] = default()
+    leases: Many[LeaseFigures] = default()
 
 
 FIGURES: Final = Topic(ProcessFigures, "/_robactor/figures", 1000)
@@ -187,6 +198,11 @@ class Teller:
             memory=_memory(),
             unreadable=self._side.unreadable.count,
             nodes=[_node(record) for record in runtime.directory.records.values() if not record.process],
+            leases=[
+                LeaseFigures(host=one.host, left=one.left, parts=one.parts)
+                for leases in runtime.observers.leases
+                for one in leases()
+            ],
         )
 
 

@@ -138,6 +138,7 @@ def checks(word: str | None) -> list[Check]:
     if word == "service":
         return [*of_place, *of_services, *of_nodes, *of_time]
     there = [Check("node", services.node_is_there)] if word == "node" else [Check("processes", surroundings.processes)]
+    there.append(Check("hosts", surroundings.leases))
     return [*of_place, *there, *of_nodes, *of_topics, *commands, *of_services, *of_time]
 
 

@@ -8,7 +8,7 @@ from actors.transport.figures import ProcessFigures
 from cli.doctor.observation import Finding, Observation
 from cli.parsing import count
 
-__all__ = ["domain", "packages", "processes", "security", "transport"]
+__all__ = ["domain", "leases", "packages", "processes", "security", "transport"]
 
 ZENOH = "rmw_zenoh_cpp"
 
@@ -74,6 +74,19 @@ def _name_of(figures: ProcessFigures | None, session: str) -> str:
     if figures is None:
         return f"process with session {session[:8]}"
     return f"process {figures.process} of {figures.host}, {figures.program}"
+
+
+def leases(seen: Observation) -> Iterator[Finding]:
+    """The machines to which processes give parts of their trees, and whether they can be reached."""
+    for process in seen.processes:
+        for one in process.leases:
+            subject, of = f"host {one.host}", _name_of(process, process.session)
+            if one.left:
+                measured = f"{one.left:.1f} s of its lease are left; {count(one.parts, 'part')}"
+                yield Finding(subject, f"works for {of}", measured, level="info")
+            else:
+                remedy = "start robactor agent there, or look at the network between them"
+                yield Finding(subject, f"cannot be reached by {of}", "its agent holds no lease", remedy)
 
 
 def packages(seen: Observation) -> Iterator[Finding]:

@@ -1,9 +1,10 @@
-"""`python -m robot web`: the page, and the protocols of viewers and browsers, for any running graph."""
+"""`python -m robot web`: the page, and the protocols of viewers and browsers, for any running graph or a recording."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 
 from cli.command import Exit
 from cli.parsing import add_graph_options, until_signal
@@ -25,7 +26,14 @@ def parser() -> argparse.ArgumentParser:
     """The options."""
     made = argparse.ArgumentParser(
         prog="python -m robot web",
-        description="Serve the web page, Foxglove, rosbridge and /metrics for the graph of ROS_DOMAIN_ID, on one port.",
+        description="Serve the web page, Foxglove, rosbridge and /metrics on one port: for the graph of ROS_DOMAIN_ID, or for a recording.",
+    )
+    made.add_argument(
+        "recording",
+        type=Path,
+        nargs="?",
+        metavar="BAG",
+        help="show this bag, file or flight record instead of the graph",
     )
     made.add_argument("--port", type=int, metavar="N", help="listen on this port, or the next that is free (8765)")
     made.add_argument(
@@ -38,5 +46,6 @@ def parser() -> argparse.ArgumentParser:
         metavar="URL",
         help="pages of this origin may connect, such as https://host",
     )
+    made.add_argument("--bags", type=Path, metavar="DIR", help="record bags into this folder, and show those in it")
     add_graph_options(made)
     return made

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from actors import ActorError, Child
@@ -21,13 +22,20 @@ NAME = "_robactor_web"
 
 
 async def serve_beside(
-    system: System, *, host: str, port: int | None, origins: tuple[str, ...], security: str | None
+    system: System,
+    *,
+    host: str,
+    port: int | None,
+    origins: tuple[str, ...],
+    security: str | None,
+    bags: str | None,
 ) -> None:
     """Start the server and log its address. Raises `WebUnavailable`."""
     try:
         settings = make_settings(
-            os.environ, host=host, port=port, origins=origins, security=security_from_environment(os.environ, security)
-        )
+            os.environ, host=host, port=port, origins=origins, security=security_from_environment(os.environ, security),
+            bags=None if bags is None else Path(bags),
+        )  # fmt: skip
         for module in ("websockets.asyncio.server", "cli.web.server"):
             await asyncio.to_thread(import_module, module)  # the nodes that run go on meanwhile
         from cli.web.server import WebServer

@@ -70,6 +70,11 @@ class Client:
         address: Any = self._socket.remote_address
         return f"{address[0]}:{address[1]}" if isinstance(address, tuple) and len(address) >= 2 else str(address)  # pyright: ignore[reportUnknownArgumentType]
 
+    @property
+    def subprotocol(self) -> str | None:
+        """What the client has asked to speak; None for rosbridge."""
+        return self._socket.subprotocol
+
     def answer(self, packet: Packet) -> None:
         """Send what must not be lost. A client that does not read its answers is disconnected."""
         try:

@@ -6,54 +6,46 @@ rosbridge.
 
 from __future__ import annotations
 
-import asyncio
 import errno
 import logging
 from collections.abc import Sequence
 from http import HTTPStatus
 from itertools import count
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlsplit
 
-from actors import ExitReason, Node, Topic, background, system_of
-from actors.interfaces.rcl_interfaces.msg import ParameterEvent
-from actors.interfaces.rosgraph_msgs.msg import Clock
-from actors.qos import CLOCK, PARAMETER_EVENTS
+from actors import ExitReason, Node, system_of
 from cli.web import figures
 from cli.web.admission import host_refusal, origin_refusal, token_refusal
-from cli.web.client import Client, Session
+from cli.web.audience import Audience
+from cli.web.bags import Bags
+from cli.web.client import Client
+from cli.web.errors import Refused
 from cli.web.feeds import Feeds
-from cli.web.foxglove.catalog import Catalog
-from cli.web.foxglove.session import SUBPROTOCOLS, FoxgloveSession
-from cli.web.guests import Guests
+from cli.web.foxglove.session import SUBPROTOCOLS
 from cli.web.http import Files, answer, refusal
-from cli.web.hub import Hub
-from cli.web.parameters import Parameters
-from cli.web.rosbridge.session import RosbridgeSession
+from cli.web.hub import make_hub
+from cli.web.recordings import Recordings
 from cli.web.settings import WebSettings, WebUnavailable
-from cli.web.types import Types
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
     from websockets.http11 import Request, Response
-
-    from actors import Stream
-    from actors.topics.peers import PublisherPeer
 
 __all__ = ["WebServer"]
 
 MOST_CLIENTS: Final = 64
 MOST_FRAME: Final = 4 * 1024 * 1024
 """The largest frame that a client may send, bytes."""
-SETTLE: Final = 0.1
-"""Seconds from a change of the graph to the look at it: what changes together is told together."""
-REPORT_EVERY: Final = 1.0
-"""Seconds between two reports of the state of the system."""
 OPENING: Final = 10.0
 """Seconds for the handshake of a connection."""
 
 CLOSING: Final = 2.0
 """Seconds that a client has for its farewell."""
+
+UNPLAYABLE: Final = 1008
+"""The code with which a connection to a recording is closed that cannot be played."""
 
 QUIET: Final = logging.getLogger("cli.web.websockets")
 QUIET.addHandler(logging.NullHandler())
@@ -63,35 +55,31 @@ QUIET.propagate = False
 class WebServer(Node):
     """Serves the graph of its system on one port, from `on_start` to `on_stop`. A client never makes another node wait.
 
-    Invariant: `_sessions` holds the session of every client of the hub, by its number.
+    Invariant: `_clients` holds every client, by its number, whatever it looks at: the graph, or a recording.
     """
 
     def __init__(self, settings: WebSettings) -> None:
         self._settings = settings
         self._files = Files()
         self._numbers = count(1)
-        self._sessions: dict[int, Session] = {}
-        self._changed = asyncio.Event()
-        self._clock: Stream[Clock] | None = None
+        self._clients: dict[int, Client] = {}
         self._refused = 0
 
     # -- life -----------------------------------------------------------------------------------------------------------------
 
     async def on_start(self) -> None:
         system = system_of(self)
-        types = Types(self, system)
-        self._hub = Hub(
-            node=self, system=system, types=types, feeds=Feeds(self, system), catalog=Catalog(self, system, types),
-            guests=Guests(system), parameters=Parameters(self, system),
-        )  # fmt: skip
-        await self._hub.catalog.update()
-        self._forget = system.graph.on_change(self._graph_changed)
+        self._bags = Bags(system, self._settings.bags)
+        self._recordings = Recordings(self, self._bags, self._clients)
+        self._audience = Audience(make_hub(self, system, Feeds(self, system), self._clients, self._bags))
+        self._forget = await self._audience.begin()
         self._server = await self._open()
 
     async def on_stop(self, reason: ExitReason) -> None:
         self._forget()
         self._server.close(reason="the server stops")
         await self._server.wait_closed()
+        await self._bags.stop()
 
     @property
     def url(self) -> str:
@@ -109,7 +97,7 @@ class WebServer(Node):
     @property
     def clients(self) -> tuple[Client, ...]:
         """The clients that are connected."""
-        return tuple(self._hub.clients.values())
+        return tuple(self._clients.values())
 
     async def _open(self) -> Server:
         settings, tls = self._settings, self._settings.tls()
@@ -147,9 +135,9 @@ class WebServer(Node):
             return refusal(HTTPStatus.METHOD_NOT_ALLOWED, "only GET is understood")
         match urlsplit(request.path).path:
             case "/healthz":
-                return answer(HTTPStatus.OK, figures.health(self._hub), "application/json")
+                return answer(HTTPStatus.OK, figures.health(self._audience.hub), "application/json")
             case "/metrics":
-                return answer(HTTPStatus.OK, figures.metrics(self._hub, self._refused), figures.METRICS_TYPE)
+                return answer(HTTPStatus.OK, figures.metrics(self._audience.hub, self._refused), figures.METRICS_TYPE)
             case _:
                 return self._files.get(request)
 
@@ -165,8 +153,17 @@ class WebServer(Node):
             return refusal(HTTPStatus.UNAUTHORIZED, why)
         if upgrade and (why := origin_refusal(self._settings, request)) is not None:
             return refusal(HTTPStatus.FORBIDDEN, why)
-        if upgrade and len(self._hub.clients) >= MOST_CLIENTS:
+        if upgrade and len(self._clients) >= MOST_CLIENTS:
             return refusal(HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_CLIENTS} clients are connected already")
+        if upgrade and (why := self._bag_refusal(request)) is not None:
+            return refusal(HTTPStatus.NOT_FOUND, why)
+        return None
+
+    def _bag_refusal(self, request: Request) -> str | None:
+        try:
+            self._recording(request)
+        except Refused as error:
+            return str(error)
         return None
 
     # -- WebSockets -----------------------------------------------------------------------------------------------------------
@@ -174,71 +171,24 @@ class WebServer(Node):
     async def _connected(self, socket: ServerConnection) -> None:
         protocol = "foxglove" if socket.subprotocol else "rosbridge"
         client = Client(socket, protocol, next(self._numbers), self.log)
-        session: Session = (FoxgloveSession if socket.subprotocol else RosbridgeSession)(self._hub, client)
-        self._hub.clients[client.number] = client
-        self._sessions[client.number] = session
+        assert socket.request is not None
+        recording = self._recording(socket.request)
+        self._clients[client.number] = client
         try:
-            await client.run(session)
+            if recording is None:
+                await self._audience.serve(client)
+            else:
+                async with self._recordings.watching(recording) as audience:
+                    await audience.serve(client)
+        except Refused as error:
+            await socket.close(UNPLAYABLE, str(error)[:100])
         finally:
-            del self._sessions[client.number], self._hub.clients[client.number]
+            del self._clients[client.number]
 
-    def _viewers(self) -> list[FoxgloveSession]:
-        return [one for one in self._sessions.values() if isinstance(one, FoxgloveSession)]
-
-    # -- what all clients are told --------------------------------------------------------------------------------------------
-
-    def _graph_changed(self) -> None:
-        self._hub.feeds.refit()
-        self._changed.set()
-
-    @background
-    async def tell_changes(self) -> None:
-        while True:
-            await self._changed.wait()
-            await asyncio.sleep(SETTLE)
-            self._changed.clear()
-            changes = await self._hub.catalog.update()
-            self._follow_clock()
-            for viewer in self._viewers():
-                viewer.changed(changes)
-            watching = [viewer for viewer in self._viewers() if viewer.wants_graph]
-            snapshot = self._hub.system.snapshot() if watching else None
-            for viewer in watching:
-                assert snapshot is not None
-                viewer.graph_changed(snapshot)
-
-    @background
-    async def report_state(self) -> None:
-        while True:
-            await asyncio.sleep(REPORT_EVERY)
-            watching = [viewer for viewer in self._viewers() if viewer.wants_state]
-            if watching:
-                snapshot = self._hub.system.snapshot()
-                for viewer in watching:
-                    viewer.report(snapshot)
-
-    @background
-    async def tell_parameters(self) -> None:
-        async for event in self.subscribe(Topic(ParameterEvent, "/parameter_events"), qos=PARAMETER_EVENTS):
-            for viewer in self._viewers():
-                viewer.parameters_changed(event)
-
-    def _follow_clock(self) -> None:
-        """Pass `/clock` on while somebody publishes it."""
-        entry = self._hub.system.graph.topics.get("/clock")
-        publishers: Sequence[PublisherPeer] = entry.publishers if entry is not None else ()
-        if publishers and self._clock is None:
-            self._clock = self.subscribe(Topic(Clock, "/clock"), qos=CLOCK)
-            self.spawn(self._pass_clock_on(self._clock), name="web clock")
-        elif not publishers and self._clock is not None:
-            self._clock.close()
-            self._clock = None
-
-    async def _pass_clock_on(self, stream: Stream[Clock]) -> None:
-        async for message in stream:
-            at_ns = message.clock.sec * 10**9 + message.clock.nanosec
-            for viewer in self._viewers():
-                viewer.time(at_ns)
+    def _recording(self, request: Request) -> Path | None:
+        """The recording that a connection is to; None if it is to the graph. Raises `Refused` for one that is not there."""
+        name = parse_qs(urlsplit(request.path).query).get("bag", [""])[0]
+        return self._bags.path(name) if name else self._settings.recording
 
 
 def _is_upgrade(request: Request) -> bool:

@@ -6,6 +6,7 @@ import ipaddress
 import ssl
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -37,6 +38,10 @@ class WebSettings:
     """Pages of other places that may connect, such as ``https://lichtblick.example``; ``*`` for all."""
     security: Security | None = None
     """Gives the certificate for TLS."""
+    bags: Path | None = None
+    """The folder in which bags are recorded, and whose bags are shown; None: nobody records."""
+    recording: Path | None = None
+    """The bag or file that is shown instead of the graph; None: the graph is."""
 
     @property
     def local(self) -> bool:
@@ -64,6 +69,8 @@ def make_settings(
     port: int | None = None,
     origins: tuple[str, ...] = (),
     security: Security | None = None,
+    bags: Path | None = None,
+    recording: Path | None = None,
 ) -> WebSettings:
     """The settings; the token is that of ROBACTOR_WEB_TOKEN. Raises `WebUnavailable` for an open door: another interface, or a
     system with a security file, without a token.
@@ -82,8 +89,9 @@ def make_settings(
             f"secret of at least {SHORTEST_TOKEN} characters"
         )
     return WebSettings(
-        host=host, port=DEFAULT_PORT if port is None else port, token=token, origins=origins, security=security
-    )
+        host=host, port=DEFAULT_PORT if port is None else port, token=token, origins=origins, security=security, bags=bags,
+        recording=recording,
+    )  # fmt: skip
 
 
 def is_loopback(host: str) -> bool:

@@ -8,6 +8,7 @@ from math import cos, hypot, inf, sin
 import numpy as np
 
 from robot.control.command import CommandLimits, CommandShaper
+from robot.control.catch import SLOW, STEADY
 from robot.control.drive import Targets
 from robot.control.gaits import GAITS, Gait
 from robot.control.safe_stop import SafeStop
@@ -18,11 +19,11 @@ from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch
 from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.estimation.virtual_imu import virtual_imu
-from robot.geometry.vectors import Vector
+from robot.geometry.vectors import Vector, to_body
 from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
-from robot.model.kinematics import inverse
+from robot.model.kinematics import inverse, leg_inverse
 from robot.model.modes import GOALS, Mode
-from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
+from robot.model.parameters import HIPS, SIDES, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
 
 __all__ = ["GaitController", "GaitState"]
@@ -113,8 +114,7 @@ class GaitController:
         self._lying = 0.0
         self._catching = self._held_for = 0.0
         self._safe: SafeStop | None = None
-        self._told: Vector | None = None
-        """Where the joints were told to be by the latest targets, if those were positions."""
+        self._told: MotorTargets | None = None
         self._imu_watch, self._joint_watch, self._contact_watch = ImuWatch(), JointWatch(), ContactWatch(own_feet)
 
     def __repr__(self) -> str:
@@ -221,27 +221,47 @@ class GaitController:
             slope = (self._terrain.slope_x, self._terrain.slope_y)
             imu = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
         if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
-            self._crouch()
+            self._crouch(steps=False)
         targets = self._act(dt, imu, joints)
-        self._told = targets.position if self._walker is None else None
+        self._told = targets
         return targets
+
+    def _expected(self) -> Vector | None:
+        """Where the joints should be by now, shape (12,), rad: where they were told to be, or of a leg that pushes, where its foot stands."""
+        if self._told is None:
+            return None
+        places = self._told.position.copy()
+        if self._walker is None:
+            return places
+        estimate = self._estimate
+        px, py, pz = estimate.position
+        for leg in range(4):
+            if self._told.kp[3 * leg] == 0.0:
+                x, y, z = estimate.contacts[leg]
+                fx, fy, fz = to_body(estimate.rotation, (x - px, y - py, z - pz))
+                hip_x, hip_y = HIPS[leg]
+                places[3 * leg : 3 * leg + 3] = leg_inverse(SIDES[leg], fx - hip_x, fy - hip_y, fz)[:3]
+        return places
 
     def _check(self, dt: float, joints: JointSample, contacts_silent: bool) -> JointSample:
         """The joint sample with what cannot be believed replaced; without an encoder the safe stop takes over."""
-        joints = self._joint_watch.check(dt, joints, self._told)
+        joints = self._joint_watch.check(dt, joints, self._expected)
         if self._joint_watch.lost and self._safe is None and self._mode != Mode.SIT:
-            self._crouch()
+            if self._walker is None:
+                self._crouch(steps=False)
+            else:
+                self._commands.halt()
         contact = self._contact_watch.check(dt, joints, self._estimate.legs, self._walker, contacts_silent)
         if contact is None:
             return joints
         return JointSample(joints.position, joints.velocity, joints.effort, np.array(contact))
 
-    def _crouch(self) -> None:
-        """Give up whatever goes on, and sit down by the safe stop."""
+    def _crouch(self, *, steps: bool = True) -> None:
+        """Give up whatever goes on, and sit down by the safe stop, after steps that bring a walk to rest if `steps`."""
         self._goal, self._mode = Mode.SIT, Mode.LOWERING
         self._walker = self._planted = None
         self._commands.halt()
-        self._safe = SafeStop()
+        self._safe = SafeStop(steps=steps)
 
     def _act(self, dt: float, imu: ImuSample, joints: JointSample) -> MotorTargets:
         estimate = self._estimate
@@ -261,7 +281,7 @@ class GaitController:
         if self._planted is not None:
             return self._planted.step(dt, ahead).freeze()
         if self._safe is not None:
-            return self._safe.step(dt, joints)
+            return self._safe.step(dt, joints, None if self._imu_watch.lost else imu)
         return self._sit(dt, joints).freeze()
 
     def _bounds(self) -> tuple[CommandLimits | None, ...]:
@@ -331,6 +351,12 @@ class GaitController:
             return
         self._mode = Mode.STOPPING
         self._stopping_for += dt
+        if self._joint_watch.lost:
+            if self._stopping_for > STEADY and (
+                (_speed(ahead, walker) < SLOW and sum(self._estimate.contact) > 2) or self._stopping_for > STOP_TIME
+            ):
+                self._crouch(steps=False)
+            return
         if walker.halting:
             if not walker.swinging:
                 self._walker, self._stopping_for = None, 0.0

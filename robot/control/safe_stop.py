@@ -1,9 +1,10 @@
-"""The safe stop: from whatever the legs are doing to sitting, with nothing but joint samples. No IMU, no gait, no estimate.
+"""The safe stop: from whatever the legs are doing to sitting. No gait, no estimate, and if need be no IMU.
 
 It belongs to whoever commands the motors, for the moment when its commander falls silent.
 
-A robot that walks is first caught: standing feet tell its speed (what they move backwards at), feet in the air make one last step
-ahead of it, then all feet brake at a bounded rate while the body sinks. Equations: docs/control.md#safe-stop.
+A robot that walks and has an IMU is first brought to rest by steps (`robot.control.catch`). Without an IMU the joints must do: standing feet tell
+its speed (what they move backwards at), feet in the air make one last step ahead of it, then all feet brake at a bounded rate while the body
+sinks. Equations: docs/control.md#safe-stop.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ from __future__ import annotations
 from math import cos, hypot, pi
 
 from robot.control.balance import distribute
+from robot.control.catch import Catch, ground_speed
 from robot.control.drive import Targets
 from robot.geometry.vectors import Triple
-from robot.hardware.body import JointSample, MotorTargets
+from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import leg_inverse
-from robot.model.legs import LEVEL, LegState, foot_velocities, leg_state, torques
+from robot.model.legs import LEVEL, LegState, leg_state, torques
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT
 from robot.model.stance import NOMINAL
 
@@ -33,8 +35,6 @@ SEARCH = 0.3
 """How fast a foot that has still not found the ground goes on downwards, m/s."""
 LONGEST = 0.58
 """Farthest that a foot is sent below the hip plane, m: 88 % of the stretched leg."""
-FASTEST = 2.0
-"""Bound of the speed that the standing feet tell, m/s: more is a foot that slips."""
 CARRY = 0.5
 """Share of the weight that is given as forces; the joint springs give the rest, as the body sinks."""
 _NO_SPEED = 1e-9
@@ -50,10 +50,14 @@ RELAX_TIME = 0.2
 class SafeStop:
     """Sits the robot down within 1.2 s of the first step, then holds the pose softly. One object per stop.
 
-    Works from standing, from any moment of a walk, and from sitting. The body ends at about 0.17 m.
+    Works from standing, from any moment of a walk, and from sitting. The body ends at about 0.17 m. A walking robot whose IMU is there takes up to
+    2 s more, and does not fall at any speed that it may be told to walk at; without an IMU, or with `steps` false, that holds up to 0.7 m/s.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, steps: bool = True) -> None:
+        self._steps = steps
+        """Whether it may still be about to step."""
+        self._catch: Catch | None = None
         self._time = 0.0
         self._anchors: list[tuple[Triple, float] | None] = []
         """Of each foot that has touched the ground since the start: where, body frame, and how far the body had gone by then."""
@@ -66,13 +70,22 @@ class SafeStop:
         """Whether the robot sits."""
         return self._time >= SIT_TIME + RELAX_TIME
 
-    def step(self, dt: float, joints: JointSample) -> MotorTargets:
-        """The motor targets of this step, `dt` seconds after the last."""
+    def step(self, dt: float, joints: JointSample, imu: ImuSample | None = None) -> MotorTargets:
+        """The motor targets of this step, `dt` seconds after the last; `imu` None: there is none."""
+        if self._steps and imu is not None:
+            self._catch = self._catch or Catch.begin(imu, joints)
+            if self._catch is not None and not self._catch.over:
+                return self._catch.step(dt, imu, joints)
+        self._steps = False
+        return self._sit(dt, joints)
+
+    def _sit(self, dt: float, joints: JointSample) -> MotorTargets:
+        """By the joints alone."""
         angles = joints.position.tolist()
         legs = leg_state(angles, LEVEL)
         standing: list[bool] = joints.contact.tolist()
         if not self._start:
-            self._begin(legs, angles, joints.velocity.tolist(), standing)
+            self._begin(legs, joints, standing)
         else:
             self._time += dt
         for leg in range(4):
@@ -95,15 +108,14 @@ class SafeStop:
             )
         return targets.freeze()
 
-    def _begin(self, legs: LegState, angles: list[float], speeds: list[float], standing: list[bool]) -> None:
+    def _begin(self, legs: LegState, joints: JointSample, standing: list[bool]) -> None:
         """Note where the feet are, which stand, and how fast the body goes over them."""
         stood = standing if any(standing) else [True] * 4
         self._start = legs.feet
         self._anchors = [(foot, 0.0) if stands else None for foot, stands in zip(legs.feet, stood, strict=True)]
         deepest = [-foot[2] for foot, stands in zip(legs.feet, stood, strict=True) if stands]
         self._height = max(SIT_HEIGHT, sum(deepest) / len(deepest))
-        moving, _ = foot_velocities(legs, angles, speeds, (0.0, 0.0, 0.0), LEVEL)
-        self._speed = _backwards([speed for speed, stands in zip(moving, stood, strict=True) if stands])
+        self._speed = ground_speed(joints)
 
     def _gone(self) -> float:
         """How far the body should have gone by now, m: on for a moment, then braked."""
@@ -142,11 +154,3 @@ def _loads(legs: LegState, standing: list[bool]) -> list[list[float]]:
         for leg, force in zip(down, distribute(arms, (0.0, 0.0, carry, 0.0, 0.0, 0.0)), strict=True):
             loads[leg] = list(force)
     return loads
-
-
-def _backwards(speeds: list[Triple]) -> tuple[float, float]:
-    """The body's velocity over feet that move at `speeds` as seen from it, bounded."""
-    vx, vy = -sum(x for x, _, _ in speeds) / len(speeds), -sum(y for _, y, _ in speeds) / len(speeds)
-    fast = hypot(vx, vy)
-    scale = min(1.0, FASTEST / fast) if fast > 0.0 else 1.0
-    return (vx * scale, vy * scale)

@@ -50,6 +50,11 @@ class _Leg:
         """How much the foot is lifted because it hit something on its way, m; negative: it has not."""
 
 
+def _bears(estimate: Estimator, leg: int) -> float:
+    """How much a leg looks like one that stands: by its contact first, then by how deep its foot is."""
+    return float(estimate.contact[leg]) - 0.5 * estimate.legs.feet[leg][2]
+
+
 class WalkController:
     """One walk, from all feet on the ground on. Call `step` at every control step."""
 
@@ -80,6 +85,29 @@ class WalkController:
         """How much of the gait's sway has been reached: all of it at 1. It goes on to 2 within a period: the gait is then in full use."""
         self.upset = False
         """Whether the body leans or moves in a way that this gait, if it sways, was not made for."""
+
+    def join(self, estimate: Estimator, ahead: PredictedState) -> None:
+        """Go on with a trot that another controller has left in mid-stride: its phase is told by how far the standing feet are behind."""
+        vx, vy, _ = estimate.velocity
+        speed = max(self._config.least_stride, hypot(vx, vy))
+        self.clock.hurry(speed)
+        pairs = ((0, 3), (1, 2))
+        deep = [sum(_bears(estimate, leg) for leg in pair) for pair in pairs]
+        first = deep[0] >= deep[1]
+        standing = pairs[0] if first else pairs[1]
+        feet = [(estimate.legs.feet[leg], NOMINAL[leg]) for leg in standing]
+        before = sum(((x - x0) * vx + (y - y0) * vy) / speed for (x, y, _), (x0, y0) in feet) / len(feet)
+        share = 0.5 - before / (speed * self.clock.stance_time)
+        self.clock.phase = (
+            max(0.0, min(self._config.leaving, share)) * self.clock.gait.duty - self.clock.gait.offsets[standing[0]]
+        ) % 1.0
+        for index, leg in enumerate(self._legs):
+            if index not in standing and not estimate.contact[index]:
+                leg.swinging, leg.landed, leg.boost = True, False, -1.0
+                (x, y, z), (fx, fy, fz) = ahead.position, ahead.feet[index]
+                leg.start = (x + fx, y + fy, z + fz)
+        lowest, highest = self._heights
+        self.height = max(lowest, min(highest, -sum(z for (_, _, z), _ in feet) / len(feet)))
 
     def change(self, gait: Gait, ahead: PredictedState) -> None:
         """Go on with another gait; all feet stand. Of its legs, the one that is left behind most lifts first."""

@@ -42,6 +42,8 @@ class WalkConfig:
     """Bound of roll and pitch that follow the ground, rad; chosen: 29 degrees."""
 
     # -- velocity
+    least_stride: float = 0.2
+    """A walk that is joined in mid-stride is taken to be at least so fast, m/s; chosen: the feet of a slower one do not tell its phase."""
     speed_gain: float = 6.0
     """k_v, 1/s; chosen: a time constant of 0.17 s, a third of a step."""
     speed_integral: float = 3.0

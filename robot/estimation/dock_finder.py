@@ -16,8 +16,8 @@ __all__ = ["find_dock"]
 
 _WINDOW = 0.10
 """A return this near to where the face should be may be the face, m; what stands behind the station is 0.15 m farther."""
-_BESIDE = 0.15
-"""How far beside the face's expected ends returns may still be its own, m."""
+_BESIDE = 0.30
+"""How far beside the face's expected ends returns may still be its own, m: 10 cm, and 10 degrees from a meter away."""
 _FEWEST = 8
 """Returns from the face; fewer say too little."""
 _OFF = 0.06

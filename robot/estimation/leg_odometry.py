@@ -137,6 +137,13 @@ class Estimator:
         self._watch_acceleration(dt, measured_velocity)
         self._watch_heading(dt, arms, roll, leaving)
 
+    def moving(self, velocity: Triple, deviation: float) -> None:
+        """Believe that the body moves at `velocity` (odom axes, m/s), as far as a standard deviation of so many m/s says."""
+        self._state[1] = list(velocity)
+        self._smooth_velocity = velocity
+        self._covariance[1][1] = deviation * deviation
+        self._publish()
+
     @property
     def deviation(self) -> tuple[float, float]:
         """Standard deviations of position (m) and velocity (m/s) as the filter believes them, the same on every axis."""

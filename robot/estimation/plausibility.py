@@ -6,6 +6,7 @@ its own schedule without a foot contact.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import isfinite
 from typing import Protocol
 
@@ -124,8 +125,8 @@ class JointWatch:
         """Whether there is a joint whose encoder cannot be relied on."""
         return self._trust.lost
 
-    def check(self, dt: float, sample: JointSample, commanded: Vector | None) -> JointSample:
-        """The sample; a joint that cannot be believed is where it was `commanded` to be last (shape (12,)), or where it was seen last."""
+    def check(self, dt: float, sample: JointSample, expected: Callable[[], Vector | None]) -> JointSample:
+        """The sample; a joint that cannot be believed is where it is `expected` to be (shape (12,)), or else where it was seen last."""
         position, velocity = sample.position.tolist(), sample.velocity.tolist()
         self.bad = self._doubtful(dt, position, velocity)
         self._trust.update(dt, not self.bad)
@@ -133,8 +134,9 @@ class JointWatch:
             self._position = position
             return sample
         position, velocity = position.copy(), velocity.copy()
+        places = expected()
         for joint in self.bad:
-            position[joint] = self._position[joint] if commanded is None else float(commanded[joint])
+            position[joint] = self._position[joint] if places is None else float(places[joint])
             velocity[joint] = 0.0
         self._position = position
         effort = np.nan_to_num(sample.effort, posinf=0.0, neginf=0.0)

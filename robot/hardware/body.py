@@ -103,6 +103,8 @@ class Truth:
     """Joint positions, shape (12,), rad."""
     fallen: bool
     """Body z axis more than 60 degrees from vertical, or body less than 0.15 m above its lowest foot."""
+    lying: bool
+    """Trunk or thigh rests on the floor: of a robot that sits nothing but that, of one that stands or walks a fall."""
     touching: tuple[str, ...]
     """Names of scene obstacles (``box_0``, ``cylinder_3`` in scene order) that any part of the robot touches now."""
     power: float

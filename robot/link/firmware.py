@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
+from robot.control.fence import Fence
 from robot.control.safe_stop import SafeStop
-from robot.hardware.body import JointSample, MotorTargets
+from robot.hardware.body import ImuSample, JointSample, MotorTargets
 
 __all__ = ["PERIOD", "SILENCE", "Drives"]
 
@@ -29,9 +30,12 @@ class Drives:
         self._heard: float | None = None
         self._stop: SafeStop | None = None
         self._stepped = 0.0
-        self._epoch = 0
-        self.refused = 0
-        """Commands of processes that have been replaced."""
+        self._fence = Fence()
+
+    @property
+    def refused(self) -> int:
+        """How many commands came of processes that have been replaced."""
+        return self._fence.refused
 
     @property
     def stopping(self) -> bool:
@@ -43,12 +47,15 @@ class Drives:
         """Whether the robot sits because of that, or was never commanded."""
         return self._heard is None or (self._stop is not None and self._stop.done)
 
+    def admits(self, epoch: int) -> bool:
+        """Whether a command of process `epoch` counts, of whatever kind it is."""
+        return self._fence.admits(epoch)
+
     def obey(self, at: float, epoch: int) -> bool:
         """Whether to follow the targets that process `epoch` gave at `at`."""
-        if epoch < self._epoch:
-            self.refused += 1
+        if not self.admits(epoch):
             return False
-        self._heard, self._epoch, self._stop = at, epoch, None
+        self._heard, self._stop = at, None
         return True
 
     def due(self) -> float | None:
@@ -57,11 +64,11 @@ class Drives:
             return None
         return self._heard + SILENCE if self._stop is None else self._stepped + PERIOD
 
-    def act(self, at: float, joints: JointSample) -> MotorTargets:
+    def act(self, at: float, joints: JointSample, imu: ImuSample) -> MotorTargets:
         """The targets that they give themselves at `at`, when that is due."""
         first = self._stop is None
         if self._stop is None:
             self._stop = SafeStop()
         dt = PERIOD if first else at - self._stepped
         self._stepped = at
-        return self._stop.step(dt, joints)
+        return self._stop.step(dt, joints, imu)

@@ -94,7 +94,8 @@ class BodyHost:
     def _follow(self, command: Command, now: float) -> None:
         """Take a command at the instant at which it was given, or now, if it is of an instant that is over or has not come."""
         if command.order is Order.SAMPLE:
-            self._asked = command
+            if self._drives.admits(command.epoch):
+                self._asked = command
             return
         at = min(command.at, now)
         self._advance(at)
@@ -110,7 +111,7 @@ class BodyHost:
             self._hz, self._begin = command.hz, self._began + self._body.time
         while (due := self._drives.due()) is not None and due <= until:
             self._move(due)
-            self._body.command(self._drives.act(due, self._body.joints()))
+            self._body.command(self._drives.act(due, self._body.joints(), self._body.imu()))
         self._move(until)
 
     def _move(self, until: float) -> None:

@@ -48,7 +48,7 @@ class Command:
     at: float
     """When it was given."""
     epoch: int
-    """The number of the process that gave it, among all that ever did."""
+    """The number of the process that gave it, among all that were launched."""
     targets: MotorTargets | None = None
     hz: float = 0.0
     begin: float = 0.0
@@ -103,7 +103,7 @@ def state_record(state: State, obstacles: Sequence[str]) -> Vector:
     touched = [float(obstacles.index(name)) for name in truth.touching[:TOUCHED]]
     touched += [_NONE] * (TOUCHED - len(touched))
     motion = (truth.position, truth.quaternion, truth.velocity, truth.angular_velocity, truth.joints)
-    flags = [float(truth.fallen), truth.power, float(state.charger), float(state.stopping)]
+    flags = [float(truth.fallen), float(truth.lying), truth.power, float(state.charger), float(state.stopping)]
     return np.concatenate(([state.at], *motion, *_joint_parts(state.joints), flags, touched))
 
 
@@ -116,10 +116,11 @@ def read_state(record: Vector, obstacles: Sequence[str]) -> State:
         angular_velocity=record[11:14],
         joints=record[14:26],
         fallen=bool(record[66]),
-        touching=tuple(obstacles[int(one)] for one in record[70:74] if one != _NONE),
-        power=float(record[67]),
+        lying=bool(record[67]),
+        touching=tuple(obstacles[int(one)] for one in record[71:75] if one != _NONE),
+        power=float(record[68]),
     )
-    return State(float(record[0]), truth, _joints(record[26:66]), bool(record[68]), bool(record[69]))
+    return State(float(record[0]), truth, _joints(record[26:66]), bool(record[69]), bool(record[70]))
 
 
 def scenery_record(

@@ -56,13 +56,16 @@ class LinkedBody:
 
     Its `advance` waits for nothing: the body advances by itself. What it says is of the newest instant that it has told, at most a sample
     period old. Everything that reads raises `BodySilent` when that is a second old.
+
+    `epoch` numbers the processes that may command the body, in the order in which they are launched: a copy for another process has the next.
     """
 
     no_replay = NO_REPLAY
 
-    def __init__(self, name: str, scene: Scene, *, seed: int, arm: bool) -> None:
+    def __init__(self, name: str, scene: Scene, *, seed: int, arm: bool, epoch: int | None = None) -> None:
         self._name, self._scene, self._seed, self._has_arm = name, scene, seed, arm
         self._segment: Segment = attached(name, len(scene.things))
+        self._epoch = self._segment.next_epoch() if epoch is None else epoch
         self._obstacles = obstacle_names(scene)
         self._noise = LidarNoise(seed)
         self._offset = -inf
@@ -74,7 +77,7 @@ class LinkedBody:
         return f"LinkedBody({self._name!r}, scene={self._scene.name!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _linked, (self._name, self._scene, self._seed, self._has_arm)
+        return _linked, (self._name, self._scene, self._seed, self._has_arm, self._segment.next_epoch())
 
     @property
     def backend(self) -> str:
@@ -114,7 +117,7 @@ class LinkedBody:
 
     def command(self, targets: MotorTargets) -> None:
         """Send targets; the drives take them as of now."""
-        command = Command(Order.TARGETS, time.monotonic(), self._segment.epoch(), targets=targets)
+        command = Command(Order.TARGETS, time.monotonic(), self._epoch, targets=targets)
         self._segment.commands.write(command_record(command))
 
     def sample(self, hz: float) -> None:
@@ -182,7 +185,7 @@ class LinkedBody:
         return record
 
     def _ask(self, hz: float, begin: float) -> None:
-        command = Command(Order.SAMPLE, time.monotonic(), self._segment.epoch(), hz=hz, begin=begin)
+        command = Command(Order.SAMPLE, time.monotonic(), self._epoch, hz=hz, begin=begin)
         self._segment.commands.write(command_record(command))
 
     def _shift(self) -> float:
@@ -237,6 +240,6 @@ class LinkedArm:
         raise BodySilent(f"{self._body!r}: its arm has not answered for {ANSWER:g} s")
 
 
-def _linked(name: str, scene: Scene, seed: int, arm: bool) -> LinkedBody:
+def _linked(name: str, scene: Scene, seed: int, arm: bool, epoch: int) -> LinkedBody:
     """The other end, in the process that takes it out of its envelope."""
-    return LinkedBody(name, scene, seed=seed, arm=arm)
+    return LinkedBody(name, scene, seed=seed, arm=arm, epoch=epoch)

@@ -19,7 +19,7 @@ PREFIX: Final = "robactor-body-"
 _SHM: Final = Path("/dev/shm")
 """Where Linux shows them."""
 COMMAND_SLOTS, SAMPLE_SLOTS, STATE_SLOTS, CALL_SLOTS = 512, 64, 4, 8
-COMMAND, SAMPLE, STATE, CALL, REPLY = 63, 47, 74, 5, 3
+COMMAND, SAMPLE, STATE, CALL, REPLY = 63, 47, 75, 5, 3
 """Numbers in a record of each ring; `robot.link.records` says which."""
 ARM, THING = 15, 3
 """Numbers for the arm, and for each of the scene's things."""
@@ -47,18 +47,17 @@ class Segment:
             rings.append(Ring(self._bytes, offset, slots, width))
             offset += Ring.size(slots, width)
         self.commands, self.samples, self.state, self.scenery, self.calls, self.replies = rings
-        self._epoch = 0
 
     @property
     def name(self) -> str:
         return self._memory.name
 
-    def epoch(self) -> int:
-        """The number of this process among those that have commanded the body, claimed at the first call; the body obeys the newest."""
-        if self._epoch == 0:
-            self._epoch = int.from_bytes(self._bytes[:8], "little") + 1
-            self._bytes[:8] = self._epoch.to_bytes(8, "little")
-        return self._epoch
+    def next_epoch(self) -> int:
+        """A number larger than all before, for a process that may command the body; the body obeys the newest. Processes are given theirs by
+        the one that launches them, so that it does not matter when they get to use it."""
+        epoch = int.from_bytes(self._bytes[:8], "little") + 1
+        self._bytes[:8] = epoch.to_bytes(8, "little")
+        return epoch
 
     def close(self) -> None:
         """Let go of the memory. Whoever made it calls `remove`, too."""

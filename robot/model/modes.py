@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-__all__ = ["GOALS", "Mode"]
+__all__ = ["GOALS", "ON_ITS_FEET", "Mode"]
 
 
 class Mode(StrEnum):
@@ -18,5 +18,7 @@ class Mode(StrEnum):
     LOWERING = "lowering"
 
 
+ON_ITS_FEET = (Mode.STAND, Mode.WALK, Mode.STOPPING)
+"""Those in which nothing but feet should touch the floor."""
 GOALS = (Mode.SIT, Mode.STAND, Mode.WALK)
 """Those that can be asked for."""

@@ -177,8 +177,9 @@ class Docking(Node):
 
     @PATH.on()
     def plan(self, message: Path) -> None:
-        """A new plan means that navigation walks to a goal; one that begins during a final approach preempts it."""
-        self._others_path = self.clock.now()
+        """A new plan means that navigation walks to a goal; one that begins during a final approach preempts it. Without poses it is the end of one."""
+        if message.poses:
+            self._others_path = self.clock.now()
 
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:

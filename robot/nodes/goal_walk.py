@@ -83,7 +83,7 @@ class GoalWalk:
         dock: Pose2 | None,
         *,
         cmd: Callable[[Twist], object],
-        plan: Callable[[paths.Path], object],
+        plan: Callable[[paths.Path | None], object],
     ) -> None:
         self._node = node
         self._heard = heard
@@ -179,6 +179,9 @@ class GoalWalk:
                 self._owner = None
                 self._navigator.cancel()
                 self._cmd(STANDSTILL)
+                if self._shown is not None:
+                    self._shown = None
+                    self._plan(None)
                 self._node.spawn(self._rest())
 
     async def _ensure_walking(self) -> None:

@@ -1,6 +1,6 @@
 """The motor node: the last to stop, and the last to act when everything above it has failed.
 
-It owns the body's drives. While targets keep coming it passes them on; 100 ms after the last one, whatever has become of the gait
+It owns the body's drives. While targets keep coming it passes them on; 50 ms after the last one, whatever has become of the gait
 controller or its supervisor, it sits the robot down by itself. When it is stopped it does the same, and only then ends.
 
 It follows the newest life of who commands it, on whatever machine that is: what an older life sends, however late, is refused.
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 __all__ = ["RATE", "SILENCE", "Motors"]
 
 RATE = 200.0
-SILENCE = 0.1
+SILENCE = 0.05
 """Seconds without targets after which the motors act by themselves."""
-SAFE_STOP_SECONDS = 1.4
+SAFE_STOP_SECONDS = 3.4
 """How long a stop of the node may take to sit the robot down."""
 STEPPING_SIT_SECONDS = 2.4
 """The same for a body that steps by itself and sits at its own pace."""
@@ -136,4 +136,4 @@ class Motors(Node):
             self._stepping.drive(0.0, 0.0, 0.0, SIT_HEIGHT, Mode.SIT)
             self._safe.step(dt, self._body.joints())
         else:
-            self._body.command(self._safe.step(dt, self._body.joints()))
+            self._body.command(self._safe.step(dt, self._body.joints(), self._body.imu()))

@@ -303,7 +303,9 @@ class Navigation(Node):
             return PlanPath.Response(success=False, message=f"{error.name}: {error}")
         return PlanPath.Response(path=self._path_message(path), success=True, message="Path planned successfully")
 
-    def _path_message(self, path: paths.Path) -> Path:
+    def _path_message(self, path: paths.Path | None) -> Path:
+        """The path as a message; without poses if there is none."""
         stamp = self.clock.stamp()
-        poses = tuple(pose_stamped(Pose2(x, y), stamp) for x, y in path.points.tolist())
+        points = [] if path is None else path.points.tolist()
+        poses = tuple(pose_stamped(Pose2(x, y), stamp) for x, y in points)
         return Path(header=Header(stamp=stamp, frame_id="map"), poses=poses)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import asyncio
 
     from actors import Child, Supervisor, System
+    from actors.hosts import Hosts
     from actors.transport import Transport
     from robot.assembly import Robot
     from robot.hardware.body import Body
@@ -55,11 +56,13 @@ class Session:
         self.body: Body = self.robot.body
 
     def run(self) -> int:
-        from actors import StartFailed, SupervisorGaveUp, execute
+        from actors import DeclarationError, StartFailed, SupervisorGaveUp, execute
         from robot.hardware.body import BodySilent
 
         try:
             return execute(self._main, clock=self.options.clock)
+        except DeclarationError as error:  # of the machines: they are looked at when the run begins
+            raise UsageError(str(error)) from error
         except (SupervisorGaveUp, StartFailed) as error:
             print(f"robot run: {error}", file=sys.stderr)
             return 3
@@ -89,6 +92,7 @@ class Session:
             return Robot(
                 scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
                 arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, publish_clock=options.publish_clock, processes=options.processes,
+                hosts=None if options.machines is None else options.machines.hosts,
             )  # fmt: skip
         except BackendMissing as error:
             raise UsageError(str(error)) from None
@@ -120,6 +124,12 @@ class Session:
         except WireUnavailable as error:
             raise UsageError(str(error)) from None
 
+    def _hosts(self) -> Hosts | None:
+        """The way to the other machines; None without any."""
+        from robot.run.machines import tls_hosts
+
+        return None if self.options.machines is None else tls_hosts(self.options.machines, self.options.security)
+
     # -- the run ------------------------------------------------------------------------------------------------------------
 
     async def _main(self) -> int:
@@ -149,7 +159,7 @@ class Session:
         report: dict[str, Any] = {}
         context = run(
             tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level), observers=flight.observers,
-            parameters=self._parameters(tree), transport=self._transport(),
+            parameters=self._parameters(tree), transport=self._transport(), hosts=self._hosts(),
         )  # fmt: skip
         try:
             async with context as system:
@@ -185,7 +195,8 @@ class Session:
         try:
             chosen = only(tree, names)
             if self.options.processes:  # and what looks after their processes
-                chosen = only(tree, (*names, *(f"{concern.name}_process" for concern in chosen.children)))
+                cares = {child.name for child in nodes_of(tree)} & {f"{one.name}_process" for one in chosen.children}
+                chosen = only(tree, (*names, *cares))
         except UnknownNode as error:
             hint = "" if self.options.arm else " (those of the arm come with --arm)"
             raise UsageError(f"--only: {error}{hint}") from None
@@ -253,7 +264,7 @@ class Session:
         from robot.run.mission import DOCK_GOAL
 
         errands = [goal for goal in score.goals if goal.name != DOCK_GOAL]
-        if not self.options.processes or not errands:
+        if not (self.options.processes or self.options.machines) or not errands:
             return False
         return self.options.fetch is not None or (self.options.goal is not None and errands[-1].succeeded)
 
@@ -321,7 +332,8 @@ def check_replay(tree: Supervisor, names: Sequence[str]) -> None:
 
 
 def with_hangs(tree: Supervisor, hangs: Sequence[Hang]) -> Supervisor:
-    """The tree of a run that begins now, in which the processes of these nodes hang."""
+    """The tree of a run that begins now, in which the processes of these nodes hang. Raises `UsageError` for one on another machine."""
+    from actors import Supervisor
     from robot.nodes import process_care
     from robot.run.choice import changed, nodes_of
 
@@ -329,6 +341,10 @@ def with_hangs(tree: Supervisor, hangs: Sequence[Hang]) -> Supervisor:
     concerns = {
         node.name: concern.name for concern in tree.children for node in nodes_of(tree.replace(children=[concern]))
     }
+    away = {concern.name for concern in tree.children if isinstance(concern, Supervisor) and concern.hosts}
+    for hang in hangs:
+        if concerns[hang.node.lstrip("/")] in away:
+            raise UsageError(f"--hang {hang.node}: its process is on another machine")
 
     def change(child: Child) -> Child:
         if child.factory is not process_care.ProcessCare:

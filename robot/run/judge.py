@@ -9,15 +9,18 @@ import numpy as np
 
 from actors import Node, every
 from actors.interfaces.sensor_msgs.msg import BatteryState
-from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GOAL_REPORT, SAFETY_STATE
+from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, GOAL_REPORT, SAFETY_STATE
 from robot.hardware.body import Body
-from robot.interfaces.robactor_msgs.msg import DriveStatus, GoalReport, SafetyState
+from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus, GoalReport, SafetyState
 from robot.model.footprint import Footprint
+from robot.model.modes import ON_ITS_FEET
 from robot.planning.grid import signed_distance
 
 __all__ = ["Judge", "SafetyStop", "Score", "ScoredGoal"]
 
 RATE = 50.0
+BELIEVED = 0.2
+"""A gait that has not said for so long that it stands or walks may have sat down, s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +86,7 @@ class Judge(Node):
         self._score = score
         self._last: tuple[float, float] | None = None
         self._down = False
+        self._on_its_feet = float("-inf")
         self._driver = ""
         self._stopped: tuple[str, ...] = ()
         self._outline = Footprint().outline
@@ -99,11 +103,13 @@ class Judge(Node):
                 self._last = (x, y)
         else:
             self._last = (x, y)
-        if truth.fallen and not self._down:
+        upright = self.clock.now() - self._on_its_feet < BELIEVED
+        down = truth.fallen or (truth.lying and upright)
+        if down and not self._down:
             score.falls += 1
             if score.fallen_at is None:
                 score.fallen_at = round(self.clock.now(), 3)
-        self._down = truth.fallen
+        self._down = down
         if self._driver:
             score.drove[self._driver] = score.drove.get(self._driver, 0.0) + 1.0 / RATE
         for name in truth.touching:
@@ -114,6 +120,11 @@ class Judge(Node):
         py = y + s * self._outline[:, 0] + c * self._outline[:, 1]
         for obstacle in self._body.scene.obstacles:
             score.clearance = min(score.clearance, float(signed_distance(obstacle, px, py).min()))
+
+    @GAIT_STATUS.on()
+    def gait(self, message: GaitStatus) -> None:
+        if message.mode in ON_ITS_FEET:
+            self._on_its_feet = self.clock.now()
 
     @DRIVE_STATUS.on()
     def drive(self, message: DriveStatus) -> None:

@@ -11,6 +11,7 @@ from typing import Literal
 from robot.run.arguments import Parser
 from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, checked, parse_fault, parse_fetch, parse_goal
 from robot.run.hardships import Push, parse_ground, parse_push
+from robot.run.machines import Machines, parse_machines
 from robot.run.words import declare
 from robot.sim.ground import Ground
 
@@ -31,6 +32,8 @@ class Web:
     """Pages of other places that may connect."""
     wanted: bool = False
     """Whether it was asked for, so that the run ends if it cannot be had."""
+    bags: str | None = None
+    """The folder in which the page records bags; None: it does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +66,8 @@ class Options:
     """The endpoints of other machines to connect to."""
     processes: bool = False
     """Whether the body and each concern of the tree have a process of their own."""
+    machines: Machines | None = None
+    """Which concerns run on other machines; None: none does."""
     hangs: tuple[Hang, ...] = ()
     security: str | None = None
     """A security file."""
@@ -80,18 +85,30 @@ class Options:
 def parse(argv: Sequence[str]) -> Options:
     """Raises `UsageError`; `--help` ends in argparse's own way (exit 0)."""
     given = _parser().parse_args(argv)
+    machines = parse_machines(given.host)
     if given.trace and given.clock != "virtual":
         raise UsageError("--trace: two runs are equal on the virtual clock only; add --clock virtual")
-    if given.clock == "virtual" and (given.listen or given.connect or given.security):
-        raise UsageError("--listen, --connect, --security: other machines live in real time; leave out --clock virtual")
+    if given.clock == "virtual" and (given.listen or given.connect or given.security or given.host):
+        raise UsageError(
+            "--listen, --connect, --security, --host: other machines live in real time; leave out --clock virtual"
+        )
+    if machines is not None and not (given.listen or given.connect):
+        raise UsageError(
+            "--host: what runs there must reach this robot: add --listen tls/0.0.0.0:7448, or --connect with the endpoint of a router"
+        )
+    if machines is not None and given.processes and not given.connect:
+        raise UsageError(
+            "--host: with --processes what runs there must reach each of them: start `robactor router` here, and add --connect with its endpoint"
+        )
     if given.publish_clock is not None:
         checked("--publish-clock", given.publish_clock, 0.1, 1000.0, "Hz")
     if given.processes and given.clock == "virtual":
         raise UsageError("--processes: processes live in real time; leave out --clock virtual")
     if given.processes and given.backend == "kinematic":
         raise UsageError("--processes: only the physics body has a process of its own; leave out --backend kinematic")
-    if given.processes and given.replay:
-        raise UsageError("--replay: journals are kept of nodes of this process; leave out --processes")
+    if given.replay and (given.processes or machines is not None):
+        other = "--processes" if given.processes else "--host"
+        raise UsageError(f"--replay: journals are kept of nodes of this process; leave out {other}")
     if given.journals is not None and not given.replay:
         raise UsageError("--journals: say of which nodes: --replay NODE")
     if given.hang and not given.processes:
@@ -129,6 +146,7 @@ def parse(argv: Sequence[str]) -> Options:
         listen=tuple(given.listen),
         connect=tuple(given.connect),
         processes=given.processes,
+        machines=machines,
         hangs=tuple(Hang(*parse_fault("--hang", text, duration)) for text in given.hang),
         security=given.security,
         replay=_names(given.replay),
@@ -141,14 +159,14 @@ def parse(argv: Sequence[str]) -> Options:
 
 def _web(given: argparse.Namespace) -> Web | None:
     """What is said of the web server. There is one on the real clock unless it is switched off."""
-    wanted = given.web is not None or given.web_host is not None or bool(given.web_origin)
+    wanted = given.web is not None or given.web_host is not None or bool(given.web_origin) or given.bags is not None
     if given.no_web and wanted:
         raise UsageError("--no-web: leave out the other options of the web server, or this one")
     if given.clock == "virtual" and wanted:
         raise UsageError("--web: browsers live in real time; leave out --clock virtual")
     if given.no_web or given.clock == "virtual":
         return None
-    return Web(given.web_host or "127.0.0.1", given.web, tuple(given.web_origin), wanted)
+    return Web(given.web_host or "127.0.0.1", given.web, tuple(given.web_origin), wanted, given.bags)
 
 
 def _parser() -> argparse.ArgumentParser:

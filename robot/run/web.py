@@ -17,7 +17,15 @@ class ServeWeb(Protocol):
     """Starts a web server beside a system."""
 
     async def __call__(
-        self, system: System, /, *, host: str, port: int | None, origins: tuple[str, ...], security: str | None
+        self,
+        system: System,
+        /,
+        *,
+        host: str,
+        port: int | None,
+        origins: tuple[str, ...],
+        security: str | None,
+        bags: str | None,
     ) -> None: ...
 
 
@@ -27,7 +35,7 @@ async def start(system: System, options: Options, serve: ServeWeb | None) -> Non
     if web is None or serve is None:
         return
     try:
-        await serve(system, host=web.host, port=web.port, origins=web.origins, security=options.security)
+        await serve(system, host=web.host, port=web.port, origins=web.origins, security=options.security, bags=web.bags)
     except Exception as error:
         if web.wanted:
             raise UsageError(f"--web: {error}") from None

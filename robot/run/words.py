@@ -101,6 +101,14 @@ def _add_network(add: Any) -> None:
         help="let other machines connect to tcp/0.0.0.0:PORT",
     )
     add("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
+    add(
+        "--host",
+        action="append",
+        default=[],
+        metavar="CONCERN=HOST[@ADDRESS[:PORT]][,SPARE...]",
+        help="run perception, navigation or mission on another machine, where `robactor agent` waits, or on the next one if it is lost, such as "
+        "navigation=base@192.168.1.6,spare@192.168.1.7; may be given several times (docs/machines.md)",
+    )
     add("--no-web", action="store_true", help="without the web page and what else its port offers (docs/web.md)")
     add(
         "--web",
@@ -115,6 +123,11 @@ def _add_network(add: Any) -> None:
         default=[],
         metavar="URL",
         help="let pages of this origin connect, such as https://lichtblick.example",
+    )
+    add(
+        "--bags",
+        metavar="DIR",
+        help="let the web page record bags into this folder, and show those in it (docs/bags.md)",
     )
 
 

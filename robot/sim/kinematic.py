@@ -165,6 +165,7 @@ class KinematicBody(BodyShell):
             angular_velocity=np.array([0.0, 0.0, self._twist.wz]),
             joints=self._joints.copy(),
             fallen=False,
+            lying=False,
             touching=self._outline.touching(self._pose.x, self._pose.y, self._pose.yaw),
             power=self._power(),
         )

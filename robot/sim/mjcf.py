@@ -130,7 +130,7 @@ def _leg(leg: int) -> str:
         <body name="{name}_thigh" pos="0 {ABDUCTION * side} 0">
           <joint name="{name}_shoulder" axis="0 1 0" range="{_numbers(SHOULDER_LIMITS)}"/>
           {_inertial(THIGH_MASS, THIGH_COM, THIGH_INERTIA)}
-          <geom type="capsule" size="0.04" fromto="0 0 0 0 0 {-THIGH}"/>
+          <geom name="{name}_thigh" type="capsule" size="0.04" fromto="0 0 0 0 0 {-THIGH}"/>
           <body name="{name}_calf" pos="0 0 {-THIGH}">
             <joint name="{name}_knee" axis="0 1 0" range="{_numbers(KNEE_LIMITS)}"/>
             {_inertial(CALF_MASS, CALF_COM, CALF_INERTIA)}

@@ -15,7 +15,7 @@ import numpy as np
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
-from robot.hardware.body import ImuSample, JointSample, MotorTargets, Truth
+from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets, Truth
 from robot.model.kinematics import inverse
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
 from robot.model.power import motor_power
@@ -125,6 +125,7 @@ class PhysicsBody(BodyShell):
             angular_velocity=self._qvel[3:6].copy(),
             joints=self._qpos[7:].copy(),
             fallen=self._fallen(),
+            lying=self._lying(),
             touching=self._touching(),
             power=motor_power(torque, speed) + (self._arm.power if self._arm is not None else 0.0),
         )
@@ -180,7 +181,9 @@ class PhysicsBody(BodyShell):
         self._applied: Vector = data.xfrc_applied[model.body("body").id]
         self._bias: Vector = model.actuator_biasprm[:12]
         self._limits: Vector = model.actuator_forcerange[:12]
-        self._foot_geoms = [model.geom(f"{leg}_foot").id for leg in ("fl", "fr", "rl", "rr")]
+        self._foot_geoms = [model.geom(f"{leg}_foot").id for leg in LEGS]
+        self._floor = model.geom("floor").id
+        self._upper = {model.geom(name).id for name in ("trunk", "skid", *(f"{leg}_thigh" for leg in LEGS))}
         self._obstacles = {model.geom(name).id: name for name in obstacle_names(self._scene)}
         self._knee_angles, self._knee_torques = (np.array(column) for column in zip(*KNEE_TORQUE, strict=True))
         self._limits[:, 0], self._limits[:, 1] = -TORQUE_LIMIT, TORQUE_LIMIT
@@ -238,6 +241,11 @@ class PhysicsBody(BodyShell):
         _, x, y, _ = self._qpos[3:7].tolist()
         lowest = min(self._data.geom_xpos[foot, 2] for foot in self._foot_geoms) - FOOT_RADIUS
         return bool(1.0 - 2.0 * (x * x + y * y) < 0.5 or self._qpos[2] - lowest < 0.15)
+
+    def _lying(self) -> bool:
+        return any(
+            self._floor in pair and not self._upper.isdisjoint(pair) for pair in self._data.contact.geom.tolist()
+        )
 
     def _touching(self) -> tuple[str, ...]:
         pairs = self._data.contact.geom.tolist()

@@ -15,7 +15,7 @@ from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Truth
-from robot.model.modes import Mode
+from robot.model.modes import ON_ITS_FEET, Mode
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ground
 from robot.sim.physics import PhysicsBody
@@ -89,7 +89,8 @@ class Trial:
     """A robot in physics that is walked about, pushed, and deprived of its sensors. The same trial gives the same record, bit for bit.
 
     `body` is the simulated robot (`body.push` and `body.truth()` are for tests), `gait` its controller, which knows nothing but its sensors.
-    A robot that has once fallen counts as fallen from then on. Raises `BackendMissing` without MuJoCo.
+    A robot that has once fallen counts as fallen from then on; to lie on the floor while it should stand or walk is a fall, too.
+    Raises `BackendMissing` without MuJoCo.
     """
 
     def __init__(
@@ -127,7 +128,8 @@ class Trial:
         self._steps += 1
         self.body.advance(self._steps * PERIOD)
         truth = self.body.truth()
-        self.fallen = self.fallen or truth.fallen
+        lying = truth.lying and self.gait.mode in ON_ITS_FEET
+        self.fallen = self.fallen or truth.fallen or lying
         return truth
 
     def stand_up(self) -> None:

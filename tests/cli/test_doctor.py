@@ -8,6 +8,7 @@ import pytest
 
 from actors import QoS, qos
 from actors.interfaces import encode
+from actors.transport.figures import LeaseFigures, ProcessFigures
 from actors.transport.format.attachments import attachment_writer
 from actors.transport.format.tokens import write_token
 from actors.transport.protocol import Sample
@@ -17,7 +18,7 @@ from cli.doctor.delays import ages, blocked, queues, restarts, timers
 from cli.doctor.observation import Finding, Listened, Observation
 from cli.doctor.observing import AllDomains, Reports, packages_named
 from cli.doctor.services import node_is_there, polling, service_types, serving, twins
-from cli.doctor.surroundings import domain, packages, processes, security, transport
+from cli.doctor.surroundings import domain, leases, packages, processes, security, transport
 from cli.doctor.topics import best_effort_commands, names, quality, sending, types
 from cli.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION
 from tests.cli.doctor_stage import end, figures, graph, handler, node, process, queue, served, timer
@@ -559,3 +560,21 @@ async def test_a_process_that_has_told_once_has_not_told_twice() -> None:
     assert (reports.twice(), list(reports.last)) == ((), [told.before.session])
     reports.take(Sample("key", encode(told.last), b""))
     assert reports.twice() == (told,)
+
+
+def test_the_machines_that_a_tree_gives_its_parts_to_are_named_and_one_that_cannot_be_reached_is_a_problem() -> None:
+    told = [LeaseFigures(host="base", left=2.84, parts=2), LeaseFigures(host="spare", left=0.0, parts=1)]
+    of = ProcessFigures(
+        host="robot", process=7, session="a", program="robot", at=1.0, cpu=0.0, memory=0, unreadable=0, leases=told
+    )
+    assert list(leases(Observation(processes=(of,)))) == [
+        Finding(
+            "host base", "works for process 7 of robot, robot", "2.8 s of its lease are left; 2 parts", level="info"
+        ),
+        Finding(
+            "host spare",
+            "cannot be reached by process 7 of robot, robot",
+            "its agent holds no lease",
+            "start robactor agent there, or look at the network between them",
+        ),
+    ]

@@ -1,14 +1,17 @@
+# pyright: reportPrivateUsage=false
 """`run PACKAGE EXECUTABLE` and `run MODULE:NODE`: nodes and programs, with the arguments of ROS 2."""
 
 from __future__ import annotations
 
 import asyncio
 import signal
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from cli.run import _run_process as run_process
 from tests.cli.conftest import ROOT, Command, Finished
 
 MODULE = """
@@ -158,3 +161,32 @@ async def test_a_program_of_an_installed_package_gets_its_words_and_gives_its_co
     )
     prefixed = await robot("run", "--prefix", "echo by", "garden", "gnome", "--help")
     assert prefixed == Finished(0, f"by {program} --help\n", "")
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_that_comes_while_the_program_is_being_started_ends_the_program(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It comes when the program runs already, and nobody knows it yet. The handlers are those of before afterwards."""
+    missed: list[int] = []
+    before = signal.signal(number, lambda number, frame: missed.append(number))
+    handlers = signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGINT)
+    started: list[subprocess.Popen[bytes]] = []
+
+    class Interrupted(subprocess.Popen[bytes]):
+        def __init__(self, words: list[str]) -> None:
+            super().__init__(words)
+            started.append(self)
+            signal.raise_signal(number)
+
+    monkeypatch.setattr("cli.run.subprocess.Popen", Interrupted)
+    try:
+        assert run_process(["sleep", "5"]) == 128 + number
+    finally:
+        (process,) = started
+        process.kill()
+        process.wait()
+        now = signal.getsignal(signal.SIGTERM), signal.getsignal(signal.SIGINT)
+        signal.signal(number, before)
+    assert now == handlers
+    assert missed == []

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from actors.transport.figures import NodeFigures, ProcessFigures
+from actors.transport.figures import LeaseFigures, NodeFigures, ProcessFigures
 from actors.typing import NodeView
 from cli.top import Watch, table
 from tests.cli.conftest import Command
@@ -86,6 +86,21 @@ def test_hidden_nodes_and_processes_with_nothing_else_are_shown_only_if_asked_fo
     watch = Watch(hidden=True)
     watch.take(one, 0.0)
     assert [row.name for row in watch.hosts([], 0.0)[0].processes[0].nodes] == ["/_robactor_cli_1"]
+
+
+def test_below_the_process_of_a_tree_are_the_machines_that_it_gives_its_parts_to() -> None:
+    leases = [
+        LeaseFigures(host="base", left=2.84, parts=2),
+        LeaseFigures(host="spare", left=1.0, parts=1),
+        LeaseFigures(host="a" * 60, left=0.0, parts=1),
+    ]
+    watch = told(process(leases=leases))
+    hosts = watch.hosts([], 0.0)
+    assert list(table(hosts, 60))[4:] == [
+        "    host base             lease 2.8 s, 2 parts",
+        "    host spare            lease 1.0 s, 1 part",
+        "    ..aaaaaaaaaaaaaaaaaaa cannot be reached",
+    ]
 
 
 @pytest.mark.parametrize("columns", [60, 80, 200])

@@ -12,7 +12,7 @@ from typing import Final
 
 __all__ = ["NotHere", "foreign_python"]
 
-REQUIREMENTS: Final = ("zenoh-ros2-sdk==0.1.8", "pyzeros==0.1.0", "eclipse-zenoh==1.10.2")
+REQUIREMENTS: Final = ("zenoh-ros2-sdk==0.1.8", "pyzeros==0.1.0", "eclipse-zenoh==1.10.2", "foxglove-sdk==0.30.3")
 FOLDER: Final = "ROBACTOR_INTEROP"
 """The environment variable that names where environments are kept."""
 

@@ -39,7 +39,7 @@ def test_every_link_leads_to_a_file() -> None:
 
 def test_the_picture_shows_the_rooms_in_their_order() -> None:
     (picture,) = re.findall(r"```mermaid\n(.*?)```", TEXT, re.DOTALL)
-    assert tuple(re.findall(r"^    (\w+)\[", picture, re.MULTILINE)) == FLOORS
+    assert tuple(re.findall(r'^    \w+\["(\w+)', picture, re.MULTILINE)) == FLOORS
     layers = re.findall(r"^  subgraph (\w+)\[", picture, re.MULTILINE)
     assert picture.endswith(f"  {' --> '.join(layers)}\n")
 

@@ -27,8 +27,8 @@ def test_the_steps_are_listed() -> None:
     done = nightly("--list")
     steps = [line.split()[0] for line in done.stdout.splitlines()]
     assert steps == [
-        "contracts", "realtime", "slow", "interop", "browser", "coverage", "coverage-robot", "order", "twice", "python-3.12", "python-3.13",
-        "eager", "chaos", "fuzz", "mutants",
+        "contracts", "realtime", "slow", "interop", "browser", "package", "coverage", "twice", "python-3.12", "python-3.13", "eager", "chaos",
+        "fuzz", "mutants",
     ]  # fmt: skip
     assert done.returncode == 0
 
@@ -89,9 +89,9 @@ BY_HASH = """
 """
 
 
-def twice(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
+def twice(folder: Path, text: str, capsys: pytest.CaptureFixture[str], *order: str) -> tuple[int, list[str]]:
     (folder / "test_it.py").write_text(dedent(text), encoding="utf-8")
-    code = main_twice(["-o", "addopts=", "--rootdir", str(folder), str(folder / "test_it.py")])
+    code = main_twice([*order, "-o", "addopts=", "--rootdir", str(folder), str(folder / "test_it.py")])
     return code, capsys.readouterr().out.splitlines()
 
 
@@ -100,7 +100,10 @@ def test_Z_06_the_suite_is_run_twice_and_what_ends_otherwise_the_second_time_is_
 ) -> None:
     code, lines = twice(tmp_path, BY_HASH, capsys)
     assert code == 1
-    assert any(re.match(r"first test_it.py::test_that_rests_\S+ call (passed|failed); then ", line) for line in lines)
+    assert any(
+        re.match(r"first test_it.py::test_that_rests_\S+ call (passed|failed); then (passed|failed)$", line)
+        for line in lines
+    )
     assert re.match(r"40 tests, \d+ failed, [1-9]\d* ended differently; at most \d+\.\d\d GB in a process", lines[-1])
 
 
@@ -111,6 +114,24 @@ def test_Z_06_two_equal_runs_that_pass_are_told_so_and_failures_are_failures(
     code, lines = twice(tmp_path, STEADY, capsys)
     assert (code, lines[-1].partition(";")[0]) == (1, "2 tests, 1 failed, 0 ended differently")
     assert twice(tmp_path, "", capsys)[0] == 1  # nothing was run
+
+
+ONE_AFTER_THE_OTHER = """
+    seen = []
+
+    def test_one(): seen.append(1)
+    def test_two(): seen.append(2)
+    def test_three(): assert seen == [1, 2]
+"""
+
+
+def test_Z_06_a_test_that_rests_on_the_order_is_found_by_another_order(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert twice(tmp_path, ONE_AFTER_THE_OTHER, capsys)[0] == 0
+    code, lines = twice(tmp_path, ONE_AFTER_THE_OTHER, capsys, "--shuffle", "1")
+    assert code == 1
+    assert "first test_it.py::test_three call passed; then failed" in lines
 
 
 def test_U_05_a_suite_that_takes_more_than_4_gb_is_refused(

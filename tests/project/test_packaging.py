@@ -17,12 +17,15 @@ import pytest
 import actors
 
 ROOT = Path(__file__).parents[2]
-PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+SETTINGS: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT, BUILD = SETTINGS["project"], SETTINGS["build-system"]
 IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "Pillow": "PIL", "eclipse-zenoh": "zenoh", "pyzmq": "zmq"}
 """The name to import, for distributions that do not go by their own."""
 OURS = {"actors", "robot", "cli", "tests"}
 COMMANDS = {"coverage", "mypy", "pyright", "ruff"}
 """Tools of the test extra that are started, not imported."""
+PLUGINS = {"hatch_fancy_pypi_readme"}
+"""What the build loads by itself."""
 FOREIGN = ROOT / "tests" / "interop" / "programs"
 """Programs that run under a Python of their own, with packages that this project does not declare."""
 BY_NAME = {"import_module", "importorskip", "find_spec"}
@@ -146,11 +149,13 @@ def test_what_is_declared_is_imported() -> None:
 
 def test_the_extras_are_what_the_tests_import_and_the_tools_that_check_them() -> None:
     extras = PROJECT["optional-dependencies"]
-    test, bench = declared(extras["test"]), declared(extras["bench"])
-    used = imported("tests", "actors/testing") - {"no_such_module_anywhere"}
+    test, bench, docs = (declared(extras[name]) for name in ("test", "bench", "docs"))
+    used = imported("tests", "actors/testing") - {"no_such_module_anywhere", *imported("tests/site") & docs}
     assert used <= test | bench | declared(PROJECT["dependencies"])
-    assert test - used == COMMANDS
+    assert test - used == COMMANDS | PLUGINS
+    assert declared(BUILD["requires"]) == PLUGINS | {"hatchling"}
     assert bench <= imported("tests/benchmarks")
+    assert docs == imported("tests/site") & docs | {"zensical"}  # which is started
 
 
 def test_each_tool_of_the_test_extra_is_started_by_a_check() -> None:

@@ -14,6 +14,7 @@ import actors
 from actors.interfaces import types
 from tests import reference
 from tests.project.test_surface import FACES
+from tests.site.markdown import headlines
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def test_the_page_is_what_its_command_writes(text: str) -> None:
 
 
 def test_every_public_name_has_an_entry_and_every_link_leads_to_one(text: str) -> None:
-    found = list(reference.headlines(text))
+    found = list(headlines(text))
     anchors = [anchor for _, _, anchor in found]
     assert {*actors.__all__} <= {name for _, name, _, face in reference.entries() if face == "actors"}
     assert {"actors", *reference.SECTIONS.values()} == {*FACES}

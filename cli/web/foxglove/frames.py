@@ -9,10 +9,13 @@ from cli.web.errors import BadRequest
 
 __all__ = [
     "ClientMessage",
+    "PlaybackRequest",
+    "PlaybackState",
     "ServiceRequest",
     "asset_failure",
     "asset_frame",
     "message_frame",
+    "playback_frame",
     "read_frame",
     "response_frame",
     "time_frame",
@@ -24,6 +27,10 @@ _RESPONSE: Final = Struct("<BIII")
 _ASSET: Final = Struct("<BIBI")
 _CLIENT_MESSAGE: Final = Struct("<BI")
 _REQUEST: Final = Struct("<BIII")
+_PLAYBACK_STATE: Final = Struct("<BBQfBI")
+_PLAYBACK_REQUEST: Final = Struct("<BBfBQI")
+PLAYING, PAUSED, ENDED = 0, 1, 3
+"""The states of playback; 2, that it waits for data, does not occur."""
 
 
 class ClientMessage(NamedTuple):
@@ -40,6 +47,32 @@ class ServiceRequest(NamedTuple):
     call: int
     encoding: str
     payload: bytes
+
+
+class PlaybackRequest(NamedTuple):
+    """How a client wants a recording to be played."""
+
+    play: bool
+    rate: float
+    seek_ns: int | None
+    """Where to go on, in nanoseconds since 1970; None: where it is."""
+    id: str
+    """What the answer is known by."""
+
+
+class PlaybackState(NamedTuple):
+    """How a recording is played."""
+
+    status: int
+    """`PLAYING`, `PAUSED` or `ENDED`."""
+    at_ns: int
+    rate: float
+
+
+def playback_frame(state: PlaybackState, *, sought: bool, request: str = "") -> bytes:
+    """How a recording is played now; `sought` if its time has jumped, `request` if this answers one."""
+    id = request.encode()
+    return _PLAYBACK_STATE.pack(5, state.status, max(0, state.at_ns), state.rate, sought, len(id)) + id
 
 
 def message_frame(subscription: int, at_ns: int, payload: bytes) -> bytes:
@@ -69,7 +102,7 @@ def asset_failure(request: int, why: str) -> bytes:
     return _ASSET.pack(4, request, 1, len(text)) + text
 
 
-def read_frame(data: bytes) -> ClientMessage | ServiceRequest:
+def read_frame(data: bytes) -> ClientMessage | ServiceRequest | PlaybackRequest:
     """What a client has sent. Raises `BadRequest`."""
     try:
         if data[:1] == b"\x01":
@@ -81,8 +114,20 @@ def read_frame(data: bytes) -> ClientMessage | ServiceRequest:
             if begin > len(data):
                 raise BadRequest(f"a service request of {len(data)} bytes has an encoding of {length}")
             return ServiceRequest(service, call, data[_REQUEST.size : begin].decode(), data[begin:])
+        if data[:1] == b"\x03":
+            return _playback_request(data)
     except (error, UnicodeDecodeError) as problem:
         raise BadRequest(f"a binary frame of {len(data)} bytes: {problem}") from None
     raise BadRequest(
-        f"a binary frame of {len(data)} bytes begins with {data[:1].hex() or 'nothing'}, not with 01 or 02"
+        f"a binary frame of {len(data)} bytes begins with {data[:1].hex() or 'nothing'}, not with 01, 02 or 03"
     )
+
+
+def _playback_request(data: bytes) -> PlaybackRequest:
+    _, command, rate, sought, seek_ns, length = _PLAYBACK_REQUEST.unpack_from(data)
+    id = data[_PLAYBACK_REQUEST.size :]
+    if command > 1 or len(id) != length:
+        raise BadRequest(
+            f"a playback request of {len(data)} bytes has the command {command} and an id of {length} bytes"
+        )
+    return PlaybackRequest(command == 0, rate, seek_ns if sought else None, id.decode())

@@ -12,9 +12,11 @@ from cli.web.assets import read_asset
 from cli.web.conversion import object_of, write_json
 from cli.web.errors import Refused
 from cli.web.fields import entries, number, objects, text
+from cli.web.foxglove.bag_words import bag_ops
 from cli.web.foxglove.connections import Connections
 from cli.web.foxglove.frames import (
     ClientMessage,
+    PlaybackRequest,
     ServiceRequest,
     asset_failure,
     asset_frame,
@@ -42,6 +44,10 @@ SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CAPABILITIES: Final = (
     "clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph", "assets", "time", "robactor",
 )  # fmt: skip
+PLAYBACK: Final = "playbackControl"
+"""What a recording is capable of beside all that."""
+PLAYS: Final = SUBPROTOCOLS[:1]
+"""The subprotocols that know of it: clients of the older one take its frames for an error."""
 MOST_SUBSCRIPTIONS: Final = 4096
 WARNING, ERROR = 1, 2
 
@@ -59,6 +65,7 @@ class FoxgloveSession:
         self._subscriptions: dict[int, Callable[[], None]] = {}
         self._channels: set[int] = set()
         self._services: set[int] = set()
+        self._plays = hub.playback is not None and client.subprotocol in PLAYS
         self._publishing = Publishing(hub)
         self._connections: Connections | None = None
         self._state: StateReports | None = None
@@ -79,16 +86,22 @@ class FoxgloveSession:
             "robactor.subscribeSystem": self._watch_state,
             "robactor.unsubscribeSystem": self._unwatch_state,
             "robactor.killNode": self._kill_node,
+            **bag_ops(hub.bags, client, self),
         }
 
     # -- what the connection tells --------------------------------------------------------------------------------------------
 
     def opened(self) -> None:
-        catalog, system = self._hub.catalog, self._hub.system
+        catalog, system, playback = self._hub.catalog, self._hub.system, self._hub.playback
         self._say(
-            "serverInfo", name="robactor", capabilities=CAPABILITIES, supportedEncodings=ENCODINGS, metadata={"ROS_DISTRO": "lyrical"},
-            sessionId=f"{id(system):x}",
+            "serverInfo", name="robactor", capabilities=(*CAPABILITIES, PLAYBACK) if self._plays else CAPABILITIES,
+            supportedEncodings=ENCODINGS, sessionId=f"{id(system):x}",
+            metadata={"ROS_DISTRO": "lyrical", **({} if playback is None else {"recording": playback.name})},
+            **({} if playback is None else playback.range),
         )  # fmt: skip
+        if playback is not None:
+            playback.viewers.add(self)
+            self.tell_playback(playback.frame(), sought=False)
         self._announce(list(catalog.channels.values()), list(catalog.services.values()))
 
     async def received(self, frame: Frame) -> None:
@@ -104,6 +117,8 @@ class FoxgloveSession:
         for end in self._subscriptions.values():
             end()
         self._subscriptions.clear()
+        if self._hub.playback is not None:
+            self._hub.playback.viewers.discard(self)
         await self._publishing.close()
 
     # -- what the server tells ------------------------------------------------------------------------------------------------
@@ -132,7 +147,19 @@ class FoxgloveSession:
 
     def time(self, at_ns: int) -> None:
         """Tell the time of the simulation."""
-        self._client.outbox.offer("time", time_frame(at_ns), 1)
+        self.tell_time(time_frame(at_ns))
+
+    def tell_time(self, frame: bytes) -> None:
+        """Send a frame with the time, of which only the newest counts."""
+        self._client.outbox.offer("time", frame, 1)
+
+    def tell_playback(self, frame: bytes, *, sought: bool) -> None:
+        """Send how the recording is played. With `sought`, the messages that wait are of another time, and are left out."""
+        if sought:
+            for lane in (*self._subscriptions, "time"):
+                self._client.outbox.forget(lane)
+        if self._plays:
+            self._client.answer(frame)
 
     def parameters_changed(self, event: Any) -> None:
         """Tell of an event of `/parameter_events`, if the client wants to know."""
@@ -182,6 +209,11 @@ class FoxgloveSession:
         frame = read_frame(data)
         if isinstance(frame, ClientMessage):
             self._publishing.publish(frame.channel, frame.payload)
+            return
+        if isinstance(frame, PlaybackRequest):
+            if self._hub.playback is None:
+                raise Refused("this is no recording: there is nothing to play")
+            self._hub.playback.control(frame, self)
             return
         self._client.spawn(self._call(frame), self)
 

@@ -5,18 +5,32 @@ import { Foxglove } from "./core/foxglove.js";
 import { Rosbridge } from "./core/rosbridge.js";
 import { startReport } from "./core/report.js";
 import { watchSafety } from "./core/safety.js";
+import { Timeline } from "./core/timeline.js";
 
-const PANES = { robot: "Robot", graph: "Graph", plot: "Plot", console: "Console", parameters: "Parameters", goals: "Goals", doctor: "Doctor" };
-const here = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/${location.search}`;
+const PANES = { robot: "Robot", graph: "Graph", plot: "Plot", console: "Console", parameters: "Parameters", goals: "Goals", doctor: "Doctor", bags: "Bags" };
+const host = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`;
+const here = `${host}${location.search}`; // with ?bag=NAME the panes show that recording
 const main = document.querySelector("#main");
 const status = document.querySelector("#status");
 
 const link = new Foxglove(here);
 const bridge = new Rosbridge(here);
+const robot = asked("bag") ? new Foxglove(`${host}${without("bag")}`) : link; // a recording beside the robot does not take the stop button away
 const panes = new Map(); // name -> promise of {element, show, hide, frame}
-const app = { link, bridge, palette, go };
+const app = { link, robot, bridge, palette, go, without };
 let shown = null;
 let wanted = "";
+
+function asked(name) {
+  return new URLSearchParams(location.search).get(name);
+}
+
+/** The query of this page without one of its words. */
+function without(name) {
+  const query = new URLSearchParams(location.search);
+  query.delete(name);
+  return query.size ? `?${query}` : "";
+}
 
 /** Colours for what is drawn on a canvas. */
 function palette() {
@@ -90,6 +104,7 @@ addEventListener("keydown", (event) => {
 link.addEventListener("open", showStatus);
 link.addEventListener("close", showStatus);
 link.watchSystem();
-watchSafety(link);
+watchSafety(robot);
+new Timeline(link, asked("bag") ? `${location.pathname}${without("bag")}#robot` : "");
 startReport(link, () => shown?.frame?.());
 route();

@@ -16,7 +16,7 @@ from actors.transport.security import Security, load_security
 from actors.transport.security.authority import create
 from tests.actors.processes.kit import alive
 
-__all__ = ["ACTED", "AgentProgram", "Fleet", "Hearer", "Worker", "fleet", "free_port", "until"]
+__all__ = ["ACTED", "AgentProgram", "Fleet", "Hearer", "Worker", "fleet", "free_port", "placement", "until"]
 
 ACTED = Topic(UInt64, "acted")
 
@@ -40,6 +40,11 @@ class Hearer(Node):
     @ACTED.on()
     def hear(self, message: UInt64) -> None:
         self.heard.append((asyncio.get_running_loop().time(), message.data))
+
+
+def placement(token: int) -> int:
+    """The number of the placement in a fencing token."""
+    return token >> 20 & 0xFFFFF
 
 
 def free_port() -> int:

@@ -96,6 +96,9 @@ class Stage:
         self.before_it_is_known(wire)
         return wire
 
+    def count_run(self) -> int:
+        return 1
+
     def host(self) -> Host:
         return Host("base", LEASE, self.dial, self.log)
 
@@ -308,7 +311,7 @@ async def test_a_process_that_nobody_has_taken_yet_ends_as_soon_as_it_is_asked_t
     stage = Stage()
     order = Order(Child(Idle, host="base"), ("top", "idle"), 0, 20, None, transport_here, 0)
     stage.problem = ConnectionRefusedError("refused")
-    placing = Placing(stage, stage.log)
+    placing = Placing(stage, stage.log, 1)
     process = await placing.launch(order, stage.events.append)
     process.watch()
     process.unwatch()
@@ -336,7 +339,7 @@ async def test_an_order_that_cannot_be_copied_is_a_failed_start() -> None:
     values: list[object] = []
     order = Order(Child(Idle, args=(values,), host="base"), ("top", "idle"), 0, 20, None, transport_here, 0)
     values.append(asyncio.get_running_loop())
-    placing = Placing(stage, stage.log)
+    placing = Placing(stage, stage.log, 1)
     process = await placing.launch(order, stage.events.append)
     await settle()
     stage.wires[0].renew()
@@ -352,7 +355,7 @@ async def test_an_order_that_cannot_be_copied_is_a_failed_start() -> None:
 @virtual
 async def test_a_tree_that_ends_while_a_child_waits_for_a_host_lets_go() -> None:
     stage = Stage()
-    placing = Placing(stage, stage.log)
+    placing = Placing(stage, stage.log, 1)
     order = Order(Child(Idle, host="base"), ("top", "idle"), 0, 20, None, transport_here, 0)
     await placing.launch(order, stage.events.append)
     await settle()

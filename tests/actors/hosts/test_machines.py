@@ -12,7 +12,7 @@ from actors import Child, Intensity, Supervisor, run
 from actors.hosts import HostLost, TlsHosts
 from actors.logs import LogRecord
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
-from tests.actors.hosts.kit import Fleet, Hearer, Worker, fleet, until
+from tests.actors.hosts.kit import Fleet, Hearer, Worker, fleet, placement, until
 from tests.actors.processes.kit import alive
 
 pytestmark = [pytest.mark.realtime, pytest.mark.slow]
@@ -50,7 +50,7 @@ async def test_when_an_agent_is_killed_its_processes_end_and_the_spare_acts_with
             base.process.send_signal(signal.SIGKILL)
             await until(lambda: not alive(old))
             gone = asyncio.get_running_loop().time() - killed
-            await until(lambda: hearer.heard[-1][1] >> 32 == 2, spare)
+            await until(lambda: placement(hearer.heard[-1][1]) == 2, spare)
             acts = hearer.heard[-1][0] - killed
 
             failed = [
@@ -96,7 +96,7 @@ async def test_an_agent_that_stands_still_loses_its_lease_and_is_killed_by_the_k
             (old,) = base.launched()
 
             base.process.send_signal(signal.SIGSTOP)
-            await until(lambda: hearer.heard[-1][1] >> 32 == 2, spare)
+            await until(lambda: placement(hearer.heard[-1][1]) == 2, spare)
             base.process.send_signal(signal.SIGCONT)
             await until(lambda: not alive(old))
             code = await base.process.wait()
@@ -115,7 +115,7 @@ async def test_an_agent_that_is_asked_to_end_stops_its_nodes_in_order_and_the_sp
             await until(lambda: hearer.heard, base)
 
             code = await base.end()
-            await until(lambda: hearer.heard[-1][1] >> 32 == 2, spare)
+            await until(lambda: placement(hearer.heard[-1][1]) == 2, spare)
 
             reasons = [str(report.reason) for report in system.reports if report.context == "child_terminated"]
             assert code == 128 + signal.SIGTERM

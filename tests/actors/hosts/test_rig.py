@@ -27,8 +27,10 @@ from actors.hosts.messages import Hello
 from actors.hosts.simulated import SimulatedHosts
 from actors.interfaces.std_msgs.msg import UInt64
 from actors.logs import LogRecord
+from actors.node.placement import Placement
 from actors.testing import Rig
 from actors.transport.simulated.network import Network
+from tests.actors.hosts.kit import placement
 from tests.actors.supervision.kit import virtual
 
 SAID = Topic(UInt64, "said")
@@ -83,6 +85,11 @@ def heard(rig: Rig) -> list[tuple[float, int]]:
     return rig.node(Hearer).heard
 
 
+def token(number: int, incarnation: int) -> int:
+    """That of this life in the first run of a tree."""
+    return Placement(1, number).token(incarnation)
+
+
 def lines(rig: Rig, event: str) -> list[LogRecord]:
     return [line for line in rig.logs if line.event == event]
 
@@ -91,7 +98,7 @@ async def test_a_child_runs_on_the_first_of_its_machines_and_is_heard_as_if_it_w
     await rig.start(tree("base", "spare"))
     await rig.advance(1.0)
 
-    assert {token for _, token in heard(rig)} == {(1 << 32) + 1}
+    assert {token for _, token in heard(rig)} == {token(1, 1)}
     assert rig.state("talker").state == "running"
     assert [line.node for line in lines(rig, "has counted to three")] == ["/talker"]
     assert abs(lines(rig, "has counted to three")[0].time - 0.35) < 0.15  # in the time of this machine
@@ -106,12 +113,12 @@ async def test_a_machine_that_is_lost_is_a_child_that_died_and_the_spare_acts_wi
     rig.hosts.cut("base")
     cut = rig.now
     with rig.expect_failure(HostLost, node="talker", match="host base is lost: its lease of 3 s was not renewed"):
-        await rig.until(lambda: heard(rig)[-1][1] >> 32 == 2, within=4.0)
+        await rig.until(lambda: placement(heard(rig)[-1][1]) == 2, within=4.0)
 
     assert rig.now - cut <= 4.0
     assert rig.incarnation("talker") == 2
     await rig.advance(1.0)
-    assert heard(rig)[-1][1] == (2 << 32) + 2
+    assert heard(rig)[-1][1] == token(2, 2)
 
 
 async def test_what_a_life_left_is_known_on_the_next_machine(rig: Rig) -> None:
@@ -119,7 +126,7 @@ async def test_what_a_life_left_is_known_on_the_next_machine(rig: Rig) -> None:
     await rig.advance(2.0)
     with rig.expect_failure(HostLost):
         rig.hosts.crash("base")
-        await rig.until(lambda: heard(rig)[-1][1] >> 32 == 2)
+        await rig.until(lambda: placement(heard(rig)[-1][1]) == 2)
     await rig.advance(1.0)
 
     assert rig.system.nodes["top", "talker"].restart_count == 1
@@ -138,7 +145,7 @@ async def test_a_child_of_one_machine_waits_until_it_returns(rig: Rig) -> None:
     await rig.advance(2.0)
 
     assert silent < 2.0
-    assert heard(rig)[-1] == (pytest.approx(rig.now, abs=0.2), (2 << 32) + 2)
+    assert heard(rig)[-1] == (pytest.approx(rig.now, abs=0.2), token(2, 2))
     waiting = lines(rig, "waiting for a host")
     assert [line.fields for line in waiting] == [{"child": "top/talker", "hosts": ["base"]}]
     assert len(lines(rig, "a host cannot be reached")) == 1
@@ -152,7 +159,7 @@ async def test_a_machine_that_is_cut_off_for_less_than_a_lease_is_not_lost(rig: 
     rig.hosts.heal("base")
     await rig.advance(5.0)
 
-    assert heard(rig)[-1][1] == (1 << 32) + 1
+    assert heard(rig)[-1][1] == token(1, 1)
     assert rig.incarnation("talker") == 1
 
 
@@ -168,7 +175,7 @@ async def test_the_old_life_has_ended_before_the_new_one_begins(rig: Rig) -> Non
 
     tokens = [token for _, token in heard(rig)]
     assert tokens == sorted(tokens)
-    assert tokens[-1] >> 32 == 2
+    assert placement(tokens[-1]) == 2
     assert len(lines(rig, "a host is connected")) == len(before) + 1
 
 
@@ -179,7 +186,7 @@ async def test_a_process_that_is_killed_there_is_restarted_there(rig: Rig) -> No
         rig.kill_process("talker")
         await rig.advance(1.0)
 
-    assert heard(rig)[-1][1] == (2 << 32) + 2
+    assert heard(rig)[-1][1] == token(2, 2)
     assert lines(rig, "a host is lost") == []
 
 
@@ -250,7 +257,7 @@ async def test_one_that_is_given_up_while_it_cannot_be_reached_runs_once_at_a_ti
     await top.terminate_child("talker")
     given_up = rig.now
     restart = asyncio.create_task(top.restart_child("talker"))
-    await rig.until(lambda: heard(rig)[-1][1] >> 32 == 2, within=6.0)
+    await rig.until(lambda: placement(heard(rig)[-1][1]) == 2, within=6.0)
     await restart
 
     assert given_up - cut < 1.1

@@ -20,6 +20,7 @@ from actors.hosts.agent import Agent
 from actors.hosts.messages import Asked, Ended, Granted, Hello, Launch, Launched, Leaving, Renew, Said
 from actors.hosts.there import Launcher, transport_here
 from actors.hosts.tls import _Caller, address_of, serve
+from actors.node.placement import Placement
 from actors.processes.channel import framed
 from actors.processes.messages import Beat, Line, Opaque, Order, Over, Ready, StopAsked
 from actors.processes.pickling import pack, unpack
@@ -67,7 +68,7 @@ async def agent(folder: Path, said: list[str]) -> AsyncGenerator[tuple[Fleet, Ca
 
 
 def order() -> Order:
-    return Order(Child(Quiet, host="base"), ("top", "quiet"), 0, 20, None, transport_here, 0, placement=3)
+    return Order(Child(Quiet, host="base"), ("top", "quiet"), 0, 20, None, transport_here, 0, placement=Placement(1, 3))
 
 
 async def test_an_agent_launches_an_order_passes_on_what_is_said_and_stops_with_its_block(

@@ -8,13 +8,15 @@ from typing import Any
 import pytest
 
 from actors import Child, Node, Supervisor, Topic, background, every, open_node
-from actors.interfaces.geometry_msgs.msg import PointStamped
+from actors.interfaces.geometry_msgs.msg import Point, PointStamped
+from actors.interfaces.sensor_msgs.msg import JointState
 from actors.interfaces.std_msgs.msg import Header, String
 from actors.message_filters import (
     ApproximateTime,
     ApproximateTimeSynchronizer,
     Cache,
     Chain,
+    DeltaFilter,
     InputAligner,
     PassThrough,
     QueueStatus,
@@ -373,3 +375,70 @@ async def test_an_exception_of_a_callback_is_the_nodes_failure(rig: Rig) -> None
     rig.publish(WORDS, String())
     await rig.until(lambda: rig.incarnation(Fragile) == 2)
     assert any("ZeroDivisionError" in str(record) for record in system.records)
+
+
+# -- messages that differ ---------------------------------------------------------------------------------------------------------
+
+
+def passed(delta: DeltaFilter[Any], *messages: Any) -> list[Any]:
+    heard: list[Any] = []
+    delta.register_callback(heard.append)
+    for message in messages:
+        delta.add(message)
+    return heard
+
+
+def placed(x: float, frame: str = "map") -> PointStamped:
+    return PointStamped(header=Header(frame_id=frame), point=Point(x=x))
+
+
+def test_a_message_passes_when_a_field_differs_from_that_of_the_last_that_passed() -> None:
+    messages = placed(1.0), placed(1.0), placed(2.0), placed(2.0, "odom"), placed(1.0, "odom")
+    assert passed(DeltaFilter(["point.x"]), *messages) == [messages[0], messages[2], messages[4]]
+    both = DeltaFilter[PointStamped](["point.x", lambda message: message.header.frame_id])
+    assert passed(both, *messages) == [messages[0], *messages[2:]]
+
+
+def test_what_counts_as_a_difference_may_be_said_and_small_steps_add_up() -> None:
+    messages = [placed(x / 10) for x in range(10)]
+    coarse = DeltaFilter[PointStamped](["point.x"], differs=lambda before, after: abs(after - before) > 0.25)
+    assert [message.point.x for message in passed(coarse, *messages)] == [0.0, 0.3, 0.6, 0.9]
+
+
+def test_arrays_and_messages_are_compared_as_a_whole() -> None:
+    states = [JointState(position=position) for position in ([1.0], [1.0], [1.0, 2.0], [1.0, 3.0], [1.0, 3.0])]
+    assert passed(DeltaFilter(["position"]), *states) == [states[0], states[2], states[3]]
+    assert passed(DeltaFilter(["point"]), placed(1.0), placed(1.0, "odom"), placed(2.0)) == [placed(1.0), placed(2.0)]
+
+
+def test_a_delta_filter_is_fed_by_another_and_refuses_what_it_cannot_compare() -> None:
+    source = SimpleFilter[PointStamped]()
+    delta = DeltaFilter(["point.x"], source)
+    heard: list[PointStamped] = []
+    delta.register_callback(heard.append)
+    source.signal_message(placed(1.0))
+    assert heard == [placed(1.0)] and repr(delta) == "<DeltaFilter of 1 fields>"
+    with pytest.raises(AttributeError, match="poin"):
+        passed(DeltaFilter(["poin.x"]), placed(1.0))
+    with pytest.raises(ValueError, match="give at least one"):
+        DeltaFilter([])
+
+
+def test_the_names_of_rclpy_are_there() -> None:
+    cache = Cache[PointStamped](cache_size=3)
+    source = SimpleFilter[PointStamped]()
+    cache.connectInput(source)
+    for seconds in (1.0, 2.0, 3.0):
+        source.signalMessage(point(seconds))
+    assert [seconds_of(one) for one in cache.getInterval(Time(seconds=1), Time(seconds=2))] == [1.0, 2.0]
+    assert cache.getElemAfterTime(Time(seconds=1.5)) == point(2.0) == cache.getElemBeforeTime(Time(seconds=2.5))
+    assert (cache.getOldestTime(), cache.getLatestTime()) == (cache.get_oldest_time(), cache.get_latest_time())
+    assert cache.getLast() == point(3.0)
+    chain = Chain[PointStamped]()
+    delta = DeltaFilter[PointStamped](["header"])
+    assert chain.addFilter(delta) == 0 and chain.getFilter(0) is delta
+    chain.connectInput(source)
+    heard = list[PointStamped]()
+    chain.registerCallback(heard.append)
+    source.signalMessage(point(4.0))
+    assert heard == [point(4.0)]

@@ -12,7 +12,7 @@ from typing import Any
 
 from actors.errors import ProgramExit
 from actors.processes.life import Process, ProcessLife
-from actors.processes.messages import Event, Order, Over, Ready, Request, StopAsked
+from actors.processes.messages import Event, News, Order, Over, Ready, Request, StopAsked, Told
 from actors.processes.simulated import SimulatedProcess
 from actors.supervision.child_task import ChildTask
 from actors.supervision.declarations import Child, Intensity, Supervisor, any_significant, temporary
@@ -39,13 +39,14 @@ def life_in_a_process(world: World, child: Child, path: tuple[str, ...], incarna
 
         return SimulatedProcess(next(_numbers), host, take, lambda: None)
 
-    return ProcessLife(SupervisorsHome(), launch)
+    return ProcessLife(SupervisorsHome(world), launch)
 
 
 class SupervisorsHome:
-    """The parent's side without a system: only the task of the supervisor that runs the life."""
+    """The parent's side without a system: only the task of the supervisor that runs the life, and its reports."""
 
-    def __init__(self) -> None:
+    def __init__(self, world: World) -> None:
+        self._world = world
         task = asyncio.current_task()
         assert task is not None
         self._task: ChildTask = inspect.getcoroutinelocals(task.get_coro())["self"]  # type: ignore[arg-type]
@@ -55,7 +56,9 @@ class SupervisorsHome:
 
     def begin(self, process: Process) -> None: ...
 
-    def take(self, event: Event) -> None: ...
+    def take(self, event: News) -> None:
+        assert isinstance(event, Told)
+        self._world.report(event.report)
 
     async def known(self) -> None: ...
 
@@ -144,5 +147,7 @@ class ScriptedHost:
     def gone(self, path: tuple[str, ...], kept: bool) -> None: ...
 
     def report(self, report: Report) -> None:
-        if report.reason is not None:
+        if report.context == "unexpected":
+            self._tell(Told(report))
+        elif report.reason is not None:
             self._reason = report.reason

@@ -216,6 +216,20 @@ def test_a_process_finds_this_library_and_has_the_environment_of_its_parent(unto
     assert "PYTHONPATH" not in os.environ
 
 
+def test_what_a_process_is_likely_to_need_is_imported_beforehand_and_what_is_missing_is_left_to_those_who_need_it(
+    untouched: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "heavy_to_import.py").write_text("")
+    (tmp_path / "not_importable.py").write_text("raise OSError('no such device')")
+    sys.path.insert(0, str(tmp_path))
+    try:
+        prepare(preparation(main=False, modules=("no_such_module", "not_importable", "heavy_to_import")))
+        assert "heavy_to_import" in sys.modules
+        assert not {"no_such_module", "not_importable"} & sys.modules.keys()
+    finally:
+        sys.modules.pop("heavy_to_import", None)
+
+
 @pytest.mark.parametrize("how", ["script", "module"])
 def test_the_main_module_of_the_parent_is_run_under_another_name(
     untouched: pytest.MonkeyPatch, tmp_path: Path, how: str

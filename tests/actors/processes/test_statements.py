@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import pytest
 
+from actors import Supervisor
 from actors.time.virtual_loop import VirtualLoop
 from tests.actors.processes.scripted import life_in_a_process
 from tests.actors.supervision import kit
-from tests.actors.supervision.kit import World
+from tests.actors.supervision.kit import World, virtual
 from tests.actors.supervision.test_admin import *  # noqa: F403
 from tests.actors.supervision.test_auto_shutdown import *  # noqa: F403
 from tests.actors.supervision.test_dynamic_children import *  # noqa: F403
@@ -33,7 +34,6 @@ del test_with_tasks_that_start_eagerly_a_life_is_made_only_when_its_supervisor_k
 
 # These have a life speak after its end, which a process that was killed cannot, or ask at once what a process tells in a later turn.
 del test_OTP_D02_a_leaked_child_that_ends_or_says_ready_later_harms_nobody  # noqa: F821
-del test_OTP_M04_unknown_input_is_not_fatal  # noqa: F821
 del test_a_child_that_is_killed_while_it_starts_was_shut_down_and_did_not_fail_to_start  # noqa: F821
 
 
@@ -42,3 +42,21 @@ def each_child_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(World, "life", life_in_a_process)
     monkeypatch.setattr(kit, "TURNS", 500)  # what a process tells takes turns of the loop, but no time
     monkeypatch.setattr(VirtualLoop, "max_spins", 10_000_000)
+
+
+@virtual
+async def test_OTP_M04_unknown_input_is_not_fatal() -> None:  # type: ignore[no-redef]
+    """As in `test_reports`, but what a process tells is heard in a later turn."""
+    world = World()
+    async with kit.running(world, Supervisor("root", children=[kit.child("a")])) as supervisor:
+        first = world["a"]
+        first.started()
+        await kit.settle()
+        assert world.errors() == ["unexpected a"]
+        world.crash("a")
+        await kit.settle()
+        first.started()
+        await kit.settle()
+        assert world.errors() == ["unexpected a", "child_terminated a", "unexpected a"]
+        assert "once more" in world.reports[1].note
+        assert kit.state(supervisor, "a") == "running"

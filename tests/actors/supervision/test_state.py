@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from actors.supervision.child_task import GRACE
+from actors.supervision.child_task import GRACE, ChildTask
 from actors.supervision.declarations import Backoff, DynamicSupervisor, Intensity, Supervisor
 from actors.supervision.entry import Entry
 from actors.supervision.errors import NotFound, StartFailed, SupervisorDown, SupervisorGaveUp
@@ -231,3 +231,14 @@ def test_a_child_is_queued_as_long_as_its_start_waits() -> None:
     steps.clear()
     assert [entry.queued for entry in entries] == [False, False, False]
     assert not steps.busy
+
+
+@virtual
+async def test_the_task_of_a_childs_life_is_told_from_all_others() -> None:
+    world = World()
+    async with running(world, Supervisor("root", children=[child("a")])) as supervisor:
+        life = supervisor.incarnation(("a",))
+        assert life is not None
+        of_lives = [task for task in asyncio.all_tasks() if ChildTask.runs_in(task)]
+        assert of_lives == [life.task]
+        assert not ChildTask.runs_in(world.host)

@@ -403,6 +403,74 @@ async def test_the_waiting_forms_answer_at_once_what_is_known() -> None:
 # -- what is there ----------------------------------------------------------------------------------------------------------------
 
 
+def moving() -> Buffer:
+    """`base` in `odom`, at 1 m/s along x, from 5 s to 7 s."""
+    buffer = Buffer()
+    for seconds in (5.0, 6.0, 7.0):
+        tell(buffer, "odom", "base", Transform((seconds, 0.0, 0.0)), seconds)
+    return buffer
+
+
+def seen(seconds: float) -> PointStamped:
+    return PointStamped(header=Header(frame_id="base", stamp=at(seconds)))
+
+
+async def test_a_message_is_seen_from_where_the_target_is_at_another_time() -> None:
+    buffer = moving()
+    assert buffer.transform_full(seen(5.5), "base", at(6.5), "odom").point.x == pytest.approx(-1.0)
+    asked = asyncio.create_task(buffer.transform_full_async(seen(5.5), "base", at(8.0), "odom", timeout=None))
+    await asyncio.sleep(0)
+    tell(buffer, "odom", "base", Transform((8.0, 0.0, 0.0)), 8.0)
+    assert (await asked).point.x == pytest.approx(-2.5)
+
+
+async def test_whether_a_lookup_comes_in_time_can_be_asked() -> None:
+    buffer = moving()
+    assert await buffer.can_transform_async("odom", "base", at(6.5))
+    assert not await buffer.can_transform_async("odom", "base", at(7.5), timeout=0)
+    assert await buffer.can_transform_full_async("base", at(5.0), "base", at(7.0), "odom", timeout=Duration(seconds=1))
+    assert not await buffer.can_transform_full_async("base", at(5.0), "base", at(7.5), "odom", timeout=Duration())
+    asked = asyncio.create_task(buffer.can_transform_async("odom", "base", at(7.5), timeout=None))
+    await asyncio.sleep(0)
+    tell(buffer, "odom", "base", Transform(), 8.0)
+    assert await asked
+
+
+async def test_the_names_of_tf2_ros_for_waiting_do_the_same() -> None:
+    buffer = moving()
+    there = await buffer.wait_for_transform_async("odom", "base", RosTime(seconds=6))
+    assert there == await buffer.lookup_transform_async("odom", "base", at(6.0))
+    full = "base", at(5.0), "base", at(7.0), "odom"
+    assert await buffer.wait_for_transform_full_async(*full) == buffer.lookup_transform_full(*full)
+
+
+@pytest.mark.parametrize(
+    ("method", "arguments"),
+    [
+        ("lookup_transform", ("odom", "base", at(6.0))),
+        ("can_transform", ("odom", "base", at(6.0))),
+        ("lookup_transform_full", ("base", at(5.0), "base", at(6.0), "odom")),
+        ("can_transform_full", ("base", at(5.0), "base", at(6.0), "odom")),
+        ("transform", (seen(6.0), "odom")),
+        ("transform_full", (seen(6.0), "base", at(5.0), "odom")),
+    ],
+)
+def test_a_timeout_of_what_does_not_wait_is_refused_with_the_remedy(method: str, arguments: tuple[object, ...]) -> None:
+    ask = getattr(moving(), method)
+    assert ask(*arguments)
+    for timeout in (Duration(seconds=1), 0.5):
+        with pytest.raises(TypeError, match=rf"{method} answers.*await buffer.{method}_async\(\.\.\., timeout=1.0\)"):
+            ask(*arguments, timeout)
+    with pytest.raises(TypeError, match="_async"):
+        ask(*arguments, timeout=Duration())
+
+
+@pytest.mark.parametrize("time", [6.0, 6, "6"])
+def test_a_number_is_no_time(time: object) -> None:
+    with pytest.raises(TypeError, match=r"6.* is no time: give the stamp of a message, self.clock.stamp\(\)"):
+        moving().lookup_transform("odom", "base", time)  # type: ignore[arg-type]
+
+
 def test_a_buffer_says_what_it_knows() -> None:
     buffer = Buffer()
     assert buffer.all_frames_as_yaml() == "[]" and buffer.all_frames_as_string() == ""

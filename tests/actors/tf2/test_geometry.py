@@ -227,6 +227,31 @@ def test_a_cloud_without_coordinates_or_with_too_few_bytes_is_refused() -> None:
     assert len(do_transform(empty, ANY).data) == 0
 
 
+def test_a_transform_is_put_behind_the_other() -> None:
+    inner = stamped("b", "c", Transform.from_rpy((0.2, 0.4, -3.0), 1.0, 0.5, -2.0), Time(sec=1))
+    moved = do_transform(inner, ANY)
+    assert matrix(moved) == pytest.approx(matrix(ANY) @ matrix(inner))
+    assert (moved.header.frame_id, moved.child_frame_id, moved.header.stamp) == ("a", "c", Time(sec=2))
+    assert do_transform(inner.transform, ANY) == moved.transform
+
+
+def test_a_velocity_is_that_of_the_same_body_at_the_new_origin() -> None:
+    """The body turns and slides; a point of it that is at the origin of a is followed for a moment, by numpy."""
+    turning, sliding = np.array((0.3, -0.5, 0.8)), np.array((1.0, 2.0, -0.4))
+    velocity = geometry.Twist(
+        linear=geometry.Vector3(x=1.0, y=2.0, z=-0.4), angular=geometry.Vector3(x=0.3, y=-0.5, z=0.8)
+    )
+    given = geometry.VelocityStamped(header=HERE, body_frame_id="wheel", reference_frame_id="b", velocity=velocity)
+    moved = do_transform(given, ANY)
+    point = (np.linalg.inv(matrix(ANY)) @ (0.0, 0.0, 0.0, 1.0))[:3]
+    step = 1e-6
+    later = Rotation.from_rotvec(step * turning).apply(point) + step * sliding
+    rotation = matrix(ANY)[:3, :3]
+    assert xyz(moved.velocity.linear) == pytest.approx(tuple(rotation @ (later - point) / step), abs=1e-5)
+    assert xyz(moved.velocity.angular) == pytest.approx(tuple(rotation @ turning))
+    assert (moved.header.frame_id, moved.body_frame_id) == ("a", "wheel")
+
+
 # -- roll, pitch, yaw -------------------------------------------------------------------------------------------------------------
 
 

@@ -191,6 +191,36 @@ async def test_topics_and_qos_may_be_others(rig: Rig) -> None:
     assert answer.frame_yaml.startswith("'odom':\n  parent: 'map'\n  broadcaster: 'default_authority'\n")
 
 
+async def test_a_static_listener_hears_nothing_else(rig: Rig) -> None:
+    class Fixed(Node):
+        async def on_start(self) -> None:
+            self.tf = Buffer()
+            TransformListener(self.tf, self, static_only=True)
+
+    await rig.start(lab(Fixed, Turntable, Mounts))
+    await rig.advance(1.0)
+    assert rig.node(Fixed).tf.all_frame_names() == ("arm", "head", "table")
+    assert not rig.system.graph.topics["/tf"].subscriptions
+
+
+async def test_a_closed_listener_hears_no_more(rig: Rig) -> None:
+    class Once(Node):
+        async def on_start(self) -> None:
+            self.tf = Buffer()
+            self.listener = TransformListener(self.tf, self)
+
+    await rig.start(lab(Once, Turntable))
+    await rig.advance(1.0)
+    once = rig.node(Once)
+    once.listener.close()
+    once.listener.close()
+    await rig.advance(1.0)
+    assert once.tf.lookup_transform("world", "table").header.stamp == Time(sec=1)
+    once.listener = TransformListener(once.tf, once)  # as a lifecycle node does that is configured again
+    await rig.advance(1.0)
+    assert once.tf.lookup_transform("world", "table").header.stamp == Time(sec=3)
+
+
 async def test_broadcasters_say_what_they_are(rig: Rig) -> None:
     class Teller(Node):
         async def on_start(self) -> None:

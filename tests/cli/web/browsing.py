@@ -21,7 +21,7 @@ from cli.web.settings import WebSettings
 from robot import Robot
 from robot.run.choice import changed
 
-__all__ = ["AXE", "CHROMIUM", "PHONE", "WIDE", "Browsing", "browsing", "node", "until"]
+__all__ = ["AXE", "CHROMIUM", "PHONE", "WIDE", "Browsing", "browsing", "node", "until", "visiting"]
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 AXE = Path(os.environ.get("ROBACTOR_AXE", "axe.min.js"))
@@ -34,15 +34,20 @@ FLAT, SOLID = ["--no-sandbox", "--disable-gpu"], ["--no-sandbox", "--enable-unsa
 
 @dataclass
 class Browsing:
-    """One visit: the robot, its system, the page, and what the browser complained of."""
+    """One visit: the system, the page, and what the browser complained of; and the robot, if there is one."""
 
-    robot: Robot
     system: System
     page: Page
     url: str
+    present: Robot | None = None
     complaints: list[str] = field(default_factory=list)
     asked: list[str] = field(default_factory=list)
     """Every address that the page asked for."""
+
+    @property
+    def robot(self) -> Robot:
+        assert self.present is not None
+        return self.present
 
     async def open(self, fragment: str, query: str = "") -> None:
         """Go to a pane, and wait until the page is connected."""
@@ -83,17 +88,40 @@ def patient(child: Child) -> Child:
 
 @asynccontextmanager
 async def browsing(
-    robot: Robot | None = None, *, size: tuple[int, int] = WIDE, dark: bool = False, webgl: bool = False
+    robot: Robot | None = None,
+    *,
+    size: tuple[int, int] = WIDE,
+    dark: bool = False,
+    webgl: bool = False,
+    bags: Path | None = None,
 ) -> AsyncIterator[Browsing]:
     """A robot that waits in the warehouse, on the real clock, its server on a free port, and a browser of this size.
 
-    At the end the browser must not have complained of anything in its console.
+    With `bags`, the page records into that folder. At the end the browser must not have complained of anything in its console.
     """
+    robot = robot or Robot("warehouse", body="kinematic", seed=1)
+    async with run(changed(robot.tree, patient), sinks=()) as system:
+        try:
+            async with visiting(system, WebSettings(port=0, bags=bags), size, dark, webgl, robot) as visit:
+                yield visit
+        finally:
+            robot.close()
+
+
+@asynccontextmanager
+async def visiting(
+    system: System,
+    settings: WebSettings,
+    size: tuple[int, int] = WIDE,
+    dark: bool = False,
+    webgl: bool = False,
+    robot: Robot | None = None,
+) -> AsyncIterator[Browsing]:
+    """A server in this system, and a browser. At the end the browser must not have complained of anything in its console."""
     if CHROMIUM is None:
         pytest.skip("there is no chromium: apt-get install chromium")
-    robot = robot or Robot("warehouse", body="kinematic", seed=1)
-    async with run(changed(robot.tree, patient), sinks=()) as system, async_playwright() as playwright:
-        server = (await system.join(Child(WebServer, name="_robactor_web", args=(WebSettings(port=0),)))).node
+    async with async_playwright() as playwright:
+        server = (await system.join(Child(WebServer, name="_robactor_web", args=(settings,)))).node
         assert isinstance(server, WebServer)
         browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=SOLID if webgl else FLAT)
         width, height = size
@@ -104,7 +132,7 @@ async def browsing(
             accept_downloads=True,
         )
         page = await context.new_page()
-        visit = Browsing(robot, system, page, server.url)
+        visit = Browsing(system, page, server.url, robot)
         page.on("console", lambda line: line.type == "error" and visit.complaints.append(line.text))
         page.on("pageerror", lambda error: visit.complaints.append(str(error)))
         page.on("request", lambda request: visit.asked.append(request.url))
@@ -113,4 +141,3 @@ async def browsing(
             assert visit.complaints == []
         finally:
             await browser.close()
-            robot.close()

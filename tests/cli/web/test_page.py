@@ -16,7 +16,7 @@ from tests.cli.web.browsing import AXE, PHONE, WIDE, Browsing, browsing, node, u
 
 pytestmark = [pytest.mark.browser]
 
-PANES = ("robot", "graph", "plot", "console", "parameters", "goals", "doctor")
+PANES = ("robot", "graph", "plot", "console", "parameters", "goals", "doctor", "bags")
 
 
 def button(page: Page, name: str) -> Locator:

@@ -146,12 +146,12 @@ def test_an_encoder_is_lost_after_20_ms_of_nonsense_and_back_after_half_a_second
     watch, good, bad = JointWatch(), standing(), standing()
     bad.position[joint] = np.nan
     for _ in range(samples):
-        shown = watch.check(DT, bad, good.position)
+        shown = watch.check(DT, bad, lambda: good.position)
         assert shown.position == pytest.approx(good.position)
     assert watch.lost == (samples >= 4)
     for sample in range(round(BACK / DT)):
         assert watch.lost == (samples >= 4), sample
-        assert watch.check(DT, good, None) is good
+        assert watch.check(DT, good, lambda: None) is good
     assert not watch.lost
 
 

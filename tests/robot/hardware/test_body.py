@@ -103,7 +103,7 @@ def test_joints_are_named_leg_by_leg_from_the_hip_down() -> None:
 def test_the_true_heading_is_the_yaw_of_the_attitude(yaw: float, pitch: float, roll: float) -> None:
     x, y, z, w = Rotation.from_euler("ZYX", (yaw, pitch, roll)).as_quat()
     zero = np.zeros(3)
-    truth = Truth(zero, np.array((w, x, y, z)), zero, zero, np.zeros(12), False, (), 0.0)
+    truth = Truth(zero, np.array((w, x, y, z)), zero, zero, np.zeros(12), False, False, (), 0.0)
     assert truth.yaw == pytest.approx(yaw, abs=1e-9)
 
 

@@ -25,7 +25,7 @@ def test_they_act_50_ms_after_the_last_targets_and_every_5_ms_from_then_on(body:
     assert drives.obey(10.0, 1)
     assert drives.obey(10.02, 1)
     assert drives.due() == pytest.approx(10.07)
-    drives.act(10.07, body.joints())
+    drives.act(10.07, body.joints(), body.imu())
     assert drives.stopping
     assert drives.due() == pytest.approx(10.075)
 
@@ -33,7 +33,7 @@ def test_they_act_50_ms_after_the_last_targets_and_every_5_ms_from_then_on(body:
 def test_targets_that_come_again_end_it_and_the_next_silence_begins_another(body: PhysicsBody) -> None:
     drives = Drives()
     drives.obey(10.0, 1)
-    drives.act(10.05, body.joints())
+    drives.act(10.05, body.joints(), body.imu())
     assert drives.obey(10.2, 1)
     assert not drives.stopping
     assert drives.due() == pytest.approx(10.25)
@@ -46,7 +46,7 @@ def test_the_robot_rests_when_the_sit_is_over(body: PhysicsBody) -> None:
     while not drives.resting:
         due = drives.due()
         assert due is not None
-        drives.act(due, body.joints())
+        drives.act(due, body.joints(), body.imu())
         steps += 1
     assert 1.1 < 0.005 * steps < 1.3
 

@@ -8,13 +8,16 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from robot.control.gait_controller import GaitController
 from robot.hardware.arm import ArmBusy
 from robot.hardware.body import Body, BodySilent, MotorTargets, Truth
-from robot.link import phase, remote, segment
+from robot.link import host, phase, remote, segment
+from robot.link.firmware import Drives
 from robot.link.host import BodyHost
-from robot.link.records import Command, Order, command_record
+from robot.link.records import Command, Order, command_record, read_command
 from robot.link.remote import LinkedBody
 from robot.model.arm import STOWED
 from robot.scenes.scene import Box, Scene
@@ -173,11 +176,58 @@ def test_a_commander_that_was_replaced_moves_nothing_any_more(bench: Callable[..
     np.testing.assert_allclose(there.far.truth().position, still.position, atol=0.01)
 
 
-def test_each_process_that_commands_has_a_number_of_its_own_and_its_links_share_it(bench: Callable[..., Bench]) -> None:
+SOFT = MotorTargets(np.zeros(12), np.zeros(12), np.zeros(12), np.zeros(12), np.full(12, 8.0))
+
+
+def test_the_links_of_a_process_share_its_memory_and_its_number(bench: Callable[..., Bench]) -> None:
     there = bench()
-    copied = pickle.loads(pickle.dumps(there.far))
-    assert copied.segment is there.far.segment
-    assert copied.segment.epoch() == there.segment.epoch() == 1
+    one, other = pickle.loads(pickle.dumps((there.far, there.far)))
+    assert one is other
+    assert one.segment is there.far.segment
+
+
+def test_a_process_of_a_former_life_that_gets_to_command_only_after_its_successor_is_refused(
+    bench: Callable[..., Bench],
+) -> None:
+    """It was launched first, and stood still until its successor had been launched and had commanded."""
+    there = bench()
+    launched = [pickle.dumps(there.far) for _ in range(2)]
+    successor = pickle.loads(launched[1])
+    successor.command(SOFT)
+    there.pass_time(0.001)
+
+    former = pickle.loads(launched[0])
+    former.command(SOFT)
+    former.sample(500.0)
+    there.pass_time(0.02)
+
+    assert there.host.drives.refused >= 2
+    assert there.host.next_round(there.now) == there.now + host.IDLE  # nobody who counts has asked for samples
+
+
+@given(order=st.permutations(range(5)), heard=st.lists(st.integers(0, 4), max_size=20))
+def test_whoever_was_launched_last_of_those_who_command_is_obeyed_in_whatever_order_they_begin(
+    order: list[int], heard: list[int]
+) -> None:
+    """`order` is that in which the processes get to unpack what they were launched with."""
+    made = segment.create(0)
+    try:
+        here = LinkedBody(made.name, floor(), seed=1, arm=False)
+        launched = [pickle.dumps(here) for _ in range(5)]
+        links = {process: pickle.loads(launched[process]) for process in order}
+        drives = Drives()
+        obeyed: list[int] = []
+        for process in heard:
+            links[process].command(SOFT)
+            record = made.commands.latest()
+            assert record is not None
+            command = read_command(record)
+            if drives.obey(command.at, command.epoch):
+                obeyed.append(process)
+        assert obeyed == [process for at, process in enumerate(heard) if process >= max(heard[: at + 1])]
+    finally:
+        made.remove()
+        made.close()
 
 
 @pytest.mark.parametrize("world", ["warehouse", "pillars", "corridor"])

@@ -7,6 +7,7 @@ import pytest
 
 from actors import Child, Supervisor
 from actors.logs import WARN
+from actors.node.placement import Placement
 from actors.testing import Rig
 from robot.contracts import BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
 from robot.hardware import body as hardware
@@ -17,7 +18,7 @@ from robot.nodes.proprioception import Proprioception
 from robot.sim.kinematic import KinematicBody
 from tests.robot.nodes.test_sensors import ROOM
 
-OLD, NEW = (1 << 32) + 9, (2 << 32) + 1
+OLD, NEW = Placement(1, 1).token(9), Placement(1, 2).token(1)
 """Of the ninth life on one machine, and of the first one on the next."""
 
 
@@ -60,7 +61,7 @@ async def test_a_late_command_of_an_old_incarnation_is_refused_counted_and_repor
     assert body.commanded[:3] == [1.0, 2.0, 5.0]
     assert power[-1].refused == 2
     warned = [line.fields for line in rig.logs if line.level == WARN and "refused" in line.event]
-    assert warned == [{"token": "100000009", "newest": "200000001"}]
+    assert warned == [{"token": "10000100009", "newest": "10000200001"}]
 
 
 async def test_a_body_that_steps_by_itself_is_not_driven_by_an_old_incarnation(rig: Rig) -> None:

@@ -20,6 +20,7 @@ from robot.contracts import (
     MOVE_TO_POSITION,
     NAVIGATE_TO_GOAL,
     ODOMETRY,
+    PATH,
     PLAN_PATH,
     POSE,
     SCAN,
@@ -61,6 +62,28 @@ async def test_A_42_four_meters_straight_are_four_meters_and_progress_only_grows
     assert progress[0] < 5.0
     assert progress[-1] > 97.0
     assert said[-1].current_pose.header.frame_id == "map"
+
+
+async def test_a_walk_that_has_arrived_or_was_canceled_leaves_no_path_behind_and_one_that_was_preempted_the_next_one(
+    rig: Rig,
+) -> None:
+    await standing_robot(rig)
+    plans = rig.probe(PATH)
+    assert (await (await rig.start_goal(NAVIGATE_TO_GOAL, navigate(1.0, 0.0)))).success
+    await rig.advance(0.1)
+    walked, over = plans
+    assert walked.poses and not over.poses and over.header.frame_id == "map"
+
+    await rig.start_goal(MOVE_TO_POSITION, move(0.0, 0.0))
+    await rig.advance(1.0)
+    second = await rig.start_goal(MOVE_TO_POSITION, move(2.0, 0.0))
+    await rig.advance(1.0)
+    assert [bool(plan.poses) for plan in plans] == [True, False, True, False, True]
+    assert plans[-1].poses[-1].pose.position.x == pytest.approx(2.0, abs=0.05)
+    await second.cancel()
+    await rig.advance(0.5)
+    assert not plans[-1].poses
+    assert not rig.probe(PATH, name="late")[-1].poses  # who comes later is told, too
 
 
 class FadingLidar(Lidar):

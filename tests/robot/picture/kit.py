@@ -30,6 +30,7 @@ def standing(pose: Pose2, height: float = STAND_HEIGHT + FOOT_RADIUS) -> Truth:
         angular_velocity=np.zeros(3),
         joints=inverse(nominal_feet(STAND_HEIGHT)).joints,
         fallen=False,
+        lying=False,
         touching=(),
         power=0.0,
     )

@@ -11,10 +11,10 @@ import pytest
 from actors import Child
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.testing import Rig
-from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GOAL_REPORT, SAFETY_STATE
+from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, GOAL_REPORT, SAFETY_STATE
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Truth
-from robot.interfaces.robactor_msgs.msg import DriveStatus, GoalReport, SafetyState
+from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus, GoalReport, SafetyState
 from robot.run.command import Session, check_crashes
 from robot.run.errands import Crash, Fetch, UsageError
 from robot.run.judge import Judge, SafetyStop, Score, ScoredGoal
@@ -68,6 +68,27 @@ async def test_a_fall_counts_once_until_the_robot_stands_again(rig: Rig) -> None
         await rig.advance(0.1)
     assert score.falls == 2
     assert score.fallen_at == pytest.approx(0.11, abs=0.012)
+
+
+async def test_lying_on_the_floor_is_a_fall_only_while_the_gait_says_that_it_stands_or_walks(rig: Rig) -> None:
+    body, score = await judged(rig)
+    body.put(0.0, lying=True)
+    for mode in ("sit", "rising", "lowering"):
+        rig.publish(GAIT_STATUS, GaitStatus(mode=mode))
+        await rig.advance(0.1)
+    assert score.falls == 0
+    for falls, mode in enumerate(("stand", "walk", "stopping"), start=1):
+        body.put(0.0, lying=True)
+        rig.publish(GAIT_STATUS, GaitStatus(mode=mode))
+        await rig.advance(0.1)
+        assert score.falls == falls
+        body.put(0.0, lying=False)
+        await rig.advance(0.1)
+    rig.publish(GAIT_STATUS, GaitStatus(mode="walk"))
+    await rig.advance(0.3)  # the gait has been silent since: the drives may have sat the robot down
+    body.put(0.0, lying=True)
+    await rig.advance(0.1)
+    assert score.falls == 3
 
 
 async def test_the_clearance_is_the_least_of_the_outline_to_any_obstacle(rig: Rig) -> None:

@@ -17,7 +17,7 @@ DOCK = Pose2(1.0, -2.0, 3.0)
 def body(x: float, y: float, z: float, yaw: float) -> Truth:
     zero = np.zeros(3)
     attitude = np.array((np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)))
-    return Truth(np.array((x, y, z)), attitude, zero, zero, np.zeros(12), False, (), 0.0)
+    return Truth(np.array((x, y, z)), attitude, zero, zero, np.zeros(12), False, False, (), 0.0)
 
 
 @given(way=st.floats(0.0, 0.6), bearing=st.floats(-3.2, 3.2))

@@ -124,3 +124,24 @@ def test_a_trial_writes_down_the_truth_of_its_body() -> None:
     assert seen.pose[-1] == pytest.approx([*truth.position[:2], truth.yaw])
     assert seen.height[-1] == truth.position[2]
     assert seen.power[-1] == truth.power
+
+
+def test_a_belly_on_the_floor_is_a_fall_although_the_body_is_level(monkeypatch: pytest.MonkeyPatch) -> None:
+    trial = Trial(1)
+    trial.stand_up()
+    assert not trial.fallen
+    assert not trial.body.truth().lying
+    monkeypatch.setattr(trial.body, "command", lambda targets: None)  # no target reaches the drives any more
+
+    sunk = trial.run(3.0)
+
+    assert trial.fallen
+    assert (trial.body.truth().fallen, trial.body.truth().lying) == (False, True)
+    assert sunk.tilt.max() < 0.2
+    assert sunk.height[-1] < 0.25  # it ends with the first touch of the thighs
+
+
+def test_who_sits_has_not_fallen() -> None:
+    trial = Trial(1)
+    trial.run(1.0)
+    assert not trial.fallen

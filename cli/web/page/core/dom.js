@@ -40,7 +40,7 @@ export function remember(name, value) {
 
 /** Whether the person is writing: keys are then theirs. */
 export function writing(event) {
-  return event.target instanceof HTMLElement && event.target.closest("input, textarea, select, [contenteditable]") !== null;
+  return event.target instanceof HTMLElement && event.target.closest("input:not([type=range], [type=checkbox]), textarea, select, [contenteditable]") !== null;
 }
 
 /** A number in few characters. */

@@ -6,7 +6,8 @@ const RETRY = 1000; // ms until the next attempt after a connection was lost
 const PATIENCE = 15000; // ms until a service that does not answer is given up
 const TEXT = new TextEncoder();
 
-/** Events: "open", "close", "channels", "services", "system" (detail: the snapshot). */
+/** Events: "open", "close", "channels", "services", "system" (detail: the snapshot); of a recording "playback" (detail: {playing, ended, rate, at}),
+ * "time" (detail: seconds), and "seek" (detail: seconds) when what was shown is to be forgotten. */
 export class Foxglove extends EventTarget {
   constructor(url) {
     super();
@@ -61,15 +62,19 @@ export class Foxglove extends EventTarget {
 
   binary(buffer) {
     const view = new DataView(buffer);
-    if (view.getUint8(0) === 3) this.answered(view);
-    if (view.getUint8(0) !== 1) return;
+    const kind = view.getUint8(0);
+    if (kind === 2) this.tell("time", seconds(view, 1));
+    if (kind === 3) this.answered(view);
+    if (kind === 4) this.fetched(view);
+    if (kind === 5) this.played(view);
+    if (kind !== 1) return;
     const topic = this.byId.get(view.getUint32(1, true));
     const want = this.wanted.get(topic);
     if (!want) return;
     this.received++;
     want.count++;
     const bytes = new Uint8Array(buffer, 13);
-    const at = Number(view.getBigUint64(5, true)) * 1e-9;
+    const at = seconds(view, 5);
     for (const callback of want.callbacks) callback(bytes, at, want);
   }
 
@@ -89,7 +94,9 @@ export class Foxglove extends EventTarget {
     let bytes = null;
     let want = null;
     let at = 0;
-    const stop = this.raw(topic, (data, time, from) => ([bytes, at, want] = [data, time, from]));
+    const keep = (data, time, from) => ([bytes, at, want] = [data, time, from]);
+    keep.forget = () => (bytes = null);
+    const stop = this.raw(topic, keep);
     const take = () => {
       if (bytes === null) return null;
       const data = bytes;
@@ -197,10 +204,63 @@ export class Foxglove extends EventTarget {
 
   /** Let a node fail, so that its supervisor restarts it. */
   killNode(node) {
+    return this.request("robactor.killNode", { node });
+  }
+
+  /** The answer to one of this server's own words. Rejects with the reason. */
+  request(op, fields = {}) {
+    if (!this.connected) return Promise.reject(new Error("not connected"));
     const id = ++this.last;
-    this.send({ op: "robactor.killNode", node, id });
+    this.send({ op, ...fields, id });
     return new Promise((resolve, reject) => this.answers.set(id, { resolve, reject }));
   }
+
+  fetched(view) {
+    const length = view.getUint32(6, true);
+    const failed = view.getUint8(5) !== 0;
+    const rest = new Uint8Array(view.buffer, 10);
+    this.settle(view.getUint32(1, true), failed ? new Error(new TextDecoder().decode(rest.subarray(0, length))) : null, rest);
+  }
+
+  // -- a recording
+
+  /** {start, end} in seconds, and the name, if this is a recording; else null. */
+  get recording() {
+    const { dataStartTime: start, dataEndTime: end, metadata } = this.info;
+    return start && { start: start.sec + start.nsec * 1e-9, end: end.sec + end.nsec * 1e-9, name: metadata.recording };
+  }
+
+  /** Play or stand still, at a rate; `seek` is seconds after the start. */
+  control(play, rate, seek = null) {
+    if (!this.connected) return;
+    const id = TEXT.encode(String(++this.last));
+    const frame = new Uint8Array(19 + id.length);
+    const view = new DataView(frame.buffer);
+    view.setUint8(0, 3);
+    view.setUint8(1, play ? 0 : 1);
+    view.setFloat32(2, rate, true);
+    view.setUint8(6, seek === null ? 0 : 1);
+    const { sec, nsec } = this.info.dataStartTime;
+    view.setBigUint64(7, seek === null ? 0n : BigInt(sec) * 1000000000n + BigInt(nsec) + BigInt(Math.round(seek * 1e9)), true);
+    view.setUint32(15, id.length, true);
+    frame.set(id, 19);
+    this.socket.send(frame);
+  }
+
+  played(view) {
+    const at = seconds(view, 2);
+    if (view.getUint8(14)) {
+      for (const { callbacks } of this.wanted.values()) for (const callback of callbacks) callback.forget?.();
+      this.tell("seek", at);
+    }
+    const status = view.getUint8(1);
+    this.tell("playback", { playing: status === 0, ended: status === 3, rate: view.getFloat32(10, true), at });
+  }
+}
+
+/** Nanoseconds of a frame as seconds. */
+function seconds(view, place) {
+  return Number(view.getBigUint64(place, true)) * 1e-9;
 }
 
 const HANDLERS = {
@@ -239,5 +299,5 @@ const HANDLERS = {
   },
   "robactor.system": (self, message) => self.tell("system", (self.system = message)),
   serviceCallFailure: (self, message) => self.settle(message.callId, new Error(message.message)),
-  "robactor.done": (self, message) => self.settle(message.id, message.error ? new Error(message.error) : null),
+  "robactor.done": (self, message) => self.settle(message.id, message.error ? new Error(message.error) : null, message.value),
 };

@@ -42,7 +42,7 @@ export function watchSafety(link) {
     event.preventDefault();
     ask(true);
   });
-  link.subscribe(STATE, (state) => show(state.stopped, state.reasons));
+  link.subscribe(STATE, (state) => link.recording || show(state.stopped, state.reasons));
   link.addEventListener("services", () => {
     if (link.services.has(SERVICE)) button.hidden = false; // it stays when the connection is lost: it tells then that nothing was stopped
   });

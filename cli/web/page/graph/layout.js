@@ -21,8 +21,8 @@ function arranged(nodes, edges, rankdir) {
   for (const edge of edges) if (graph.hasNode(edge.from) && graph.hasNode(edge.to)) graph.setEdge(edge.from, edge.to, { bad: edge.bad });
   arrange(graph);
   return {
-    width: graph.graph().width || 1,
-    height: graph.graph().height || 1,
+    width: Math.max(1, graph.graph().width || 1), // without a node it is below nothing
+    height: Math.max(1, graph.graph().height || 1),
     nodes: graph.nodes().map((id) => graph.node(id)),
     edges: graph.edges().map((edge) => ({ from: edge.v, to: edge.w, ...graph.edge(edge) })),
   };

@@ -26,7 +26,8 @@ class ConsolePane {
       "section.pane.console", { "aria-label": "Console" },
       h("div.bar", {}, this.level, this.node, this.text, this.pauseButton, h("button", { type: "button", onclick: () => this.clear() }, "Clear"), this.count), this.view,
     );
-    link.subscribe("/rosout", (line) => this.take(line));
+    link.subscribe("/rosout", (line, at) => this.take(line, at));
+    link.addEventListener("seek", ({ detail }) => this.cut(detail));
   }
 
   show(query) {
@@ -36,7 +37,20 @@ class ConsolePane {
     this.dirty = true;
   }
 
-  take(line) {
+  /** A recording is shown at an earlier time: what was said after it has not been said. */
+  cut(at) {
+    this.lines = this.lines.filter((line) => line.at < at);
+    this.recorded = new Set(this.lines.map((line) => keyOf(line)));
+    this.dirty = true;
+  }
+
+  take(line, at) {
+    line.at = at;
+    if (this.recorded) {
+      const key = keyOf(line);
+      if (this.recorded.has(key)) return; // shown once more after a seek
+      this.recorded.add(key);
+    }
     let place = this.lines.length; // lines that were kept for newcomers come node by node, not in the order of time
     while (place > 0 && later(this.lines[place - 1], line)) place--;
     this.lines.splice(place, 0, line);
@@ -84,6 +98,10 @@ class ConsolePane {
     this.count.textContent = `${found.length} of ${this.lines.length} lines`;
     if (atEnd) this.view.scrollTop = this.view.scrollHeight;
   }
+}
+
+function keyOf({ at, name, msg }) {
+  return `${at} ${name} ${msg}`;
 }
 
 function later({ stamp: a }, { stamp: b }) {

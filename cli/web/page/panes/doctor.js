@@ -21,6 +21,7 @@ class DoctorPane {
       h("div.card.stack", {}, h("h2", {}, "Diagnostics"), this.none, h("div.scroll", {}, h("table", {}, h("thead", {}, h("tr", {}, ...["level", "what", "message", "values"].map((name) => h("th", { scope: "col" }, name)))), this.diagnostics))),
     );
     this.statuses = new Map();
+    link.addEventListener("seek", () => this.statuses.clear());
     link.subscribe("/diagnostics", (message) => this.heard(message));
     link.addEventListener("system", ({ detail }) => this.judge(detail));
     if (link.system) this.judge(link.system);

@@ -71,7 +71,7 @@ class GraphPane {
   parts(system) {
     const text = this.filter.value.trim().toLowerCase();
     const match = (name) => !text || name.toLowerCase().includes(text);
-    const topics = system.topics.filter((topic) => !this.quiet.checked || (!QUIET.has(topic.name) && topic.publishers.length && topic.subscriptions.length) || topic.mismatches.length);
+    const topics = system.topics.filter((topic) => !this.quiet.checked || (!QUIET.has(topic.name) && topic.publishers.length && (topic.subscriptions.length || this.link.recording)) || topic.mismatches.length);
     const edges = [];
     for (const topic of topics) {
       const bad = topic.mismatches.length > 0;

@@ -94,14 +94,16 @@ class RobotPane {
 
   tell() {
     const { gait, battery, odom, drive, contacts, power } = this.world.latest;
-    const say = (name, text) => this.chip[name].textContent !== text && (this.chip[name].textContent = text);
-    if (gait) say("mode", gait.gait && gait.mode === "walk" ? `walk (${gait.gait})` : gait.mode);
-    if (battery) say("battery", `${(100 * battery.percentage).toFixed(0)} %`);
-    if (odom) say("speed", `${Math.hypot(odom.twist.twist.linear.x, odom.twist.twist.linear.y).toFixed(2)} m/s`);
-    if (power) say("power", `${power.mean.toFixed(0)} W`);
-    if (drive) say("driver", drive.enabled ? drive.source || "nobody" : "disabled");
-    const pose = this.world.pose;
-    if (pose) say("place", `${metres(pose.p[0])}, ${metres(pose.p[1])} m`);
+    const say = (name, known, tell) => {
+      const text = known ? tell(known) : "–";
+      if (this.chip[name].textContent !== text) this.chip[name].textContent = text;
+    };
+    say("mode", gait, ({ mode, gait: way }) => (way && mode === "walk" ? `walk (${way})` : mode));
+    say("battery", battery, ({ percentage }) => `${(100 * percentage).toFixed(0)} %`);
+    say("speed", odom, ({ twist: { twist } }) => `${Math.hypot(twist.linear.x, twist.linear.y).toFixed(2)} m/s`);
+    say("power", power, ({ mean }) => `${mean.toFixed(0)} W`);
+    say("driver", drive, ({ enabled, source }) => (enabled ? source || "nobody" : "disabled"));
+    say("place", this.world.pose, ({ p }) => `${metres(p[0])}, ${metres(p[1])} m`);
     if (contacts) [...this.feet.children].forEach((foot, i) => foot.classList.toggle("down", contacts.contact[i] !== 0 && contacts.contact[i] !== false));
     if (drive && drive.enabled !== this.enabled) {
       this.enabled = drive.enabled;
@@ -130,7 +132,7 @@ class RobotPane {
   }
 
   keys() {
-    const rows = [["W S", "forward, back"], ["A D", "turn"], ["Q E", "sideways"], ["Shift", "faster"], ["Esc", "stop"], ["G", "go to"], ["1 – 7", "panes"], ["T", "light, dark"]];
+    const rows = [["W S", "forward, back"], ["A D", "turn"], ["Q E", "sideways"], ["Shift", "faster"], ["Esc", "stop"], ["G", "go to"], ["1 – 8", "panes"], ["T", "light, dark"]];
     return h("details.keys", {}, h("summary", {}, "Keys"), h("dl", {}, ...rows.flatMap(([key, what]) => [h("dt.mono", {}, key), h("dd", {}, what)])));
   }
 

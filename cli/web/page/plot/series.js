@@ -6,28 +6,43 @@ const CAPACITY = 65536; // values: five minutes at 200 Hz
 
 export class Series {
   constructor(link, text, topic, field, color) {
-    Object.assign(this, { text, topic, field, color });
+    Object.assign(this, { link, text, topic, field, color });
     this.times = new Float64Array(CAPACITY);
     this.values = new Float64Array(CAPACITY);
-    this.count = 0; // all that ever came
+    this.count = 0; // all that ever came, but for what was cut off
+    this.first = 0; // the values before this one are no longer in the ring
     this.last = NaN;
-    this.stop = link.subscribe(topic, (message, at) => this.take(at, valueAt(message, field)));
+    const end = link.subscribe(topic, (message, at) => this.take(at, valueAt(message, field)));
+    const cut = ({ detail }) => this.cut(detail);
+    link.addEventListener("seek", cut);
+    this.stop = () => {
+      end();
+      link.removeEventListener("seek", cut);
+    };
+  }
+
+  /** A recording is shown at an earlier time: what comes after it has not happened. */
+  cut(at) {
+    while (this.newest >= at) this.count--;
+    this.last = this.count > this.first ? this.values[(this.count - 1) % CAPACITY] : NaN;
   }
 
   take(at, value) {
+    if (this.link.recording && at <= this.newest) return; // shown once more after a seek
     const place = this.count++ % CAPACITY;
+    this.first = Math.max(this.first, this.count - CAPACITY);
     this.times[place] = at;
     this.values[place] = value;
     this.last = value;
   }
 
   get newest() {
-    return this.count ? this.times[(this.count - 1) % CAPACITY] : -Infinity;
+    return this.count > this.first ? this.times[(this.count - 1) % CAPACITY] : -Infinity;
   }
 
   /** [time, value] of what is kept since `from`, the oldest first. */
   *rows(from = -Infinity) {
-    for (let i = Math.max(0, this.count - CAPACITY); i < this.count; i++) {
+    for (let i = this.first; i < this.count; i++) {
       const place = i % CAPACITY;
       if (this.times[place] >= from) yield [this.times[place], this.values[place]];
     }
@@ -35,7 +50,7 @@ export class Series {
 
   /** The same as two arrays; found by halves, so that a long ring costs little. */
   since(from) {
-    let low = Math.max(0, this.count - CAPACITY);
+    let low = this.first;
     let high = this.count;
     while (low < high) {
       const middle = (low + high) >> 1;

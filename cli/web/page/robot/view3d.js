@@ -112,8 +112,11 @@ export class View3D {
     const { world } = this;
     if (world.robot && this.drawn !== world.robot) this.buildRobot();
     if (world.mapVersion !== this.drawnMap) this.buildMap();
+    this.map.visible = Boolean(world.latest.map);
+    this.body.visible = this.shadow.visible = Boolean(world.pose);
     if (world.pose) this.placeRobot();
     const scan = world.latest.scan;
+    this.scan.visible = Boolean(scan);
     if (scan && scan !== this.drawnScan) {
       this.drawnScan = scan;
       fill(this.hits, world.hits(), 2);

@@ -34,6 +34,17 @@ export class World {
     this.mapVersion = 0;
     this.feeds = {};
     this.stops = [];
+    link.addEventListener("seek", () => this.forget());
+  }
+
+  /** A recording is shown at another time: what was known is of no use, but the robot's shape and the map, which may come again as they were. */
+  forget() {
+    this.mapBefore = this.latest.map ?? this.mapBefore;
+    this.latest = {};
+    this.frames = new FrameTree();
+    this.positions.clear();
+    this.efforts.clear();
+    this.trail = [];
   }
 
   get base() {
@@ -73,8 +84,8 @@ export class World {
       const message = feed.take();
       if (message === null) continue;
       this.latest[name] = message;
-      if (name === "description") this.robot = new Robot(message.data);
-      else if (name === "map") this.mapVersion++;
+      if (name === "description") this.describe(message.data);
+      else if (name === "map") this.survey(message);
       else if (name === "joints" || name === "arm") this.move(message);
     }
     const pose = this.pose;
@@ -83,6 +94,19 @@ export class World {
       this.trail.push([pose.p[0], pose.p[1]]);
       if (this.trail.length > TRAIL) this.trail.shift();
     }
+  }
+
+  describe(text) {
+    if (text === this.described) return;
+    this.described = text;
+    this.robot = new Robot(text);
+  }
+
+  survey(map) {
+    const before = this.mapBefore;
+    this.mapBefore = undefined;
+    if (before && seconds(before.header.stamp) === seconds(map.header.stamp) && before.data.length === map.data.length) this.latest.map = before;
+    else this.mapVersion++;
   }
 
   move(state) {

@@ -1,0 +1,163 @@
+"""`BufferClient`: transforms asked of a buffer server, another node that keeps the buffer."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, TypeVar
+
+from actors.contracts.contracts import Action
+from actors.errors import ActionUnavailable, GoalAborted
+from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
+from actors.interfaces.geometry_msgs.msg import TransformStamped
+from actors.interfaces.message import Message
+from actors.interfaces.tf2_msgs.action import LookupTransform, LookupTransform_Goal
+from actors.interfaces.tf2_msgs.msg import TF2Error
+from actors.tf2.asking import WAIT, Instant, comes, header_of, instant_asked, seconds_of
+from actors.tf2.errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TimeoutException,
+    TransformException,
+)
+from actors.tf2.geometry import do_transform
+from actors.time.deadlines import check_timeout
+from actors.time.values import Duration, stamp_of
+
+if TYPE_CHECKING:
+    from actors.node.node import Node
+
+__all__ = ["ERRORS", "LOOKUP", "BufferClient"]
+
+M = TypeVar("M", bound=Message)
+
+LOOKUP = Action(LookupTransform, "tf2_buffer_server")
+"""The action of a buffer server, under the name that it has in ROS 2."""
+
+ERRORS: Mapping[int, type[TransformException]] = MappingProxyType(
+    {
+        TF2Error.LOOKUP_ERROR: LookupException,
+        TF2Error.CONNECTIVITY_ERROR: ConnectivityException,
+        TF2Error.EXTRAPOLATION_ERROR: ExtrapolationException,
+        TF2Error.INVALID_ARGUMENT_ERROR: InvalidArgumentException,
+        TF2Error.TIMEOUT_ERROR: TimeoutException,
+        TF2Error.TRANSFORM_ERROR: TransformException,
+    }
+)
+"""What the numbers of ``tf2_msgs/msg/TF2Error`` stand for."""
+
+PADDING = 2.0
+"""The default of how much longer than the server the client waits, seconds."""
+
+
+class BufferClient:
+    """Asks the buffer server of that name, a `BufferServer` or that of ROS 2, for a node that keeps no transforms itself.
+
+    The methods are those of a `Buffer` that wait, and raise what theirs raise, and `TimeoutException` when the server does not answer
+    within `timeout_padding` (seconds, or a `Duration`) after the timeout of the lookup.
+    """
+
+    def __init__(self, node: Node, ns: str = LOOKUP.name, *, timeout_padding: float | Duration = PADDING) -> None:
+        self._node = node
+        self._action = Action(LookupTransform, ns)
+        self._padding = seconds_of(timeout_padding)
+
+    def __repr__(self) -> str:
+        return f"<BufferClient of {self._action.name}>"
+
+    async def lookup_transform_async(
+        self, target_frame: str, source_frame: str, time: Instant = None, *, timeout: float | Duration = WAIT
+    ) -> TransformStamped:
+        """As `Buffer.lookup_transform_async`."""
+        goal = LookupTransform.Goal(target_frame=target_frame, source_frame=source_frame, source_time=_stamp(time))
+        return await self._ask(goal, timeout)
+
+    async def lookup_transform_full_async(
+        self,
+        target_frame: str,
+        target_time: Instant,
+        source_frame: str,
+        source_time: Instant,
+        fixed_frame: str,
+        *,
+        timeout: float | Duration = WAIT,
+    ) -> TransformStamped:
+        """As `Buffer.lookup_transform_full_async`."""
+        goal = LookupTransform.Goal(
+            target_frame=target_frame,
+            target_time=_stamp(target_time),
+            source_frame=source_frame,
+            source_time=_stamp(source_time),
+            fixed_frame=fixed_frame,
+            advanced=True,
+        )
+        return await self._ask(goal, timeout)
+
+    async def can_transform_async(
+        self, target_frame: str, source_frame: str, time: Instant = None, *, timeout: float | Duration = WAIT
+    ) -> bool:
+        """Whether `lookup_transform_async` has an answer in time."""
+        return await comes(self.lookup_transform_async(target_frame, source_frame, time, timeout=timeout))
+
+    async def can_transform_full_async(
+        self,
+        target_frame: str,
+        target_time: Instant,
+        source_frame: str,
+        source_time: Instant,
+        fixed_frame: str,
+        *,
+        timeout: float | Duration = WAIT,
+    ) -> bool:
+        """Whether `lookup_transform_full_async` has an answer in time."""
+        asked = target_frame, target_time, source_frame, source_time, fixed_frame
+        return await comes(self.lookup_transform_full_async(*asked, timeout=timeout))
+
+    async def transform_async(self, message: M, target_frame: str, *, timeout: float | Duration = WAIT) -> M:
+        """As `Buffer.transform_async`."""
+        header = header_of(message)
+        there = await self.lookup_transform_async(target_frame, header.frame_id, header.stamp, timeout=timeout)
+        return do_transform(message, there)
+
+    async def transform_full_async(
+        self,
+        message: M,
+        target_frame: str,
+        target_time: Instant,
+        fixed_frame: str,
+        *,
+        timeout: float | Duration = WAIT,
+    ) -> M:
+        """As `Buffer.transform_full_async`."""
+        header = header_of(message)
+        asked = target_frame, target_time, header.frame_id, header.stamp, fixed_frame
+        return do_transform(message, await self.lookup_transform_full_async(*asked, timeout=timeout))
+
+    async def _ask(self, goal: LookupTransform_Goal, timeout: float | Duration) -> TransformStamped:
+        check_timeout("a lookup of a transform", seconds := seconds_of(timeout))
+        patience = seconds + self._padding
+        goal = goal.replace(timeout=Duration(seconds=seconds).to_msg())
+        try:
+            async with asyncio.timeout(patience), self._node.start(self._action, goal, timeout=patience) as asked:
+                result = await asked
+        except (ActionUnavailable, TimeoutError) as error:
+            raise TimeoutException(
+                f"{self!r} has no answer after {patience:g} s: {str(error) or 'it is late'}"
+            ) from None
+        except GoalAborted as aborted:
+            given = aborted.result
+            if not isinstance(given, LookupTransform.Result) or given.error.error == TF2Error.NO_ERROR:
+                raise TimeoutException(  # ROS 2's server gives up without a word
+                    f"{goal.source_frame} -> {goal.target_frame} has not become known to {self!r} within {seconds:g} s"
+                ) from None
+            result = given
+        if result.error.error != TF2Error.NO_ERROR:
+            raise ERRORS.get(result.error.error, TransformException)(result.error.error_string)
+        return result.transform
+
+
+def _stamp(time: Instant) -> TimeMessage:
+    return stamp_of(instant_asked(time))

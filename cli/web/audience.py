@@ -1,0 +1,121 @@
+"""The clients that look at one graph, and what all of them are told of it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final
+
+from actors import Topic
+from actors.interfaces.rcl_interfaces.msg import ParameterEvent
+from actors.interfaces.rosgraph_msgs.msg import Clock
+from actors.qos import CLOCK, PARAMETER_EVENTS
+from cli.web.client import Client, Session
+from cli.web.foxglove.session import FoxgloveSession
+from cli.web.rosbridge.session import RosbridgeSession
+
+if TYPE_CHECKING:
+    from actors import Stream
+    from actors.topics.peers import PublisherPeer
+    from cli.web.hub import Hub
+
+__all__ = ["Audience"]
+
+SETTLE: Final = 0.1
+"""Seconds from a change of the graph to the look at it: what changes together is told together."""
+REPORT_EVERY: Final = 1.0
+"""Seconds between two reports of the state of the system."""
+
+
+class Audience:
+    """The clients of one graph. What they are told is done by tasks of the hub's node, from `begin` until that node stops.
+
+    Invariant: `_sessions` holds the session of every client that is served, by its number.
+    """
+
+    def __init__(self, hub: Hub) -> None:
+        self.hub = hub
+        self._sessions: dict[int, Session] = {}
+        self._changed = asyncio.Event()
+        self._clock: Stream[Clock] | None = None
+
+    async def begin(self) -> Callable[[], None]:
+        """Follow the graph. The returned function ends that, for a node that goes on."""
+        hub = self.hub
+        await hub.catalog.update()
+        forget = hub.system.graph.on_change(self._graph_changed)
+        hub.node.spawn(self._tell_changes(), name="web: what changes")
+        hub.node.spawn(self._report_state(), name="web: the state of the system")
+        if hub.playback is None:
+            hub.node.spawn(self._tell_parameters(), name="web: parameters")
+        else:
+            hub.node.spawn(hub.playback.follow(), name="web: playback")
+        return forget
+
+    async def serve(self, client: Client) -> None:
+        """Serve a client until it leaves, or has to."""
+        session: Session = (FoxgloveSession if client.protocol == "foxglove" else RosbridgeSession)(self.hub, client)
+        self._sessions[client.number] = session
+        try:
+            await client.run(session)
+        finally:
+            del self._sessions[client.number]
+
+    def end(self, code: int, why: str) -> None:
+        """Disconnect all clients."""
+        for number in self._sessions:
+            self.hub.clients[number].end(code, why)
+
+    def _viewers(self) -> list[FoxgloveSession]:
+        return [one for one in self._sessions.values() if isinstance(one, FoxgloveSession)]
+
+    def _graph_changed(self) -> None:
+        self.hub.feeds.refit()
+        self._changed.set()
+
+    async def _tell_changes(self) -> None:
+        while True:
+            await self._changed.wait()
+            await asyncio.sleep(SETTLE)
+            self._changed.clear()
+            changes = await self.hub.catalog.update()
+            if self.hub.playback is None:  # a recording has its own time
+                self._follow_clock()
+            for viewer in self._viewers():
+                viewer.changed(changes)
+            watching = [viewer for viewer in self._viewers() if viewer.wants_graph]
+            snapshot = self.hub.system.snapshot() if watching else None
+            for viewer in watching:
+                assert snapshot is not None
+                viewer.graph_changed(snapshot)
+
+    async def _report_state(self) -> None:
+        while True:
+            await asyncio.sleep(REPORT_EVERY)
+            watching = [viewer for viewer in self._viewers() if viewer.wants_state]
+            if watching:
+                snapshot = self.hub.system.snapshot()
+                for viewer in watching:
+                    viewer.report(snapshot)
+
+    async def _tell_parameters(self) -> None:
+        async for event in self.hub.node.subscribe(Topic(ParameterEvent, "/parameter_events"), qos=PARAMETER_EVENTS):
+            for viewer in self._viewers():
+                viewer.parameters_changed(event)
+
+    def _follow_clock(self) -> None:
+        """Pass `/clock` on while somebody publishes it."""
+        entry = self.hub.system.graph.topics.get("/clock")
+        publishers: Sequence[PublisherPeer] = entry.publishers if entry is not None else ()
+        if publishers and self._clock is None:
+            self._clock = self.hub.node.subscribe(Topic(Clock, "/clock"), qos=CLOCK)
+            self.hub.node.spawn(self._pass_clock_on(self._clock), name="web clock")
+        elif not publishers and self._clock is not None:
+            self._clock.close()
+            self._clock = None
+
+    async def _pass_clock_on(self, stream: Stream[Clock]) -> None:
+        async for message in stream:
+            at_ns = message.clock.sec * 10**9 + message.clock.nanosec
+            for viewer in self._viewers():
+                viewer.time(at_ns)

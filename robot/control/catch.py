@@ -1,0 +1,94 @@
+"""Catching a walk: a robot in motion is brought to rest by steps, whoever walked it before and however that one ended.
+
+What is known at the first step is one sample of IMU and joints: the standing feet tell the speed, how far they are behind tells the phase of the
+stride, and the body is taken for level. From there on the robot walks at zero speed until it has come to rest. Equations:
+docs/control.md#safe-stop.
+"""
+
+from __future__ import annotations
+
+from math import hypot, inf
+from typing import Final
+
+import numpy as np
+
+from robot.control.gaits import GAITS
+from robot.control.walk import WalkController
+from robot.estimation.leg_odometry import Estimator
+from robot.estimation.predict import PredictedState
+from robot.estimation.terrain import TerrainPlane
+from robot.geometry.vectors import Triple
+from robot.hardware.body import ImuSample, JointSample, MotorTargets
+from robot.model.legs import LEVEL, foot_velocities, leg_state
+from robot.model.parameters import GRAVITY
+
+__all__ = ["Catch", "ground_speed"]
+
+SLOW: Final = 0.25
+"""A body slower than this (m/s) is at rest for a stop: sitting down from here on needs no step."""
+STEADY: Final = 0.1
+"""Seconds that it lasts at least: so much of the stride shows whether the speed was one."""
+LONGEST: Final = 2.0
+"""Seconds after which it is given up: feet that slip may show a speed for ever."""
+FEET: Final = 3
+"""So many feet stand before the robot may sit down."""
+FASTEST: Final = 2.0
+"""Bound of the speed that the standing feet tell, m/s: more is a foot that slips."""
+MOTOR_DELAY: Final = 0.004
+"""How late the drives act on targets, s."""
+DOUBT: Final = 0.1
+"""Standard deviation of the speed that the feet tell at first, m/s: they have been dragged along since the last targets."""
+FIRST: Final = 1e-4
+"""Time since a sample that nobody took, s: the estimate is begun with the first one."""
+
+
+class Catch:
+    """Walks to rest. `step` at each control step until `over`; then the robot stands still on at least three feet, or will not come to rest.
+
+    Invariants: `over` once true stays so; no object that another controller holds is changed after it was handed in.
+    """
+
+    def __init__(self, estimate: Estimator, terrain: TerrainPlane, walker: WalkController) -> None:
+        self._estimate, self._terrain, self._walker = estimate, terrain, walker
+        self._time = 0.0
+        self.over = False
+
+    @classmethod
+    def begin(cls, imu: ImuSample, joints: JointSample) -> Catch | None:
+        """For a robot of which nothing but these samples is known; None if it is at rest, or has no foot on the ground that could tell."""
+        vx, vy = ground_speed(joints)
+        if hypot(vx, vy) < SLOW:
+            return None
+        estimate, terrain = Estimator(), TerrainPlane()
+        estimate.update(FIRST, ImuSample(imu.gyro, np.array((0.0, 0.0, GRAVITY))), joints)
+        estimate.moving((vx, vy, 0.0), DOUBT)
+        terrain.update(inf, estimate.contacts)
+        ahead = PredictedState(estimate, joints, MOTOR_DELAY, (0.0, 0.0, 0.0))
+        walker = WalkController(GAITS["trot"], ahead)
+        walker.join(estimate, ahead)
+        return cls(estimate, terrain, walker)
+
+    def step(self, dt: float, imu: ImuSample, joints: JointSample) -> MotorTargets:
+        """The motor targets of this step, `dt` seconds after the last."""
+        self._time += dt
+        estimate, walker = self._estimate, self._walker
+        estimate.update(dt, imu, joints, walker.leaving())
+        self._terrain.update(dt, estimate.contacts)
+        vx, vy, _ = estimate.velocity
+        rests = self._time > STEADY and hypot(vx, vy) < SLOW and sum(estimate.contact) >= FEET
+        self.over = self.over or rests or self._time > LONGEST
+        ahead = PredictedState(estimate, joints, MOTOR_DELAY + 0.5 * dt, walker.acceleration)
+        return walker.step(dt, estimate, ahead, self._terrain, (0.0, 0.0, 0.0)).freeze()
+
+
+def ground_speed(joints: JointSample) -> tuple[float, float]:
+    """The velocity (m/s, forward and left) of a level body over its standing feet, bounded; over all four if none is said to stand."""
+    angles, speeds = joints.position.tolist(), joints.velocity.tolist()
+    contact: list[bool] = joints.contact.tolist()
+    standing = contact if any(contact) else [True] * 4
+    moving, _ = foot_velocities(leg_state(angles, LEVEL), angles, speeds, (0.0, 0.0, 0.0), LEVEL)
+    feet: list[Triple] = [speed for speed, stands in zip(moving, standing, strict=True) if stands]
+    vx, vy = -sum(x for x, _, _ in feet) / len(feet), -sum(y for _, y, _ in feet) / len(feet)
+    fast = hypot(vx, vy)
+    scale = min(1.0, FASTEST / fast) if fast > 0.0 else 1.0
+    return (vx * scale, vy * scale)

@@ -1,0 +1,71 @@
+"""Which public names the examples of the documents use, and where. The suite runs every one of these examples."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from tests.reference import SECTIONS
+from tests.site.markdown import headlines
+
+__all__ = ["Example", "Name", "examples", "names_used"]
+
+ROOT = Path(__file__).parents[2]
+FACES = frozenset({"actors", *SECTIONS.values()})
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+Name = tuple[str, str]
+"""A public name: its module, and what it is called there."""
+
+
+class Example(NamedTuple):
+    """A section of a document with an example."""
+
+    page: str
+    title: str
+    anchor: str
+
+
+@cache
+def examples() -> Mapping[Name, tuple[Example, ...]]:
+    """The sections whose examples use a name, for each name that one uses."""
+    found: dict[Name, dict[Example, None]] = {}
+    for path in sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]):
+        text = path.read_text(encoding="utf-8")
+        known = Imported()
+        for block in BLOCK.finditer(text):
+            *_, (_, title, anchor) = headlines(text[: block.start()])
+            for name in names_used(block[1], known):
+                found.setdefault(name, {})[Example(path.relative_to(ROOT).as_posix(), title, anchor)] = None
+    return {name: tuple(places) for name, places in found.items()}
+
+
+class Imported(dict[str, Name]):
+    """What the names of a program stand for; a module has an empty name."""
+
+
+def names_used(code: str, known: Imported) -> Iterator[Name]:
+    """The public names that a block of a program uses, which goes on with what the blocks before it have imported."""
+    tree = ast.parse(code)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module is not None:
+            for alias in node.names:
+                module = f"{node.module}.{alias.name}"
+                if module in FACES:
+                    known[alias.asname or alias.name] = (module, "")
+                elif node.module in FACES:
+                    known[alias.asname or alias.name] = (node.module, alias.name)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and known.get(node.id, ("", ""))[1]:
+            yield known[node.id]
+        elif isinstance(node, ast.Name) and node.id in known:
+            yield "actors", node.id  # a module that is a name of the front door
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            face, name = known.get(node.value.id, ("", "no module"))
+            if not name and node.attr in importlib.import_module(face).__all__:
+                yield face, node.attr
