@@ -211,7 +211,8 @@ def test_a_message_too_many_is_a_difference_within_the_bag_and_none_after_its_en
         count = sum(1 for _ in bag.messages({"/numbers"}))
 
     class Again(Adder):
-        heard = 0
+        heard = at = 0
+        late = 0.0
 
         @NUMBERS.on()
         async def add(self, message: Int32) -> None:
