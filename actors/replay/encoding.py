@@ -65,7 +65,7 @@ class _Writing(pickle.Pickler):
             named: Any = value
             return (class_named, _name_of(named)) if _may_be_named(value) else NotImplemented
         if issubclass(kind, BaseException):
-            return error_made, (*_name_of(kind), value.args, dict(vars(value)))
+            return error_made, (*_name_of(kind), value.args, dict(value.__dict__))
         if kind is Child and isinstance(value.factory, type):
             fields = {name: getattr(value, name) for name in Child.__slots__ if name != "factory"}
             return child_made, (*_name_of(value.factory), fields)
@@ -143,8 +143,8 @@ def tuple_made(module: str, name: str, values: tuple[Any, ...]) -> tuple[Any, ..
     kind: Any = _named(module, name)
     if not _is_named_tuple(kind):
         raise ReplayError(f"{module}.{name}, which the journal names, is no named tuple")
-    make: Any = tuple.__new__  # not that of the class
-    return cast("tuple[Any, ...]", make(kind, values))
+    make = cast("Any", tuple)  # not the class itself, which may do more
+    return cast("tuple[Any, ...]", make.__new__(kind, values))
 
 
 def child_made(module: str, name: str, fields: dict[str, Any]) -> Child:

@@ -87,7 +87,7 @@ class Slow(Adder):
     """Tells it a little later."""
 
     @NUMBERS.on()
-    async def add(self, message: Int32) -> None:
+    async def add(self, message: Int32) -> None:  # type: ignore[override]
         await self.clock.sleep(0.005)
         super().add(message)
 
@@ -211,10 +211,11 @@ def test_a_message_too_many_is_a_difference_within_the_bag_and_none_after_its_en
         count = sum(1 for _ in bag.messages({"/numbers"}))
 
     class Again(Adder):
-        heard = 0
+        heard = at = 0
+        late = 0.0
 
         @NUMBERS.on()
-        async def add(self, message: Int32) -> None:
+        async def add(self, message: Int32) -> None:  # type: ignore[override]
             super().add(message)
             self.heard += 1
             if self.heard == self.at:

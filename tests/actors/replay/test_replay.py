@@ -11,8 +11,9 @@ from typing import Literal
 
 import pytest
 
-from actors import Child, Node, every, execute, publishes, run
+from actors import Child, Node, background, every, execute, publishes, run
 from actors.interfaces.std_msgs.msg import Int32, String
+from actors.nodes import ClockPublisher
 from actors.replay import Journal, ReplayError, load, replay
 from tests.actors.replay.story import HERO, NUMBERS, OTHERS, TOLD, Hero, Visitor, lived, story
 
@@ -235,3 +236,35 @@ def test_a_node_that_has_not_started_has_no_journal_and_a_journal_names_its_node
     with pytest.raises(ReplayError, match="/text: this is no journal of a node"):
         load(tmp_path / "text")
     assert repr(Journal("b", "a")) == "<journal of a, b>"
+
+
+class Ticking(Node):
+    told = publishes(TOLD)
+
+    @every(hz=10)
+    def tick(self) -> None:
+        self.told(String(data=f"tick at {self.clock.now():.3f}"))
+
+    @background
+    async def waits(self) -> None:
+        while True:
+            await self.clock.sleep(0.07)
+            self.told(String(data=f"slept until {self.clock.now():.3f}"))
+
+
+def test_a_node_that_starts_on_simulated_time_is_replayed_with_its_timers_and_sleeps_and_over_a_crash() -> None:
+    async def main() -> Journal:
+        journal = Journal("ticking")
+        node = Child(Ticking, parameters={"use_sim_time": True})
+        async with run(ClockPublisher, node, observers=(journal,), sinks=()) as system:
+            await system.clock.sleep(0.5)
+            system.crash("ticking", RuntimeError("struck"))
+            await system.clock.sleep(0.5)
+        return journal
+
+    tape = execute(main, clock="virtual").tape("ticking")
+    told = [value.data for kind, name, value in tape.outputs() if name == "/told"]
+    assert sum(text.startswith("tick at") for text in told) > 5
+    assert sum(text.startswith("slept until") for text in told) > 8
+    verdict = replay(tape)
+    assert (verdict.equal, verdict.lacking, verdict.differences) == (True, "", ())
