@@ -17,7 +17,6 @@ NICE: Final = 5
 def favour(role: Literal["body", "control"]) -> str:
     """Ask for real-time scheduling of this process: it runs as soon as it is ready. What came of it, in one line."""
     try:
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY[role]))
     except (AttributeError, OSError) as error:
         return f"{role}: no real-time scheduling here ({type(error).__name__}): a busy machine can hold it up"
