@@ -146,7 +146,9 @@ class Served:
         told, between = -inf, MOST_BEAT_SECONDS - 0.5 * self._period
         while True:
             self._guard.turned()
-            if (now := self._loop.time()) - told >= between:  # a loop that must not hang for long beats more often than that
+            if (
+                now := self._loop.time()
+            ) - told >= between:  # a loop that must not hang for long beats more often than that
                 told = now
                 self._hosted.tell_nodes()
                 self._tell_lost()
