@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from time import perf_counter, process_time
 from typing import Any, Final
 
@@ -23,7 +23,7 @@ from robot.sim.battery import Pack
 from robot.tree import robot_tree
 
 __all__ = [
-    "CAMERA", "STREAMS", "TIMERS", "TOPICS", "WARM_UP", "Clockwork", "Punctuality", "Run", "clockwork_rates", "listen", "listener_in",
+    "CAMERA", "STREAMS", "TIMERS", "TOPICS", "WARM_UP", "Clockwork", "Punctuality", "Run", "at_rate", "clockwork_rates", "listen", "listener_in",
     "punctuality", "restarts_in",
     "run_loop", "run_robot",
 ]  # fmt: skip
@@ -92,12 +92,16 @@ class Run:
     """The same with a listener on every sensor."""
     falls: int = 0
     """1 if the robot lay on the floor at the end."""
+    shares: dict[str, float] = field(default_factory=dict[str, float])
+    """By process, of `quiet_share`; empty in one process."""
     restarts: int = 0
     """How many nodes had been restarted by then, with their processes or alone."""
 
 
-def run_robot(backend: str, seed: int, duration: float, loops: int = 0) -> Run:
+def run_robot(backend: str, seed: int, duration: float, loops: int = 0, rate: float = 200.0) -> Run:
     """The whole robot in this process, on its patrol for `duration` seconds without the camera and as long with everything.
+
+    Its control loop runs `rate` times a second.
 
     Meanwhile so many endless loops run on the only processor that it may use; without any, nothing holds it to one.
     """
@@ -107,7 +111,8 @@ def run_robot(backend: str, seed: int, duration: float, loops: int = 0) -> Run:
     found: list[Run] = []
 
     async def main() -> None:
-        async with run(robot_tree(body, Pack(90.0), waypoints), seed=seed, sinks=()) as system:
+        tree = at_rate(robot_tree(body, Pack(90.0), waypoints), rate)
+        async with run(tree, seed=seed, sinks=()) as system:
             await system.join(Child(Clockwork))
             listener = await listener_in(system, backend)
             await system.clock.sleep(WARM_UP)
@@ -118,9 +123,10 @@ def run_robot(backend: str, seed: int, duration: float, loops: int = 0) -> Run:
                 await system.clock.sleep(0.5)
                 listener.times.clear()
                 share, rates = await _measured(streams, lambda: system.clock.sleep(duration))
-            control = punctuality(listener.times, 200.0)
+            control = punctuality(listener.times, rate)
             rates = rates | {"control loop": control.rate} | clockwork_rates(system)
-            found.append(Run(rates, control, quiet_share, share, int(body.truth().fallen), restarts_in(system)))
+            fallen = int(body.truth().fallen)
+            found.append(Run(rates, control, quiet_share, share, fallen, restarts=restarts_in(system)))
 
     with busy(loops):
         execute(main)
@@ -131,7 +137,7 @@ def run_loop(backend: str, seed: int, duration: float, hz: float) -> Punctuality
     """Motors, sensors and gait alone, at `hz`, walking."""
     body = _body(backend, seed, "empty")
     whole = robot_tree(body, Pack(90.0), [("here", body.scene.start)])
-    tree = _at(only(whole, ("motors", "proprioception", "gait")), "proprioception", rate=hz)
+    tree = at_rate(only(whole, ("motors", "proprioception", "gait")), hz)
     times: list[float] = []
 
     async def main() -> None:
@@ -253,10 +259,11 @@ def _body(backend: str, seed: int, world: str) -> Body:
     return PhysicsBody(get_world(world), seed=seed)
 
 
-def _at(tree: Supervisor, name: str, **parameters: object) -> Supervisor:
-    """The tree with parameters of one node set otherwise."""
+def at_rate(tree: Supervisor, hz: float) -> Supervisor:
+    """The tree with samples, and so steps of its control loop, `hz` times a second."""
 
     def change(child: Child) -> Child:
-        return child.replace(parameters=dict(child.parameters) | parameters) if child.name == name else child
+        parameters = dict(child.parameters) | {"rate": hz}
+        return child.replace(parameters=parameters) if child.name == "proprioception" else child
 
     return changed(tree, change)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import os
-from contextlib import ExitStack
+from collections.abc import Generator
+from contextlib import ExitStack, contextmanager
 from time import perf_counter
 from typing import Final
 
@@ -18,12 +19,14 @@ from robot.evaluate.rates_run import (
     Clockwork,
     Punctuality,
     Run,
+    at_rate,
     clockwork_rates,
     listen,
     listener_in,
     punctuality,
     restarts_in,
 )
+from robot.link.priority import SWITCH
 from robot.link.process import BodyProcess
 from robot.link.records import Order, read_command
 
@@ -53,8 +56,10 @@ class Commands:
             await asyncio.sleep(LOOK)
 
 
-def run_split(seed: int, duration: float, loops: int = 0) -> Run:
+def run_split(seed: int, duration: float, loops: int = 0, rate: float = 200.0, *, fifo: bool = True) -> Run:
     """The whole robot in processes, on its patrol for `duration` seconds without the camera and as long with everything; in physics.
+
+    Its control loop runs `rate` times a second. Without `fifo` no process asks for real-time scheduling.
 
     Meanwhile so many endless loops run on the only processor that all of them may use; without any, nothing holds them to one.
     """
@@ -65,17 +70,31 @@ def run_split(seed: int, duration: float, loops: int = 0) -> Run:
         assert robot.process is not None
         try:
             robot.process.ready()
-            async with run(robot.tree, seed=seed, sinks=()) as system:
-                found.append(await _measure(system, robot.process, duration))
+            async with run(at_rate(robot.tree, rate), seed=seed, sinks=()) as system:
+                found.append(await _measure(system, robot.process, duration, rate))
         finally:
             robot.close()
 
-    with busy(loops):
+    with busy(loops), _scheduled(fifo):
         execute(main)
     return found[0]
 
 
-async def _measure(system: System, process: BodyProcess, duration: float) -> Run:
+@contextmanager
+def _scheduled(fifo: bool) -> Generator[None]:
+    """Have the processes that are started meanwhile ask for real-time scheduling, or not."""
+    before = os.environ.get(SWITCH)
+    os.environ[SWITCH] = str(int(fifo))
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[SWITCH]
+        else:
+            os.environ[SWITCH] = before
+
+
+async def _measure(system: System, process: BodyProcess, duration: float, rate: float) -> Run:
     await system.join(Child(Clockwork))
     node = await listener_in(system, "none")
     await system.clock.sleep(WARM_UP)
@@ -85,24 +104,31 @@ async def _measure(system: System, process: BodyProcess, duration: float) -> Run
         with ExitStack() as stack:
             streams = listen(stack, node, [name for name in TOPICS if name not in CAMERA])
             await system.clock.sleep(SETTLE)
-            quiet, _ = await _share(system, duration)
+            shares, _ = await _shares(system, process, duration)
             streams |= listen(stack, node, CAMERA)
             await system.clock.sleep(SETTLE)
             commands.times.clear()
             before = {name: stream.received for name, stream in streams.items()}
-            share, wall = await _share(system, duration)
+            busy_shares, wall = await _shares(system, process, duration)
             rates = {name: (stream.received - before[name]) / wall for name, stream in streams.items()}
     finally:
         noting.cancel()
-    control: Punctuality = punctuality(commands.times, 200.0)
+    control: Punctuality = punctuality(commands.times, rate)
     rates |= {"control loop": control.rate} | clockwork_rates(system)
-    return Run(rates, control, quiet, share, int(process.body.truth().fallen), restarts_in(system))
+    quiet, share, fallen = sum(shares.values()), sum(busy_shares.values()), int(process.body.truth().fallen)
+    return Run(rates, control, quiet, share, fallen, shares, restarts_in(system))
 
 
-async def _share(system: System, duration: float) -> tuple[float, float]:
-    """Processor time of all processes by wall time while `duration` seconds pass, per cent; and how long they were."""
+async def _shares(system: System, process: BodyProcess, duration: float) -> tuple[dict[str, float], float]:
+    """Processor time of each process by wall time while `duration` seconds pass, per cent; and how long they were."""
+    names = {record.process: record.path[1] for record in system.nodes.values() if record.process}
+    names |= {process.pid: "body", os.getpid(): "this one"}
     processes = family(os.getpid())
-    wall, spent = perf_counter(), processor_seconds(processes)
+    wall, before = perf_counter(), {one: processor_seconds({one}) for one in processes}
     await system.clock.sleep(duration)
-    wall, spent = perf_counter() - wall, processor_seconds(processes) - spent
-    return 100.0 * spent / wall, wall
+    wall = perf_counter() - wall
+    shares: dict[str, float] = {}
+    for one in processes:
+        name = names.get(one, "others")
+        shares[name] = shares.get(name, 0.0) + 100.0 * max(0.0, processor_seconds({one}) - before[one]) / wall
+    return shares, wall

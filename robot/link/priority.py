@@ -6,18 +6,23 @@ import os
 from contextlib import suppress
 from typing import Final, Literal
 
-__all__ = ["favour", "step_aside"]
+__all__ = ["SWITCH", "favour", "step_aside"]
 
 PRIORITY: Final = {"body": 20, "control": 10}
 """Of real-time scheduling. The body is hardware: it goes before those who command it."""
+SWITCH: Final = "ROBACTOR_REALTIME"
 NICE: Final = 5
 """How much processes that can wait step back."""
 
 
 def favour(role: Literal["body", "control"]) -> str:
-    """Ask for real-time scheduling of this process: it runs as soon as it is ready. What came of it, in one line."""
+    """Ask for real-time scheduling of this process: it runs as soon as it is ready. What came of it, in one line.
+
+    Nothing is asked for where the variable ROBACTOR_REALTIME is 0.
+    """
+    if os.environ.get(SWITCH) == "0":
+        return f"{role}: no real-time scheduling, as {SWITCH} is 0"
     try:
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY[role]))
     except (AttributeError, OSError) as error:
         return f"{role}: no real-time scheduling here ({type(error).__name__}): a busy machine can hold it up"

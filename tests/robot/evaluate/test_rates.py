@@ -12,9 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from robot.assembly import Robot
 from robot.evaluate import odometry, rates
+from robot.evaluate.levels import measure
 from robot.evaluate.load import busy, family
-from robot.evaluate.rates_run import punctuality
+from robot.evaluate.rates_run import Punctuality, Run, at_rate, punctuality
+from robot.run.choice import nodes_of
 from robot.run.errands import UsageError
 
 ROOT = Path(__file__).parents[3]
@@ -85,6 +88,47 @@ def test_one_process_and_several_stand_side_by_side() -> None:
     assert head.split() == ["one", "process", "split"]
     assert line.split() == ["falls", "3", "0"]
     assert rates.side_by_side({"metrics": rows[2:]}) == ""
+
+
+def test_without_a_run_that_is_alone_and_at_another_rate_only_one_process_and_several_are_compared() -> None:
+    beside = [metric.name for metric in rates.metrics("physics", 1.0, (1, 2))]
+    assert all("endless loop" in name for name in beside)
+    fast = [metric.name for metric in rates.metrics("physics", 1.0, (0,), 500.0)]
+    assert {"control at 500 Hz, period error p99", "control at 500 Hz, period error p99, split"} <= set(fast)
+    assert not [name for name in fast if name.startswith("RT-")]
+
+
+def test_the_share_of_each_process_is_told_and_falls_are_counted_over_all_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    def one(backend: str, seed: int, duration: float, busy: int, rate: float) -> Run:
+        assert (backend, duration, rate) == ("physics", 60.0, 500.0)
+        return Run({}, Punctuality(rate, 0.1, 0.2, 0.0), 30.0, 40.0, falls=seed % 2)
+
+    def split(seed: int, duration: float, busy: int, rate: float, *, fifo: bool) -> Run:
+        return Run({}, Punctuality(rate, 0.1, 0.2, 0.0), 45.0, 50.0, shares={"control": 15.0 if fifo else 16.0})
+
+    monkeypatch.setattr(rates, "run_robot", one)
+    monkeypatch.setattr(rates, "run_split", split)
+    found = measure(rates.metrics("physics", 60.0, (1,), 500.0, fifo=False), (1, 2, 3), backend="physics")
+    by_name = {row["name"]: row["median"] for row in found["metrics"]}
+    assert by_name["1 endless loop beside: share of one core, camera unused, process: control"] == 16.0
+    assert by_name["1 endless loop beside: share of one core, camera unused, process: body"] == 0.0
+    counted = next(line for line in rates.side_by_side(found).splitlines() if "in all of 3 runs" in line)
+    assert counted.split()[-2:] == ["2", "0"]
+
+
+def test_another_rate_reaches_the_driver_that_paces_the_control_loop() -> None:
+    whole = Robot("empty", body="kinematic").tree
+    found = {child.name: child.parameters.get("rate") for child in nodes_of(at_rate(whole, 500.0))}
+    assert found["proprioception"] == 500.0
+    assert [name for name, rate in found.items() if rate == 500.0] == ["proprioception"]
+
+
+@pytest.mark.parametrize(
+    "words", [["--rate", "50"], ["--rate", "500", "--backend", "kinematic"], ["--loops", "1", "--backend", "kinematic"]]
+)
+def test_what_cannot_be_compared_is_refused(words: list[str]) -> None:
+    with pytest.raises(UsageError, match="--rate"):
+        rates.main(words)
 
 
 def test_endless_loops_run_beside_on_one_processor_and_end_with_the_measurement() -> None:
