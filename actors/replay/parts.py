@@ -96,7 +96,7 @@ def whole(node: str, parts: Iterable[bytes], *, trust: bool) -> Tape:
         if place not in numbered:
             raise ReplayError(
                 f"part {place} of the journal of {node} is missing, of {max(numbered) + 1}: what was kept for a late recorder did not reach "
-                "back to it; record from the start, or begin the journal anew with `bag record --replay NODE --restart`"
+                "back to it; record from the start of the program, or let it write its journals into a folder: Journal(folder=...)"
             )
     entries = [entry for _, part in sorted(numbered.items()) for entry in part]
     return Tape(node, entries, trusted=trust)
