@@ -56,7 +56,7 @@ class Pilot(Node):
         ("add_on_set_parameters_callback", "@speed.validate"),
         ("get_clock", "self.clock"),
         ("destroy_node", "self.stop()"),
-        ("spin", "await system.wait()"),
+        ("spin", "A whole program is spin(Talker), of actors"),
         ("spin_once", "handlers run by themselves"),
         ("executor", "handlers run by themselves"),
         ("get_name", "self.name"),

@@ -29,6 +29,7 @@ from tests.actors.supervision.test_watch import *  # noqa: F403
 del test_OTP_A07_descendants_are_found_by_their_path  # noqa: F821
 del test_OTP_D07_a_stop_hook_that_raises_is_a_kill_and_keeps_nobody_waiting  # noqa: F821
 del test_statuses  # noqa: F821
+del test_the_task_of_a_childs_life_is_told_from_all_others  # noqa: F821
 del test_the_state_below_a_supervisor_that_does_not_run_is_that_supervisors  # noqa: F821
 del test_with_tasks_that_start_eagerly_a_life_is_made_only_when_its_supervisor_knows_of_it  # noqa: F821
 
