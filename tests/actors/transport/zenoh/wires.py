@@ -34,7 +34,9 @@ class Relay:
     """A port that leads to another one, unless it is cut."""
 
     def __init__(self, port: int) -> None:
-        self.port = free_port()
+        self._socket = socket.socket()
+        self._socket.bind(("127.0.0.1", 0))  # held from here on: another program could take a port that is only known to be free
+        self.port: int = self._socket.getsockname()[1]
         self.is_cut = False
         self.passed = 0
         """Bytes that have passed, in both directions."""
@@ -42,7 +44,7 @@ class Relay:
         self._writers: list[asyncio.StreamWriter] = []
 
     async def start(self) -> asyncio.Server:
-        return await asyncio.start_server(self._accept, "127.0.0.1", self.port)
+        return await asyncio.start_server(self._accept, sock=self._socket)
 
     def cut(self) -> None:
         self.is_cut = True
