@@ -35,7 +35,9 @@ class Relay:
 
     def __init__(self, port: int) -> None:
         self._socket = socket.socket()
-        self._socket.bind(("127.0.0.1", 0))  # held from here on: another program could take a port that is only known to be free
+        self._socket.bind(
+            ("127.0.0.1", 0)
+        )  # held from here on: another program could take a port that is only known to be free
         self.port: int = self._socket.getsockname()[1]
         self.is_cut = False
         self.passed = 0
