@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import os
 import re
 import subprocess
 import sys
@@ -36,12 +37,16 @@ once = functools.cache(program)
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_the_page_runs_as_printed(page: str) -> None:
-    """In a process of its own: a page may run event loops."""
+def test_the_page_runs_as_printed(page: str, tmp_path: Path) -> None:
+    """In a process and a folder of its own: a page may run event loops, and write files."""
     code = f"from tests.project.test_docs import program; program({page!r})"
-    root = DOCS.parent
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code], cwd=root, capture_output=True, text=True, timeout=120
+        [sys.executable, "-W", "error", "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(DOCS.parent)},
+        capture_output=True,
+        text=True,
+        timeout=120,
     )
     assert (done.returncode, done.stderr) == (0, "")
 
