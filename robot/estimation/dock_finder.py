@@ -18,6 +18,8 @@ _WINDOW = 0.10
 """A return this near to where the face should be may be the face, m; what stands behind the station is 0.15 m farther."""
 _BESIDE = 0.30
 """How far beside the face's expected ends returns may still be its own, m: 10 cm, and 10 degrees from a meter away."""
+_GAP = 0.12
+"""Neighbouring returns farther apart than this are of different things, m: six sigma of the LiDAR, and a lost beam or two."""
 _FEWEST = 8
 """Returns from the face; fewer say too little."""
 _OFF = 0.06
@@ -40,8 +42,7 @@ def find_dock(ranges: Floats, here: Pose2, dock: Pose2, max_range: float = MAX_R
     angles, r = beam_angles(len(ranges))[valid] + believed.yaw, ranges[valid]
     x, y = believed.x + r * np.cos(angles), believed.y + r * np.sin(angles)
     near = (np.abs(x - FACE_AHEAD) < _WINDOW) & (np.abs(y) < FACE_WIDTH / 2 + _BESIDE)
-    x, y = x[near], y[near]
-    line = _line(x, y)
+    line = _line(*_longest_run(x[near], y[near]))
     if line is None:
         return None
     at, slope, low, high = line
@@ -53,6 +54,14 @@ def find_dock(ranges: Floats, here: Pose2, dock: Pose2, max_range: float = MAX_R
     middle = (low + high) / 2
     seen = Pose2(at + slope * middle, middle, turn)
     return compose(Pose2(FACE_AHEAD, 0.0, 0.0), compose(inverse(seen), believed))
+
+
+def _longest_run(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """The most returns, in the order of y, of which each is near its neighbours: a thing beside the face is not of it."""
+    order = np.argsort(y)
+    x, y = x[order], y[order]
+    breaks = np.flatnonzero(np.hypot(np.diff(x), np.diff(y)) > _GAP) + 1
+    return max(zip(np.split(x, breaks), np.split(y, breaks), strict=True), key=lambda run: len(run[0]))
 
 
 def _line(x: Floats, y: Floats) -> tuple[float, float, float, float] | None:
