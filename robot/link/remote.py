@@ -16,7 +16,16 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.arm import ArmBusy, ArmDevice, ArmState, GripperState
 from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import NO_REPLAY, BodySilent, ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.hardware.body import (
+    NO_REPLAY,
+    ActuatorState,
+    BodySilent,
+    ImuSample,
+    JointSample,
+    MotorTargets,
+    Sample,
+    Truth,
+)
 from robot.link.phase import Phase
 from robot.link.records import (
     Call,
@@ -120,6 +129,15 @@ class LinkedBody:
         """Send targets; the drives take them as of now."""
         command = Command(Order.TARGETS, time.monotonic(), self._epoch, targets=targets)
         self._segment.commands.write(command_record(command))
+
+    def supply(self, voltage: float) -> None:
+        """Tell the drives what the battery gives them; whoever has the battery may, whoever commands."""
+        command = Command(Order.SUPPLY, time.monotonic(), self._epoch, voltage=voltage)
+        self._segment.commands.write(command_record(command))
+
+    def actuators(self) -> ActuatorState:
+        """What the drives have told last."""
+        return self.state().actuators
 
     def sample(self, hz: float) -> None:
         """Ask for samples. Their instants are shifted a little later, so that each is there when its reader comes for it."""

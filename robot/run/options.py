@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from robot.model.actuators import ActuatorDesign
 from robot.run.arguments import Parser
 from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, checked, parse_fault, parse_fetch, parse_goal
 from robot.run.hardships import Push, parse_ground, parse_push
@@ -78,6 +79,8 @@ class Options:
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
+    actuators: ActuatorDesign | None = None
+    """The drives of the physical body as they are; None: with their torque limit at any speed and temperature."""
     web: Web | None = None
     """The web server beside the robot; None: there is none."""
 
@@ -94,6 +97,9 @@ def parse(argv: Sequence[str]) -> Options:
         raise UsageError(
             "--friction, --payload, --slope, --push: the kinematic body feels no forces; leave out --backend kinematic"
         )
+    if given.backend == "kinematic" and given.actuators == "real":
+        raise UsageError("--actuators real: the kinematic body has no torques to limit; leave out --backend kinematic")
+    real = given.backend == "physics" and given.actuators != "ideal"
     duration = given.duration
     if duration is None and given.clock == "virtual":
         duration = VIRTUAL_DURATION
@@ -127,6 +133,7 @@ def parse(argv: Sequence[str]) -> Options:
         journals=given.journals,
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
+        actuators=ActuatorDesign() if real else None,
         web=_web(given),
     )
 

@@ -118,6 +118,8 @@ class KinematicBody(BodyShell):
                 f"A kinematic body cannot take mode {mode!r} at height {height!r} m: "
                 "give 'sit', 'stand' or 'walk' and a height in metres, such as 0.45."
             )
+        if not self._supplied:
+            return
         if self._targets is not None:
             self._replant()
         self._shaper.ask(vx, vy, wz)
@@ -130,6 +132,8 @@ class KinematicBody(BodyShell):
         Feet within 4 mm of the lowest one stand, and the body moves as the least squares of their motion
         demand. If no joint has a position gain the body stands still.
         """
+        if not self._supplied:
+            return
         if self._targets is None:
             self._shaper.halt()
         self._targets = targets
