@@ -77,6 +77,7 @@ def robot_tree(
     delivery: Delivery | None = None,
     processes: bool = False,
     hosts: Mapping[str, Sequence[str]] | None = None,
+    grid: Grid | None = None,
 ) -> Supervisor:
     """The whole robot around `body`, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
 
@@ -89,9 +90,10 @@ def robot_tree(
     `hosts` names the machines on which a concern runs instead, the first choice first: perception, navigation and mission may. The sensors stay
     with the body then, as a concern ``sensors``. Raises `ValueError` for another concern.
 
-    With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
+    `grid` is the map that the robot is given; without one it is made of the body's scene. With `publish_clock`, a rate in Hz, it has one node
+    more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
-    grid = Grid.from_scene(body.scene)
+    grid = Grid.from_scene(body.scene) if grid is None else grid
     concerns = [
         _control(body, motor_delay),
         _safety(pack),

@@ -81,6 +81,8 @@ class Options:
     pushes: tuple[Push, ...] = ()
     actuators: ActuatorDesign | None = None
     """The drives of the physical body as they are; None: with their torque limit at any speed and temperature."""
+    map: str | None = None
+    """The map file that the robot is given; None: its map is made of the world."""
     web: Web | None = None
     """The web server beside the robot; None: there is none."""
 
@@ -133,6 +135,7 @@ def parse(argv: Sequence[str]) -> Options:
         journals=given.journals,
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
+        map=given.map,
         actuators=ActuatorDesign() if real else None,
         web=_web(given),
     )
