@@ -44,7 +44,8 @@ class Robot:
 
     With `processes`, on the real clock and in physics, the body and each concern of the tree run in processes of their own: what plans and
     looks cannot hold up what walks. `close` it at the end. `hosts` says which concerns run on which other machines, such as
-    ``{"navigation": ["base", "spare"]}``, and `run(hosts=...)` then where those are.
+    ``{"navigation": ["base", "spare"]}``, and `run(hosts=...)` then where those are. With `sight` it has depth cameras and an elevation map,
+    and heeds what stands, hangs or is missing on its way and is not in the LiDAR's plane.
 
     A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
 
@@ -68,6 +69,7 @@ class Robot:
         publish_clock: float | None = None,
         processes: bool = False,
         hosts: Mapping[str, Sequence[str]] | None = None,
+        sight: bool = False,
     ) -> None:
         self.scene: Scene = get_world(world) if isinstance(world, str) else world
         """Where it is: obstacles, places, things."""
@@ -98,6 +100,7 @@ class Robot:
                 processes=processes,
                 hosts=hosts,
                 grid=map,
+                sight=sight,
             )
         except BaseException:
             self.close()
