@@ -36,6 +36,13 @@ def test_another_debugger_is_started_once_at_the_message() -> None:
     assert verdict.compared == len([*tape.outputs()])
 
 
+def test_the_debugger_that_breakpoint_starts_here_is_started(monkeypatch: pytest.MonkeyPatch) -> None:
+    stops: list[str] = []
+    monkeypatch.setattr("sys.breakpointhook", lambda: stops.append("here"))
+    Break("/told", 0).stop()
+    assert stops == ["here"]
+
+
 @pytest.mark.usefixtures("own")
 def test_pythons_debugger_stops_in_the_frame_that_asked_for_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
