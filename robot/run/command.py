@@ -149,7 +149,8 @@ class Session:
 
         options, began = self.options, time.monotonic()
         line, score = StatusLine(), Score()
-        flight = Flight(options, score)
+        transport = self._transport()
+        flight = Flight(options, score, reachable=transport is not None)
         sink = json_sink() if options.log_format == "json" else console_sink()
         line.live = line.live and options.log_format == "console"
         tree = self._chosen(self.robot.tree)
@@ -162,7 +163,7 @@ class Session:
         report: dict[str, Any] = {}
         context = run(
             tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level), observers=flight.observers,
-            parameters=self._parameters(tree), transport=self._transport(), hosts=self._hosts(),
+            parameters=self._parameters(tree), transport=transport, hosts=self._hosts(),
         )  # fmt: skip
         try:
             async with context as system:
