@@ -15,6 +15,7 @@ from robot.tree import robot_tree
 
 if TYPE_CHECKING:
     from actors import Supervisor
+    from robot.hardware.sensors import Sensors
     from robot.link.process import BodyProcess
     from robot.sim.ground import Ground
 
@@ -36,7 +37,8 @@ class Robot:
     * a `Delivery`: it fetches a thing and sits down; the robot then has an arm.
 
     `seed` seeds the noise of the body's sensors, `battery` is the charge at the start in per cent, `arm` adds the arm, `motor_delay` is how
-    late the drives act, in seconds. `ground` is what the physical body stands on and carries; its controllers are not told. With
+    late the drives act, in seconds. `ground` is what the physical body stands on and carries; its controllers are not told. `sensors` says how
+    wrong the body's sensors are, `Sensors.ideal()` unless told otherwise; a LiDAR that turns has a node `scan_correction` after it. With
     `publish_clock`, a rate in Hz, a first node publishes /clock.
 
     With `processes`, on the real clock and in physics, the body and each concern of the tree run in processes of their own: what plans and
@@ -60,6 +62,7 @@ class Robot:
         arm: bool = False,
         motor_delay: float = 0.004,
         ground: Ground | None = None,
+        sensors: Sensors | None = None,
         publish_clock: float | None = None,
         processes: bool = False,
         hosts: Mapping[str, Sequence[str]] | None = None,
@@ -70,11 +73,15 @@ class Robot:
         self.process: BodyProcess | None = None
         """That of the body, with `processes`. It starts at once."""
         if processes:
-            self.process = _body_process(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground)
+            self.process = _body_process(
+                self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, sensors=sensors
+            )
         self.body: Body = (
             self.process.body
             if self.process is not None
-            else make_body(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground)
+            else make_body(
+                self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, sensors=sensors
+            )
         )
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
         try:
@@ -112,7 +119,14 @@ def default_tree() -> Supervisor:
 
 
 def _body_process(
-    scene: Scene, kind: BodyKind, *, seed: int, motor_delay: float, arm: bool, ground: Ground | None
+    scene: Scene,
+    kind: BodyKind,
+    *,
+    seed: int,
+    motor_delay: float,
+    arm: bool,
+    ground: Ground | None,
+    sensors: Sensors | None,
 ) -> BodyProcess:
     if kind != "physics":
         raise ValueError(
@@ -122,7 +136,7 @@ def _body_process(
     from robot.sim.physics import check_engine
 
     check_engine()
-    return BodyProcess(scene, seed=seed, delay=motor_delay, arm=arm, ground=ground)
+    return BodyProcess(scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, sensors=sensors)
 
 
 def make_body(
@@ -133,6 +147,7 @@ def make_body(
     motor_delay: float = 0.004,
     arm: bool = False,
     ground: Ground | None = None,
+    sensors: Sensors | None = None,
 ) -> Body:
     """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed, `ValueError` for a kinematic one on a `ground`."""
     if kind == "kinematic":
@@ -140,10 +155,10 @@ def make_body(
             raise ValueError("A kinematic body feels neither ground nor load; leave out `ground`, or make it physical.")
         from robot.sim.kinematic import KinematicBody
 
-        return KinematicBody(scene, seed=seed, arm=arm)
+        return KinematicBody(scene, seed=seed, arm=arm, sensors=sensors)
     from robot.sim.physics import PhysicsBody
 
-    return PhysicsBody(scene, seed=seed, delay=motor_delay, arm=arm, ground=ground)
+    return PhysicsBody(scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, sensors=sensors)
 
 
 def _waypoints(mission: Mission, scene: Scene) -> list[tuple[str, Pose2]] | None:

@@ -28,6 +28,7 @@ from robot.sim.charger import charger_connected
 from robot.sim.mjcf import obstacle_names
 
 if TYPE_CHECKING:
+    from robot.hardware.sensors import Sensors
     from robot.scenes.scene import Scene
     from robot.sim.ground import Ground
 
@@ -52,6 +53,7 @@ class BodySpec:
     delay: float
     arm: bool
     ground: Ground | None
+    sensors: Sensors | None = None
 
 
 class BodyHost:
@@ -173,7 +175,9 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
     signal.signal(signal.SIGTERM, _end)
     favour("body")
     segment = attached(name, len(spec.scene.things))
-    body = PhysicsBody(spec.scene, seed=spec.seed, delay=spec.delay, arm=spec.arm, ground=spec.ground)
+    body = PhysicsBody(
+        spec.scene, seed=spec.seed, delay=spec.delay, arm=spec.arm, ground=spec.ground, sensors=spec.sensors
+    )
     host = BodyHost(body, segment, time.monotonic())
     orphaned: float | None = None
     while True:

@@ -13,11 +13,11 @@ from actors import Child, Node, every, execute, run
 from actors.interfaces.nav_msgs.msg import Path
 from robot.assembly import Robot
 from robot.contracts import PATH
-from robot.geometry.vectors import Vector
+from robot.geometry.vectors import Vector, rotation
 from robot.hardware.body import Body, Truth
 from robot.model.kinematics import feet
 from robot.model.parameters import FOOT_RADIUS
-from robot.picture.recording import Recording, rotation
+from robot.picture.recording import Recording
 
 __all__ = ["record"]
 

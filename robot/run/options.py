@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from robot.hardware.sensors import SensorKind
 from robot.run.arguments import Parser
 from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, checked, parse_fault, parse_fetch, parse_goal
 from robot.run.hardships import Push, parse_ground, parse_push
@@ -78,6 +79,8 @@ class Options:
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
+    sensors: SensorKind = "ideal"
+    """How wrong the body's sensors are."""
     web: Web | None = None
     """The web server beside the robot; None: there is none."""
 
@@ -127,6 +130,7 @@ def parse(argv: Sequence[str]) -> Options:
         journals=given.journals,
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
+        sensors=given.sensors,
         web=_web(given),
     )
 

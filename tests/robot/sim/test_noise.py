@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robot.hardware.body import JointSample
+from robot.hardware.sensors import ContactErrors
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise, sensor_generator
 
 ZERO = np.zeros(3)
@@ -68,9 +70,10 @@ def test_a_two_second_stand_averages_the_gyro_bias_to_3e_4_in_98_of_100_runs() -
 
 def test_encoders_scatter_by_their_two_standard_deviations() -> None:
     noise, position, velocity = EncoderNoise(2), np.linspace(-1, 1, 12), np.linspace(2, -2, 12)
-    samples = [noise.apply(position, velocity) for _ in range(5000)]
-    assert np.std([p - position for p, _ in samples]) == pytest.approx(5e-4, rel=0.02)
-    assert np.std([v - velocity for _, v in samples]) == pytest.approx(0.05, rel=0.02)
+    true = JointSample(position, velocity, np.zeros(12), np.ones(4, dtype=np.bool_))
+    samples = [noise.apply(true) for _ in range(5000)]
+    assert np.std([sample.position - position for sample in samples]) == pytest.approx(5e-4, rel=0.02)
+    assert np.std([sample.velocity - velocity for sample in samples]) == pytest.approx(0.05, rel=0.02)
 
 
 @settings(deadline=None)
@@ -95,20 +98,20 @@ def test_lidar_noise_of_a_beam_does_not_depend_on_what_other_beams_hit() -> None
 
 
 def test_contacts_arrive_late_by_the_delay() -> None:
-    noise = ContactNoise(0, 200.0, delay=0.010)
+    noise = ContactNoise(0, 200.0, ContactErrors(delay=0.010))
     down, up = np.ones(4, dtype=np.bool_), np.zeros(4, dtype=np.bool_)
     assert [bool(noise.apply(c)[0]) for c in (down, up, up, up)] == [True, True, True, False]
 
 
 def test_contacts_drop_out_as_often_as_asked_and_are_never_invented() -> None:
-    noise = ContactNoise(0, dropout=0.01)
+    noise = ContactNoise(0, errors=ContactErrors(dropout=0.01))
     seen = np.array([noise.apply(np.ones(4, dtype=np.bool_)) for _ in range(10_000)])
     assert 1.0 - seen.mean() == pytest.approx(0.01, rel=0.2)
-    assert not ContactNoise(0, dropout=0.5).apply(np.zeros(4, dtype=np.bool_)).any()
+    assert not ContactNoise(0, errors=ContactErrors(dropout=0.5)).apply(np.zeros(4, dtype=np.bool_)).any()
 
 
 def test_refusals_say_what_to_give() -> None:
     with pytest.raises(ValueError, match="positive number of hertz"):
         ImuNoise(0, 0.0)
     with pytest.raises(ValueError, match="dropout from 0 to 1"):
-        ContactNoise(0, dropout=1.5)
+        ContactErrors(dropout=1.5)
