@@ -179,7 +179,7 @@ def _perception(body: Body, grid: Grid) -> Supervisor:
         "perception",
         *_lidar(body),
         Child(MapServer, args=(grid, dict(body.scene.places))),
-        Child(Localizer, args=(grid, body.scene.start)),
+        Child(Localizer, args=(grid, body.scene.start), parameters={"range_bias": body.sensors.lidar.bias}),
         Child(Frames),
         Child(RobotStatePublisher, args=(write_urdf(arm=body.arm is not None),)),
         Child(Camera, args=(body,)),

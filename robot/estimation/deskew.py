@@ -11,7 +11,7 @@ from math import tau
 
 import numpy as np
 
-from robot.geometry.vectors import Floats
+from robot.geometry.vectors import Floats, wrap_all
 from robot.hardware.beams import MAX_RANGE, NEAREST, beam_angles
 from robot.model.footprint import Footprint
 
@@ -86,7 +86,9 @@ class Deskew:
         floor = z + up < _FLOOR + _FLOOR_PER_METRE * reach
         seen = np.where(free, self._max_range, np.hypot(ahead, beside))
         known = (reach > NEAREST) & ~own & ~(floor & ~free)
-        return self._regular(np.arctan2(beside, ahead), np.where(known, seen, UNKNOWN))
+        # A beam of which nothing is known has no end, but it has a direction, and so has one that goes on for ever.
+        directions = np.where(known & ~free, np.arctan2(beside, ahead), wrap_all(beam_angles(count) + yaw - yaw1))
+        return self._regular(directions, np.where(known, seen, UNKNOWN))
 
     def _regular(self, angles: Floats, ranges: Floats) -> Floats:
         """The ranges of regular beams, from those at any angles. Between two ends on one face the face is straight; else the nearer beam counts."""

@@ -92,7 +92,8 @@ class Session:
         try:
             return Robot(
                 scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
-                arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, sensors=Sensors.of(options.sensors), publish_clock=options.publish_clock, processes=options.processes,
+                arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, sensors=Sensors.of(options.sensors),
+                publish_clock=options.publish_clock, processes=options.processes,
                 hosts=None if options.machines is None else options.machines.hosts,
             )  # fmt: skip
         except BackendMissing as error:

@@ -74,9 +74,9 @@ class NotAchievable:
 class KinematicBody(BodyShell):
     """One robot in one scene, without dynamics; implements `Body`, and `drive` besides.
 
-    Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `sensors` says how wrong the sensors are,
-    `noise=False` gives exact ones. With `arm` it carries one, exact too. The body stays level. Joint efforts are what standing still would take: each standing foot carries its
-    share of the weight.
+    Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `sensors` says how wrong the sensors are, `noise=False`
+    gives exact ones. With `arm` it carries one, exact too. The body stays level. Joint efforts are what standing still would take: each
+    standing foot carries its share of the weight.
 
     A step that no leg could make (a foot point out of reach or of joint limits, a joint beyond 12 rad/s) is made
     all the same, logged once per spell, and kept in `not_achievable`.

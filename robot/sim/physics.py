@@ -53,8 +53,8 @@ class PhysicsBody(BodyShell):
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `delay` (s) is how long motor targets
     travel to the drives, rounded up to a tick; the drives close their PD loop at every physics step, on the undelayed joint.
     `ground` is what it stands on and carries. `timestep` (s) is the longest physics step; a step also ends where targets arrive, so any delay
-    is exact. `sensors` says how wrong the sensors are, `noise=False` gives exact ones, for tests and for finding causes. With `arm` it carries one, and the scene's things are
-    there to be taken.
+    is exact. `sensors` says how wrong the sensors are, `noise=False` gives exact ones, for tests and for finding causes. With `arm` it
+    carries one, and the scene's things are there to be taken.
 
     Raises `BackendMissing` without MuJoCo, `ValueError` for a timestep or a delay that cannot be.
     """
@@ -112,7 +112,7 @@ class PhysicsBody(BodyShell):
         return JointSample(self._qpos[7:].copy(), self._qvel[6:].copy(), self._torque.copy(), contact)
 
     def _exact_ranges(self, beams: int, max_range: float) -> Vector:
-        angles = _yaw(self._qpos[3:7]) - np.pi + np.arange(beams) * (2 * np.pi / beams)
+        angles: Floats = _yaw(self._qpos[3:7]) - np.pi + np.arange(beams, dtype=np.float64) * (2 * np.pi / beams)
         return self._cast(beam_directions(angles), SEEN_LEVEL, max_range)
 
     def _exact_rays(self, directions: Floats, max_range: float) -> Vector:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robot.hardware.body import JointSample
-from robot.hardware.sensors import ContactErrors
+from robot.hardware.sensors import ContactErrors, EncoderErrors, ImuErrors, LidarErrors, Sensors
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise, sensor_generator
 
 ZERO = np.zeros(3)
@@ -115,3 +115,76 @@ def test_refusals_say_what_to_give() -> None:
         ImuNoise(0, 0.0)
     with pytest.raises(ValueError, match="dropout from 0 to 1"):
         ContactErrors(dropout=1.5)
+    with pytest.raises(ValueError, match="mean time above 0"):
+        ImuErrors(step_every=0.0)
+    with pytest.raises(ValueError, match="dropout from 0 to below 1"):
+        LidarErrors(dropout=1.0)
+
+
+def test_an_ideal_robot_has_nothing_but_white_noise_and_walking_biases() -> None:
+    assert Sensors.ideal() == Sensors() == Sensors.of("ideal")
+    assert Sensors.of("real") == Sensors.real() != Sensors.ideal()
+    real = Sensors.real()
+    assert (real.lidar.sweep, real.lidar.bias, real.lidar.dropout) == (0.1, 0.03, 0.15)
+    assert (real.contacts.delay, real.contacts.dropout) == (0.01, 0.01)
+
+
+def test_axes_of_an_imu_have_scales_of_their_own_and_lean_towards_each_other() -> None:
+    errors = ImuErrors(scale_sd=0.01, misalignment_sd=0.02)
+    columns = []
+    for seed in range(300):
+        exact, wrong = ImuNoise(seed), ImuNoise(seed, errors=errors)
+        axis = np.array([0.0, 0.0, 1.0])
+        columns.append(wrong.apply(axis, ZERO).gyro - exact.apply(axis, ZERO).gyro)
+    leans, scales = np.array(columns)[:, :2], np.array(columns)[:, 2]
+    assert leans.std() == pytest.approx(0.02, rel=0.1)
+    assert scales.std() == pytest.approx(0.01, rel=0.1)
+    again = ImuNoise(7, errors=errors).apply(ZERO, np.ones(3)).accel - ImuNoise(7).apply(ZERO, np.ones(3)).accel
+    later = ImuNoise(7, errors=errors)
+    later.apply(ZERO, ZERO)
+    plain = ImuNoise(7)
+    plain.apply(ZERO, ZERO)
+    assert later.apply(ZERO, np.ones(3)).accel - plain.apply(ZERO, np.ones(3)).accel == pytest.approx(again, abs=1e-12)
+
+
+def test_biases_of_an_imu_jump_now_and_then_by_as_much_as_they_should() -> None:
+    errors = ImuErrors(gyro_step=0.01, step_every=0.5)
+    wrong, exact = ImuNoise(3, 200.0, errors), ImuNoise(3, 200.0)
+    offsets = np.array([wrong.apply(ZERO, ZERO).gyro - exact.apply(ZERO, ZERO).gyro for _ in range(40_000)])
+    jumps = np.abs(np.diff(offsets, axis=0)).max(axis=1) > 1e-9
+    assert jumps.sum() == pytest.approx(400, rel=0.2)  # 200 s, one in half a second
+    assert np.diff(offsets, axis=0)[jumps].std() == pytest.approx(0.01, rel=0.1)
+
+
+def test_the_zeros_of_encoders_stay_as_they_were_and_torques_scatter() -> None:
+    errors = EncoderErrors(position=0.0, velocity=0.0, zero_sd=0.01, effort=0.5)
+    true = JointSample(np.zeros(12), np.zeros(12), np.zeros(12), np.ones(4, dtype=np.bool_))
+    robots = [EncoderNoise(seed, errors) for seed in range(200)]
+    zeros = np.array([robot.apply(true).position for robot in robots])
+    assert zeros.std() == pytest.approx(0.01, rel=0.06)
+    assert np.array_equal(robots[3].apply(true).position, zeros[3])
+    assert np.std([robots[0].apply(true).effort for _ in range(500)]) == pytest.approx(0.5, rel=0.05)
+
+
+def test_a_lidar_measures_too_far_or_too_near_by_one_length_of_its_own() -> None:
+    true = np.full(4_000, 3.0)
+    means = [LidarNoise(seed, LidarErrors(bias=0.03)).apply(true, 10.0).mean() - 3.0 for seed in range(60)]
+    assert max(np.abs(means)) <= 0.031
+    assert max(means) > 0.02
+    assert min(means) < -0.02
+
+
+def test_beams_drop_out_without_changing_the_noise_of_the_others() -> None:
+    true = np.full(20_000, 3.0)
+    whole, holed = LidarNoise(5).apply(true, 10.0), LidarNoise(5, LidarErrors(dropout=0.15)).apply(true, 10.0)
+    lost = holed == 10.0
+    assert lost.mean() == pytest.approx(0.15, rel=0.05)
+    assert np.array_equal(whole[~lost], holed[~lost])
+
+
+def test_the_mount_of_a_lidar_leans_a_little_and_is_a_rotation() -> None:
+    assert np.array_equal(LidarNoise(5).mount, np.eye(3))
+    mounts = [LidarNoise(seed, LidarErrors(misalignment_sd=0.01)).mount for seed in range(200)]
+    assert mounts[0] @ mounts[0].T == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.std([mount[1, 0] for mount in mounts]) == pytest.approx(0.01, rel=0.15)
+    assert np.std([mount[0, 2] for mount in mounts]) == pytest.approx(0.01, rel=0.15)
