@@ -22,7 +22,7 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "goal": None, "params": None, "log_format": "console", "log_level": "info", "report": None, "motor_delay": 0.004,
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "machines": None, "hangs": (), "security": None,
-        "replay": (), "journals": None, "ground": None, "pushes": (), "web": Web(),
+        "replay": (), "journals": None, "ground": None, "pushes": (), "sensors": "real", "web": Web(),
     }  # fmt: skip
 
 

@@ -109,7 +109,9 @@ def test_rays_in_space_are_those_of_the_physics_engine() -> None:
         truth = body.truth()
         engine = body._exact_rays(directions, MAX_RANGE)  # pyright: ignore[reportPrivateUsage]
         ours = cast_in_space(scene, truth.position, directions)
-        far = (engine > 0.7) & (engine < MAX_RANGE)  # nearer it may be the robot's own leg, and MuJoCo's floor ends outside of the hall
+        far = (engine > 0.7) & (
+            engine < MAX_RANGE
+        )  # nearer it may be the robot's own leg, and MuJoCo's floor ends outside of the hall
         assert engine[far] == pytest.approx(ours[far], abs=1e-6)
         compared += int(far.sum())
     assert compared > 500
