@@ -7,7 +7,7 @@ from math import tau
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Floats", "Rows", "Triple", "Vector", "rotation", "to_body", "to_ground", "wrap_all"]
+__all__ = ["Floats", "Rows", "Triple", "Vector", "rotation_of", "to_body", "to_ground", "wrap_all"]
 
 Floats = NDArray[np.float64]
 """An array of any shape."""
@@ -16,18 +16,6 @@ Vector = NDArray[np.float64]
 Triple = tuple[float, float, float]
 Rows = tuple[Triple, Triple, Triple]
 """A 3 x 3 matrix by its rows."""
-
-
-def rotation(quaternion: Vector) -> Floats:
-    """The matrix that turns body axes into the world's, shape (3, 3), for a unit quaternion (w, x, y, z)."""
-    w, x, y, z = quaternion.tolist()
-    return np.array(
-        (
-            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
-            (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
-            (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
-        )
-    )
 
 
 def to_ground(rotation: Rows, vector: Triple) -> Triple:
@@ -47,3 +35,15 @@ def to_body(rotation: Rows, vector: Triple) -> Triple:
 def wrap_all(angles: Floats) -> Floats:
     """The same angles (rad) in [-pi, pi]."""
     return np.asarray(angles - tau * np.rint(angles / tau), dtype=np.float64)
+
+
+def rotation_of(quaternion: Vector) -> Floats:
+    """The matrix (3, 3) that turns as this quaternion (w, x, y, z) does, which need not have length 1."""
+    w, x, y, z = (quaternion / np.linalg.norm(quaternion)).tolist()
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )

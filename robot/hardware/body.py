@@ -29,6 +29,7 @@ __all__ = [
     "JOINT_NAMES",
     "LEGS",
     "NO_REPLAY",
+    "ActuatorState",
     "Body",
     "BodySilent",
     "ImuSample",
@@ -99,6 +100,18 @@ class Sweep:
     """How long it took, s."""
     ranges: Vector
     """m, shape (n,); `MAX_RANGE` means no return."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorState:
+    """What the motor drives tell of themselves."""
+
+    supplied: bool
+    """Whether the battery gives them current."""
+    temperature: Vector
+    """Of each motor's winding, C, shape (12,); empty where drives do not get warm."""
+    left: float
+    """Share of its torque that heat leaves to the hottest drive: 1 is all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +189,14 @@ class Body(Protocol):
 
     def command(self, targets: MotorTargets) -> None:
         """Give the motor drives new targets at the present instant; they take effect after the motor delay."""
+        ...
+
+    def supply(self, voltage: float) -> None:
+        """The battery gives the drives this share of its nominal voltage from now on; 0 cuts them off: they brake, and follow no command."""
+        ...
+
+    def actuators(self) -> ActuatorState:
+        """What the drives tell of themselves at the present instant."""
         ...
 
     def sample(self, hz: float) -> None:

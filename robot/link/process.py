@@ -12,6 +12,7 @@ from robot.hardware.sensors import Sensors
 from robot.link.host import BodySpec, serve
 from robot.link.remote import LinkedBody
 from robot.link.segment import create
+from robot.model.actuators import ActuatorDesign
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ground
 
@@ -38,10 +39,11 @@ class BodyProcess:
         delay: float,
         arm: bool,
         ground: Ground | None = None,
+        actuators: ActuatorDesign | None = None,
         sensors: Sensors | None = None,
     ) -> None:
         self._segment = create(len(scene.things))
-        spec = BodySpec(scene, seed, delay, arm, ground, sensors)
+        spec = BodySpec(scene, seed, delay, arm, ground, actuators, sensors)
         self._process = get_context("spawn").Process(
             target=serve, args=(spec, self._segment.name, os.getpid()), name="body", daemon=True
         )

@@ -13,10 +13,20 @@ from typing import Any, Final
 import numpy as np
 
 from robot.geometry.planar import Pose2
-from robot.geometry.vectors import Vector, rotation
+from robot.geometry.vectors import Vector, rotation_of
 from robot.hardware.arm import ArmBusy, ArmDevice, ArmState, GripperState
-from robot.hardware.beams import BEAMS, MAX_RANGE, beam_angles
-from robot.hardware.body import NO_REPLAY, BodySilent, ImuSample, JointSample, MotorTargets, Sample, Sweep, Truth
+from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.hardware.body import (
+    NO_REPLAY,
+    ActuatorState,
+    BodySilent,
+    ImuSample,
+    JointSample,
+    MotorTargets,
+    Sample,
+    Sweep,
+    Truth,
+)
 from robot.hardware.sensors import Sensors
 from robot.link.phase import Phase
 from robot.link.records import (
@@ -37,8 +47,9 @@ from robot.model.arm import check_angles
 from robot.scenes.scene import Scene, Thing
 from robot.sim.mjcf import obstacle_names
 from robot.sim.noise import LidarNoise
-from robot.sim.rays import cast, cast_in_space
-from robot.sim.spin import beam_directions
+from robot.sim.rays import cast
+from robot.sim.sight import sight
+from robot.sim.spin import beam_directions, groups_of
 
 __all__ = ["LinkedBody"]
 
@@ -138,6 +149,15 @@ class LinkedBody:
         command = Command(Order.TARGETS, time.monotonic(), self._epoch, targets=targets)
         self._segment.commands.write(command_record(command))
 
+    def supply(self, voltage: float) -> None:
+        """Tell the drives what the battery gives them; whoever has the battery may, whoever commands."""
+        command = Command(Order.SUPPLY, time.monotonic(), self._epoch, voltage=voltage)
+        self._segment.commands.write(command_record(command))
+
+    def actuators(self) -> ActuatorState:
+        """What the drives have told last."""
+        return self.state().actuators
+
     def sample(self, hz: float) -> None:
         """Ask for samples. Their instants are shifted a little later, so that each is there when its reader comes for it."""
         self._phase = Phase(hz)
@@ -179,15 +199,18 @@ class LinkedBody:
         if taken == 0.0:
             return None
         state = self.state()
-        truth, now = state.truth, time.monotonic()
-        ago = taken - np.arange(BEAMS) * (taken / BEAMS)
-        passed = (now - state.at - ago)[:, None]
-        attitude = rotation(truth.quaternion)
-        rays = beam_directions(beam_angles(BEAMS)) @ (attitude @ self._noise.mount).T
-        rays = rays + passed * np.cross(attitude @ truth.angular_velocity, rays)
-        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-        ranges = cast_in_space(self._scene, truth.position + passed * truth.velocity, rays, MAX_RANGE)
-        return Sweep(now - taken + self._shift(), taken, self._noise.apply(ranges, MAX_RANGE))
+        truth, now, groups = state.truth, time.monotonic(), groups_of(taken)
+        attitude = rotation_of(truth.quaternion)
+        turning, mount = attitude @ truth.angular_velocity, attitude @ self._noise.mount
+        seen = []
+        for number, angles in enumerate(groups):
+            passed = now - state.at - taken * (1.0 - (number + 0.5) / len(groups))
+            rays = beam_directions(angles) @ mount.T
+            rays = rays + passed * np.cross(turning, rays)
+            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+            eye = truth.position + passed * truth.velocity
+            seen.append(np.minimum(sight(self._scene.obstacles, self._scene.pits, eye, rays, MAX_RANGE), MAX_RANGE))
+        return Sweep(now - taken + self._shift(), taken, self._noise.apply(np.concatenate(seen), MAX_RANGE))
 
     def truth(self) -> Truth:
         return read_truth(self._told(), self._obstacles)

@@ -92,9 +92,9 @@ class Session:
         try:
             return Robot(
                 scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
-                arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, sensors=Sensors.of(options.sensors),
-                publish_clock=options.publish_clock, processes=options.processes,
-                hosts=None if options.machines is None else options.machines.hosts,
+                arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, actuators=options.actuators,
+                sensors=Sensors.of(options.sensors), publish_clock=options.publish_clock,
+                processes=options.processes, hosts=None if options.machines is None else options.machines.hosts,
             )  # fmt: skip
         except BackendMissing as error:
             raise UsageError(str(error)) from None
@@ -282,7 +282,8 @@ class Session:
         options = self.options
         return {
             "backend": self.body.backend, "world": self.robot.scene.name, "clock": options.clock, "seed": options.seed,
-            "motor_delay": options.motor_delay, "ground": None if options.ground is None else asdict(options.ground),
+            "motor_delay": options.motor_delay, "actuators": "ideal" if options.actuators is None else "real",
+            "ground": None if options.ground is None else asdict(options.ground),
             "sensors": options.sensors, "battery_percent": options.battery, "only": list(options.only),
             "arm": options.arm,
         }  # fmt: skip

@@ -72,7 +72,12 @@ def _add_circumstances(add: Any) -> None:
 
 
 def _add_ground(add: Any) -> None:
-    """What the robot stands on and carries, and what hits it: in physics, and told to no controller."""
+    """What drives the robot has, what it stands on and carries, and what hits it: in physics, and told to no controller."""
+    add(
+        "--actuators",
+        choices=("real", "ideal"),
+        help="drives whose torque falls with speed and heat, on a bus that gives so much; or drives with their torque limit always (default real, in physics)",
+    )
     add("--friction", type=float, metavar="MU", help="between feet and floor (default 0.8; wet tiles 0.4, ice 0.1)")
     add(
         "--payload",

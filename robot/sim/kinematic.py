@@ -34,8 +34,9 @@ from robot.model.stance import nominal_feet
 from robot.scenes.scene import Obstacle, Scene
 from robot.sim.following import chase, pushed_body
 from robot.sim.kinematic_arm import KinematicArm
-from robot.sim.rays import cast, cast_in_space
+from robot.sim.rays import cast
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
+from robot.sim.sight import sight
 from robot.sim.stepping import Footwork
 from robot.sim.touch import Outline
 
@@ -121,6 +122,8 @@ class KinematicBody(BodyShell):
                 f"A kinematic body cannot take mode {mode!r} at height {height!r} m: "
                 "give 'sit', 'stand' or 'walk' and a height in metres, such as 0.45."
             )
+        if not self._supplied:
+            return
         if self._targets is not None:
             self._replant()
         self._shaper.ask(vx, vy, wz)
@@ -133,6 +136,8 @@ class KinematicBody(BodyShell):
         Feet within 4 mm of the lowest one stand, and the body moves as the least squares of their motion
         demand. If no joint has a position gain the body stands still.
         """
+        if not self._supplied:
+            return
         if self._targets is None:
             self._shaper.halt()
         self._targets = targets
@@ -162,8 +167,10 @@ class KinematicBody(BodyShell):
         """To obstacles and floor; its own legs are not seen."""
         c, s = cos(self._pose.yaw), sin(self._pose.yaw)
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        origin = np.array([self._pose.x, self._pose.y, self._height + FOOT_RADIUS])
-        return cast_in_space(self._scene, origin, np.asarray(directions @ turn.T), max_range)
+        eye = np.array([self._pose.x, self._pose.y, self._height + FOOT_RADIUS])
+        scene = self._scene
+        rays = np.asarray(directions @ turn.T, dtype=np.float64)
+        return np.minimum(sight(scene.obstacles, scene.pits, eye, rays, max_range), max_range)
 
     def truth(self) -> Truth:
         """The true state of this instant."""

@@ -15,14 +15,16 @@ import numpy as np
 
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
-from robot.geometry.vectors import Floats, Vector, rotation
-from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets, Truth
+from robot.geometry.vectors import Floats, Vector, rotation_of
+from robot.hardware.body import LEGS, ActuatorState, ImuSample, JointSample, MotorTargets, Truth
 from robot.hardware.sensors import Sensors
+from robot.model.actuators import ActuatorDesign
 from robot.model.kinematics import inverse
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
 from robot.model.power import motor_power
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Scene
+from robot.sim.actuators import Actuators
 from robot.sim.ground import Ground
 from robot.sim.mjcf import FLOOR_GROUP, OBSTACLE_GROUP, ROBOT_GROUP, obstacle_names, write_model
 from robot.sim.physics_arm import PhysicsArm
@@ -52,6 +54,7 @@ class PhysicsBody(BodyShell):
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `delay` (s) is how long motor targets
     travel to the drives, rounded up to a tick; the drives close their PD loop at every physics step, on the undelayed joint.
+    `actuators` are drives whose torque falls with speed and heat, on a bus that gives so much; without them a drive has its torque limit always.
     `ground` is what it stands on and carries. `timestep` (s) is the longest physics step; a step also ends where targets arrive, so any delay
     is exact. `sensors` says how wrong the sensors are, `noise=False` gives exact ones, for tests and for finding causes. With `arm` it
     carries one, and the scene's things are there to be taken.
@@ -69,6 +72,7 @@ class PhysicsBody(BodyShell):
         timestep: float = 0.0025,
         noise: bool = True,
         arm: bool = False,
+        actuators: ActuatorDesign | None = None,
         sensors: Sensors | None = None,
     ) -> None:
         self._mujoco = _engine()
@@ -81,6 +85,7 @@ class PhysicsBody(BodyShell):
         self._longest = int(timestep / TICK + 1e-6)
         self._delay = ceil(delay / TICK - 1e-6)
         self._ground = ground or Ground()
+        self._actuators = Actuators(actuators) if actuators is not None else None
         self._model: Any = self._mujoco.MjModel.from_xml_string(write_model(scene, self._ground, timestep, arm=arm))
         self._data: Any = self._mujoco.MjData(self._model)
         self._bind()
@@ -97,6 +102,18 @@ class PhysicsBody(BodyShell):
     @property
     def arm(self) -> PhysicsArm | None:
         return self._arm
+
+    def supply(self, voltage: float) -> None:
+        """Without current the drives brake by their shorted windings, and the robot sinks."""
+        super().supply(voltage)
+        if self._actuators is not None and voltage > 0.0:
+            self._actuators.supply(voltage)
+
+    def actuators(self) -> ActuatorState:
+        """Supply, temperatures, and what is left of the torque."""
+        if self._actuators is None:
+            return super().actuators()
+        return ActuatorState(self._supplied, self._actuators.temperature, float(self._actuators.left.min()))
 
     def command(self, targets: MotorTargets) -> None:
         """Send targets to the drives; they arrive after the motor delay, in order."""
@@ -117,7 +134,7 @@ class PhysicsBody(BodyShell):
 
     def _exact_rays(self, directions: Floats, max_range: float) -> Vector:
         """To obstacles, floor and the robot's own legs."""
-        return self._cast(directions @ rotation(self._qpos[3:7]).T, SEEN_TURNING, max_range)
+        return self._cast(directions @ rotation_of(self._qpos[3:7]).T, SEEN_TURNING, max_range)
 
     def _cast(self, rays: Floats, groups: Sequence[int], max_range: float) -> Vector:
         """Ranges from the body origin along unit vectors in world axes to geometries of these groups; the trunk does not count."""
@@ -142,7 +159,8 @@ class PhysicsBody(BodyShell):
             fallen=self._fallen(),
             lying=self._lying(),
             touching=self._touching(),
-            power=motor_power(torque, speed) + (self._arm.power if self._arm is not None else 0.0),
+            power=(motor_power(torque, speed) if self._supplied else 0.0)
+            + (self._arm.power if self._arm is not None else 0.0),
         )
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
@@ -202,7 +220,7 @@ class PhysicsBody(BodyShell):
         self._upper = {model.geom(name).id for name in ("trunk", "skid", *(f"{leg}_thigh" for leg in LEGS))}
         self._obstacles = {model.geom(name).id: name for name in obstacle_names(self._scene)}
         self._knee_angles, self._knee_torques = (np.array(column) for column in zip(*KNEE_TORQUE, strict=True))
-        self._limits[:, 0], self._limits[:, 1] = -TORQUE_LIMIT, TORQUE_LIMIT
+        self._peak = np.full(12, TORQUE_LIMIT)
         self._travelling: deque[tuple[int, MotorTargets]] = deque()
         self._accel_window = np.zeros((ACCEL_TICKS, 3))
         self._option = model.opt
@@ -220,7 +238,7 @@ class PhysicsBody(BodyShell):
         due: MotorTargets | None = None
         while self._travelling and self._travelling[0][0] <= self._ticks:
             due = self._travelling.popleft()[1]
-        if due is not None:
+        if due is not None and self._supplied:
             self._drive(due)
         elif self._ticks - self._commanded >= LOST_COMMAND_TICKS:
             self._release()
@@ -229,9 +247,7 @@ class PhysicsBody(BodyShell):
 
     def _step(self, ticks: int) -> None:
         """One physics step of so many ticks."""
-        knee = np.interp(self._qpos[9::3], self._knee_angles, self._knee_torques)
-        self._limits[2::3, 1] = knee
-        self._limits[2::3, 0] = -knee
+        self._limit_torques()
         self._option.timestep = ticks * TICK
         if self._arm is not None:
             self._arm.drive()
@@ -239,8 +255,20 @@ class PhysicsBody(BodyShell):
         for tick in range(self._ticks, self._ticks + ticks):
             self._accel_window[tick % ACCEL_TICKS] = self._acceleration
         self._ticks += ticks
+        if self._actuators is not None:
+            self._actuators.warm(ticks * TICK, self._torque)
         if self._arm is not None:
             self._arm.step(ticks * TICK)
+
+    def _limit_torques(self) -> None:
+        """Tell MuJoCo what each drive can give in the coming step; those without current brake by their windings alone."""
+        self._peak[2::3] = np.interp(self._qpos[9::3], self._knee_angles, self._knee_torques)
+        if self._actuators is None or not self._supplied:
+            self._limits[:, 0], self._limits[:, 1] = -self._peak, self._peak
+            return
+        speed = self._qvel[6:]
+        wanted = self._control + self._bias[:, 1] * self._qpos[7:] + self._bias[:, 2] * speed
+        self._limits[:, 0], self._limits[:, 1] = self._actuators.bounds(self._peak, speed, wanted)
 
     def _drive(self, targets: MotorTargets) -> None:
         """torque = effort + kp (q* - q) + kd (qd* - qd), as MuJoCo's affine actuator: it then treats kd implicitly."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import replace
+from math import inf
 from typing import Protocol
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from robot.geometry.vectors import Floats, Vector
 from robot.hardware.arm import ArmDevice
 from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import NO_REPLAY, ImuSample, JointSample, Sample, Sweep, Truth
+from robot.hardware.body import NO_REPLAY, ActuatorState, ImuSample, JointSample, Sample, Sweep, Truth
 from robot.hardware.sensors import Sensors
 from robot.scenes.scene import Scene, Thing
 from robot.sim.charger import charger_connected
@@ -54,6 +55,7 @@ class BodyShell(ABC):
         self._imu_read: tuple[int, ImuSample] | None = None
         self._joints_read: tuple[int, JointSample] | None = None
         self._ticks: int = 0
+        self._supplied = True
         self._sampling = Sampling(self._integrate, self._sample)
 
     @property
@@ -87,6 +89,20 @@ class BodyShell(ABC):
             self._sampling.advance(self._spin.due)
             self._spin.turn()
         self._sampling.advance(until)
+
+    def supply(self, voltage: float) -> None:
+        """The drives have this share of the battery's nominal voltage from now on. Raises `ValueError` for one that cannot be."""
+        if not 0.0 <= voltage < inf:
+            raise ValueError(
+                f"The drives cannot be supplied with {voltage!r} of the nominal voltage: give a share of at least 0."
+            )
+        supplied, self._supplied = self._supplied, voltage > 0.0
+        if supplied and not self._supplied:
+            self._release()
+
+    def actuators(self) -> ActuatorState:
+        """Drives that do not get warm."""
+        return ActuatorState(self._supplied, np.empty(0), 1.0)
 
     def sample(self, hz: float) -> None:
         """Take a sample `hz` times a second from now on."""
@@ -146,6 +162,10 @@ class BodyShell(ABC):
     @abstractmethod
     def _integrate(self, until: float) -> None:
         """Move to the last tick that is not later than `until`, s."""
+
+    @abstractmethod
+    def _release(self) -> None:
+        """Nobody commands the drives, or they have no current: let the robot sink."""
 
     @abstractmethod
     def _exact_imu(self) -> ImuSample: ...

@@ -9,11 +9,12 @@ import pytest
 
 from robot.estimation.deskew import UNKNOWN, Deskew
 from robot.geometry.planar import Pose2
-from robot.geometry.vectors import Floats, rotation
+from robot.geometry.vectors import Floats, rotation_of
 from robot.hardware.beams import MAX_RANGE, beam_angles
 from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world
-from robot.sim.rays import cast, cast_in_space
+from robot.sim.rays import cast
+from robot.sim.sight import sight
 from robot.sim.spin import beam_directions
 
 ROOM = get_world("warehouse")
@@ -37,9 +38,9 @@ class Motion:
         seen = []
         for index, ray in enumerate(rays):
             place, (roll, pitch, yaw) = self.at(start + index * SWEEP / len(rays))
-            axes = rotation(_quaternion(roll, pitch, yaw))
-            seen.append(cast_in_space(scene, np.array(place), (axes @ ray)[None, :])[0])
-        return np.array(seen)
+            axes = rotation_of(_quaternion(roll, pitch, yaw))
+            seen.append(sight(scene.obstacles, (), np.array(place), (axes @ ray)[None, :], MAX_RANGE)[0])
+        return np.minimum(seen, MAX_RANGE)
 
     def told(self, until: float) -> Deskew:
         """50 poses a second, as odometry tells them."""

@@ -10,12 +10,12 @@ from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles
 from robot.hardware.body import Sweep
 from robot.hardware.sensors import LidarErrors, Sensors
-from robot.scenes.scene import Box, Scene
+from robot.scenes.scene import Scene
 from robot.scenes.worlds import get_world
 from robot.sim.kinematic import KinematicBody
+from robot.sim.noise import LidarNoise
 from robot.sim.physics import PhysicsBody
-from robot.sim.rays import cast_in_space
-from robot.sim.spin import Spin, beam_directions
+from robot.sim.spin import Spin
 
 TURNING = Sensors(lidar=LidarErrors(sweep=0.1))
 
@@ -96,31 +96,16 @@ def test_a_turning_lidar_does_not_change_what_the_other_sensors_measure() -> Non
     assert np.array_equal(samples(TURNING), samples(Sensors.ideal()))
 
 
-def test_rays_in_space_are_those_of_the_physics_engine() -> None:
-    """MuJoCo is the oracle: boxes, cylinders and the floor, from a robot that lies in many places and looks in all directions."""
-    scene = get_world("warehouse")
-    random = np.random.default_rng(4)
-    body = PhysicsBody(scene, seed=1, noise=False, sensors=TURNING)
-    directions = random.normal(size=(400, 3)) * (1.0, 1.0, 0.15)
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    compared = 0
-    for x, y in ((0.0, 0.0), (4.0, 0.5), (8.8, 3.4), (-1.0, 3.0)):
-        body.place(Pose2(x, y, 0.0))
-        truth = body.truth()
-        engine = body._exact_rays(directions, MAX_RANGE)  # pyright: ignore[reportPrivateUsage]
-        ours = cast_in_space(scene, truth.position, directions)
-        far = (engine > 0.7) & (
-            engine < MAX_RANGE
-        )  # nearer it may be the robot's own leg, and MuJoCo's floor ends outside of the hall
-        assert engine[far] == pytest.approx(ours[far], abs=1e-6)
-        compared += int(far.sum())
-    assert compared > 500
-
-
-def test_a_beam_passes_over_a_low_box_meets_its_face_or_comes_down_on_its_top() -> None:
-    low = Scene("low", (-9.0, -9.0, 9.0, 9.0), (Box(3.0, 0.0, 1.0, 1.0, height=0.3),), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
-    level, down = beam_directions(np.zeros(1)), np.array([[np.cos(0.1), 0.0, -np.sin(0.1)]])
-    assert cast_in_space(low, np.array([0.0, 0.0, 0.5]), level)[0] == MAX_RANGE
-    assert cast_in_space(low, np.array([0.0, 0.0, 0.5]), down)[0] == pytest.approx(2.5 / np.cos(0.1))
-    assert cast_in_space(low, np.array([0.0, 0.0, 0.6]), down)[0] == pytest.approx(0.3 / np.sin(0.1))
-    assert cast_in_space(low, np.array([0.0, 0.0, 0.7]), down)[0] == pytest.approx(0.7 / np.sin(0.1))
+def test_a_leaning_lidar_sees_the_floor_where_geometry_says() -> None:
+    """The mount leans forward, by as much as its errors say: the beam ahead meets the floor."""
+    lonely = Scene("lonely", (-50.0, -50.0, 50.0, 50.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
+    sensors = Sensors(lidar=LidarErrors(noise=0.0, sweep=0.1, misalignment_sd=0.1))
+    seed = next(seed for seed in range(50) if LidarNoise(seed, sensors.lidar).mount[2, 0] < -0.05)
+    body = KinematicBody(lonely, seed=seed, sensors=sensors)
+    body.sweep()
+    body.advance(0.1)
+    seen = body.sweep()
+    assert seen is not None
+    down = -LidarNoise(seed, sensors.lidar).mount[2, 0]
+    assert seen.ranges[180] == pytest.approx(body.truth().position[2] / down, abs=1e-9)
+    assert seen.ranges[0] == MAX_RANGE
