@@ -81,6 +81,7 @@ class Session:
 
     def _robot(self) -> Robot:
         from robot.assembly import Robot
+        from robot.hardware.sensors import Sensors
         from robot.run.mission import get_mission
         from robot.scenes.worlds import UnknownWorld, get_world
         from robot.sim.physics import BackendMissing
@@ -95,7 +96,8 @@ class Session:
             return Robot(
                 scene, map=grid, body=options.backend, mission=get_mission(options.goal, options.fetch, scene, grid), seed=options.seed,
                 battery=options.battery, arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, actuators=options.actuators,
-                publish_clock=options.publish_clock, processes=options.processes, hosts=None if options.machines is None else options.machines.hosts,
+                sensors=Sensors.of(options.sensors), publish_clock=options.publish_clock, processes=options.processes,
+                hosts=None if options.machines is None else options.machines.hosts,
             )  # fmt: skip
         except BackendMissing as error:
             raise UsageError(str(error)) from None
@@ -286,7 +288,7 @@ class Session:
             "backend": self.body.backend, "world": self.robot.scene.name, "clock": options.clock, "seed": options.seed,
             "motor_delay": options.motor_delay, "actuators": "ideal" if options.actuators is None else "real",
             "ground": None if options.ground is None else asdict(options.ground),
-            "battery_percent": options.battery, "only": list(options.only),
+            "sensors": options.sensors, "battery_percent": options.battery, "only": list(options.only),
             "arm": options.arm,
         }  # fmt: skip
 

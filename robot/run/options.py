@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from robot.hardware.sensors import SensorKind
 from robot.model.actuators import ActuatorDesign
 from robot.run.arguments import Parser
 from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, checked, parse_fault, parse_fetch, parse_goal
@@ -83,6 +84,8 @@ class Options:
     """The drives of the physical body as they are; None: with their torque limit at any speed and temperature."""
     map: str | None = None
     """The map file that the robot is given; None: its map is made of the world."""
+    sensors: SensorKind = "ideal"
+    """How wrong the body's sensors are."""
     web: Web | None = None
     """The web server beside the robot; None: there is none."""
 
@@ -137,6 +140,7 @@ def parse(argv: Sequence[str]) -> Options:
         pushes=tuple(parse_push(text, duration) for text in given.push),
         map=given.map,
         actuators=ActuatorDesign() if real else None,
+        sensors=given.sensors,
         web=_web(given),
     )
 
