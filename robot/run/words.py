@@ -193,6 +193,11 @@ def _add_output(add: Any) -> None:
         help="where the journals of --replay are written, as NODE.journal, for `bag replay`",
     )
     add(
+        "--spans",
+        action="store_true",
+        help="give spans of calls and goals to OpenTelemetry (pip install robactor[otel])",
+    )
+    add(
         "--flight-record",
         metavar="FILE",
         help="keep the last 30 s of all messages, log lines and supervisor events, and write them to FILE (MCAP) when the "
