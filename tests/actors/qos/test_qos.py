@@ -238,7 +238,11 @@ def test_best_available_of_a_publisher_suits_every_subscription_that_it_knows() 
 def test_best_available_of_a_publisher_without_subscriptions_promises_no_times() -> None:
     resolved = qos.resolve_publisher(qos.BEST_AVAILABLE)
 
-    assert (resolved.reliability, resolved.durability, resolved.liveliness) == ("reliable", "transient_local", "automatic")
+    assert (resolved.reliability, resolved.durability, resolved.liveliness) == (
+        "reliable",
+        "transient_local",
+        "automatic",
+    )
     assert (resolved.deadline, resolved.liveliness_lease) == (None, None)
 
 
