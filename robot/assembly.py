@@ -15,6 +15,7 @@ from robot.tree import robot_tree
 
 if TYPE_CHECKING:
     from actors import Supervisor
+    from robot.hardware.sensors import Sensors
     from robot.link.process import BodyProcess
     from robot.model.actuators import ActuatorDesign
     from robot.planning.grid import Grid
@@ -40,11 +41,14 @@ class Robot:
     `seed` seeds the noise of the body's sensors, `battery` is the charge at the start in per cent, `arm` adds the arm, `motor_delay` is how
     late the drives act, in seconds. `actuators` are drives whose torque falls with speed and heat, on a bus that gives so much; without them
     each always has its torque limit. `map` is the map that the robot is given, instead of one made of its world. `ground` is what the
-    physical body stands on and carries; its controllers are not told. With `publish_clock`, a rate in Hz, a first node publishes /clock.
+    physical body stands on and carries; its controllers are not told. `sensors` says how wrong the body's sensors are, `Sensors.ideal()`
+    unless told otherwise; a LiDAR that turns has a node `scan_correction` after it. With `publish_clock`, a rate in Hz, a first node
+    publishes /clock.
 
     With `processes`, on the real clock and in physics, the body and each concern of the tree run in processes of their own: what plans and
     looks cannot hold up what walks. `close` it at the end. `hosts` says which concerns run on which other machines, such as
-    ``{"navigation": ["base", "spare"]}``, and `run(hosts=...)` then where those are.
+    ``{"navigation": ["base", "spare"]}``, and `run(hosts=...)` then where those are. With `sight` it has depth cameras and an elevation map,
+    and heeds what stands, hangs or is missing on its way and is not in the LiDAR's plane.
 
     A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
 
@@ -65,9 +69,11 @@ class Robot:
         ground: Ground | None = None,
         actuators: ActuatorDesign | None = None,
         map: Grid | None = None,
+        sensors: Sensors | None = None,
         publish_clock: float | None = None,
         processes: bool = False,
         hosts: Mapping[str, Sequence[str]] | None = None,
+        sight: bool = False,
     ) -> None:
         self.scene: Scene = get_world(world) if isinstance(world, str) else world
         """Where it is: obstacles, places, things."""
@@ -76,13 +82,27 @@ class Robot:
         """That of the body, with `processes`. It starts at once."""
         if processes:
             self.process = _body_process(
-                self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators
+                self.scene,
+                body,
+                seed=seed,
+                motor_delay=motor_delay,
+                arm=arm,
+                ground=ground,
+                actuators=actuators,
+                sensors=sensors,
             )
         self.body: Body = (
             self.process.body
             if self.process is not None
             else make_body(
-                self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators
+                self.scene,
+                body,
+                seed=seed,
+                motor_delay=motor_delay,
+                arm=arm,
+                ground=ground,
+                actuators=actuators,
+                sensors=sensors,
             )
         )
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
@@ -98,6 +118,7 @@ class Robot:
                 processes=processes,
                 hosts=hosts,
                 grid=map,
+                sight=sight,
             )
         except BaseException:
             self.close()
@@ -130,6 +151,7 @@ def _body_process(
     arm: bool,
     ground: Ground | None,
     actuators: ActuatorDesign | None,
+    sensors: Sensors | None,
 ) -> BodyProcess:
     if kind != "physics":
         raise ValueError(
@@ -139,7 +161,9 @@ def _body_process(
     from robot.sim.physics import check_engine
 
     check_engine()
-    return BodyProcess(scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, actuators=actuators)
+    return BodyProcess(
+        scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+    )
 
 
 def make_body(
@@ -151,6 +175,7 @@ def make_body(
     arm: bool = False,
     ground: Ground | None = None,
     actuators: ActuatorDesign | None = None,
+    sensors: Sensors | None = None,
 ) -> Body:
     """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed, `ValueError` for a kinematic one on a `ground` or
     with `actuators`.
@@ -162,10 +187,12 @@ def make_body(
             raise ValueError("A kinematic body has no torques to limit; leave out `actuators`, or make it physical.")
         from robot.sim.kinematic import KinematicBody
 
-        return KinematicBody(scene, seed=seed, arm=arm)
+        return KinematicBody(scene, seed=seed, arm=arm, sensors=sensors)
     from robot.sim.physics import PhysicsBody
 
-    return PhysicsBody(scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, actuators=actuators)
+    return PhysicsBody(
+        scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+    )
 
 
 def _waypoints(mission: Mission, scene: Scene) -> list[tuple[str, Pose2]] | None:

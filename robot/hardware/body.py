@@ -19,6 +19,7 @@ from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.hardware.sensors import Sensors
 from robot.scenes.scene import Scene, Thing
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ __all__ = [
     "MotorTargets",
     "Sample",
     "SteppingBody",
+    "Sweep",
     "Truth",
 ]
 
@@ -86,6 +88,18 @@ class Sample:
     """Simulated seconds."""
     imu: ImuSample
     joints: JointSample
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """One revolution of a LiDAR that turns. Beam i of n looked along -pi + i 2 pi / n in the sensor's axes, at ``start + i sweep / n``."""
+
+    start: float
+    """Simulated seconds."""
+    sweep: float
+    """How long it took, s."""
+    ranges: Vector
+    """m, shape (n,); `MAX_RANGE` means no return."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +160,11 @@ class Body(Protocol):
     def scene(self) -> Scene: ...
 
     @property
+    def sensors(self) -> Sensors:
+        """How wrong its sensors are."""
+        ...
+
+    @property
     def time(self) -> float:
         """Simulated seconds since construction."""
         ...
@@ -194,6 +213,10 @@ class Body(Protocol):
 
     def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
         """Ranges (m) from the body origin, beam i at angle -pi + i 2 pi / beams in the body's yaw frame; `max_range` means no return."""
+        ...
+
+    def sweep(self) -> Sweep | None:
+        """The newest whole revolution of a LiDAR that turns, which the first call sets going; `None` before its end, and of one that does not."""
         ...
 
     def truth(self) -> Truth: ...

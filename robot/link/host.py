@@ -28,6 +28,7 @@ from robot.sim.charger import charger_connected
 from robot.sim.mjcf import obstacle_names
 
 if TYPE_CHECKING:
+    from robot.hardware.sensors import Sensors
     from robot.model.actuators import ActuatorDesign
     from robot.scenes.scene import Scene
     from robot.sim.ground import Ground
@@ -54,6 +55,7 @@ class BodySpec:
     arm: bool
     ground: Ground | None
     actuators: ActuatorDesign | None = None
+    sensors: Sensors | None = None
 
 
 class BodyHost:
@@ -179,7 +181,13 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
     favour("body")
     segment = attached(name, len(spec.scene.things))
     body = PhysicsBody(
-        spec.scene, seed=spec.seed, delay=spec.delay, arm=spec.arm, ground=spec.ground, actuators=spec.actuators
+        spec.scene,
+        seed=spec.seed,
+        delay=spec.delay,
+        arm=spec.arm,
+        ground=spec.ground,
+        actuators=spec.actuators,
+        sensors=spec.sensors,
     )
     host = BodyHost(body, segment, time.monotonic())
     orphaned: float | None = None

@@ -81,6 +81,7 @@ class Session:
 
     def _robot(self) -> Robot:
         from robot.assembly import Robot
+        from robot.hardware.sensors import Sensors
         from robot.run.mission import get_mission
         from robot.scenes.worlds import UnknownWorld, get_world
         from robot.sim.physics import BackendMissing
@@ -95,7 +96,8 @@ class Session:
             return Robot(
                 scene, map=grid, body=options.backend, mission=get_mission(options.goal, options.fetch, scene, grid), seed=options.seed,
                 battery=options.battery, arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, actuators=options.actuators,
-                publish_clock=options.publish_clock, processes=options.processes, hosts=None if options.machines is None else options.machines.hosts,
+                sensors=Sensors.of(options.sensors), publish_clock=options.publish_clock, processes=options.processes,
+                hosts=None if options.machines is None else options.machines.hosts,
             )  # fmt: skip
         except BackendMissing as error:
             raise UsageError(str(error)) from None
@@ -149,7 +151,8 @@ class Session:
 
         options, began = self.options, time.monotonic()
         line, score = StatusLine(), Score()
-        flight = Flight(options, score)
+        transport = self._transport()
+        flight = Flight(options, score, reachable=transport is not None)
         sink = json_sink() if options.log_format == "json" else console_sink()
         line.live = line.live and options.log_format == "console"
         tree = self._chosen(self.robot.tree)
@@ -162,7 +165,7 @@ class Session:
         report: dict[str, Any] = {}
         context = run(
             tree, seed=options.seed, sinks=(line.above(sink),), level=Level.parse(options.log_level), observers=flight.observers,
-            parameters=self._parameters(tree), transport=self._transport(), hosts=self._hosts(),
+            parameters=self._parameters(tree), transport=transport, hosts=self._hosts(),
         )  # fmt: skip
         try:
             async with context as system:
@@ -285,7 +288,7 @@ class Session:
             "backend": self.body.backend, "world": self.robot.scene.name, "clock": options.clock, "seed": options.seed,
             "motor_delay": options.motor_delay, "actuators": "ideal" if options.actuators is None else "real",
             "ground": None if options.ground is None else asdict(options.ground),
-            "battery_percent": options.battery, "only": list(options.only),
+            "sensors": options.sensors, "battery_percent": options.battery, "only": list(options.only),
             "arm": options.arm,
         }  # fmt: skip
 

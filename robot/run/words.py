@@ -67,6 +67,13 @@ def _add_circumstances(add: Any) -> None:
         help="MuJoCo, or numpy only, which cannot fall",
     )
     add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
+    add(
+        "--sensors",
+        choices=("ideal", "real"),
+        default="real",
+        help="real: a LiDAR that turns and tilts with the body, with bias and drop-outs, an IMU, encoders and contacts with theirs; "
+        "ideal: white noise only (default real)",
+    )
 
 
 def _add_ground(add: Any) -> None:
@@ -184,6 +191,11 @@ def _add_output(add: Any) -> None:
         "--journals",
         metavar="DIR",
         help="where the journals of --replay are written, as NODE.journal, for `bag replay`",
+    )
+    add(
+        "--spans",
+        action="store_true",
+        help="give spans of calls and goals to OpenTelemetry (pip install robactor[otel])",
     )
     add(
         "--flight-record",
