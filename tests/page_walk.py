@@ -40,6 +40,7 @@ EACH: Final = 0.1
 """Seconds from picture to picture."""
 STILL: Final = 7.0
 WALK_WIDTH, SIZE = 640, (1280, 720)
+WALK_SIZE: Final = (800, 560)
 QUALITY: Final = 55
 
 
