@@ -102,7 +102,10 @@ class ServiceEvents:
         self._publisher: Publisher[Any] = event_publisher(life, self._type, entry)
 
     def tell(self, step: CallStep, call: IdentifiedCall, message: Any) -> None:
-        self.publish(step, call.call_id, message)
+        border = self._life.inbox.border
+        # the number of a call is that of its server, which may be another node's
+        call_id: CallId = call.call_id if border is None else border.compute(getattr, (call, "call_id"))
+        self.publish(step, call_id, message)
 
     def handled(self, call: IdentifiedCall) -> None:
         """Nothing is published of it."""

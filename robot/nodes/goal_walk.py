@@ -15,6 +15,7 @@ from robot.contracts import STAND, WALK
 from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion, State
 from robot.control.navigator import Navigator
+from robot.estimation.elevation import Relief
 from robot.estimation.pose_history import PoseHistory
 from robot.geometry.messages import seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
@@ -51,6 +52,8 @@ class Heard:
     velocity: Twist2 = ZERO_TWIST
     scan: LaserScan | None = None
     """The latest scan, until a step has used it."""
+    relief: Relief | None = None
+    """What the elevation map said last, until a step has used it."""
     gait: str = ""
     gait_goal: str = ""
     charge: float = 1.0
@@ -58,6 +61,11 @@ class Heard:
     """The reasons of a safety stop; empty when there is none."""
     poses: PoseHistory = field(default_factory=PoseHistory)
     """Those of the last seconds, for scans that were taken a while ago."""
+
+    def take_relief(self) -> Relief | None:
+        """The relief, if no step has used it."""
+        relief, self.relief = self.relief, None
+        return relief
 
     def take_scan(self) -> tuple[Floats | None, Pose2 | None]:
         """The ranges (m) of a scan that no step has used, and the pose at its stamp; (None, None) without a scan or where the pose is unknown."""
@@ -109,7 +117,9 @@ class GoalWalk:
         now = self._node.clock.now()
         scan, scanned_at = self._heard.take_scan()
         self._heed(now, seen=scan is not None)
-        motion = self._navigator.step(now, self._heard.pose, self._heard.velocity, scan, scanned_at)
+        motion = self._navigator.step(
+            now, self._heard.pose, self._heard.velocity, scan, scanned_at, self._heard.take_relief()
+        )
         self._motion = motion
         self._cmd(Twist(linear=Vector3(x=motion.vx, y=motion.vy), angular=Vector3(z=motion.wz)))
         if self._navigator.path is not self._shown:
@@ -125,7 +135,7 @@ class GoalWalk:
         if blind == self._blind:
             return
         self._blind = blind
-        self._navigator.follower.set_limits(self._allowed)
+        self._navigator.set_limits(self._allowed)
         if blind:
             self._node.log.warning("no LiDAR: walking slowly", speed=min(self._blind_speed, self._limits.vx_max))
         else:

@@ -12,7 +12,7 @@ import numpy as np
 
 from actors import Aborted, Done, Node, Parameter, Reject, Steps, every, parameter, publishes
 from actors.interfaces.geometry_msgs.msg import PoseStamped
-from actors.interfaces.nav_msgs.msg import Odometry, Path
+from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, LaserScan
 from actors.interfaces.std_msgs.msg import Header
 from actors.parameters import post_set
@@ -28,12 +28,14 @@ from robot.contracts import (
     PATH,
     PLAN_PATH,
     POSE,
+    RELIEF,
     SAFETY_STATE,
     SCAN,
 )
 from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion
 from robot.control.navigator_config import NavigatorConfig
+from robot.estimation.elevation import Relief
 from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, Twist2
@@ -77,7 +79,7 @@ class Navigation(Node):
     One goal at a time: a new one preempts, whichever of the three it comes by. The preempted goal ends with its result, canceled when it
     came by the same action, else aborted, and its reason says so. A goal that cannot be reached by the map is rejected with a named reason.
 
-    Takes pose, odom, lidar/scan, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel (20 Hz while it walks), plan.
+    Takes pose, odom, lidar/scan, elevation, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel (20 Hz while it walks), plan.
     Parameters: max_speed, max_turn, acceleration, position_tolerance, yaw_tolerance, blind_speed, patience.
     """
 
@@ -147,6 +149,13 @@ class Navigation(Node):
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
         self._heard.scan = message
+
+    @RELIEF.on()
+    def relief(self, message: OccupancyGrid) -> None:
+        """From the first one on the robot heeds steps and holes, and walks no faster than it sees the floor."""
+        info = message.info
+        cells = message.data.reshape(info.height, info.width)
+        self._heard.relief = Relief(cells, info.resolution, info.origin.position.x, info.origin.position.y)
 
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:

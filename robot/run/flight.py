@@ -20,11 +20,14 @@ __all__ = ["Flight"]
 class Flight:
     """Records from before the tree starts until after it has stopped. The record ends at the first fall, if there is one."""
 
-    def __init__(self, options: Options, score: Score) -> None:
+    def __init__(self, options: Options, score: Score, *, reachable: bool) -> None:
         self._path = options.flight_record
         self._score = score
         self._recorder = FlightRecorder() if options.flight_record is not None else None
-        self._journal = Journal(*options.replay, publish=True, folder=options.journals) if options.replay else None
+        alone = not (options.processes or options.machines)
+        self._journal: Journal | None = None
+        if options.replay or (reachable and alone):
+            self._journal = Journal(*options.replay, publish=True, folder=options.journals, on_request=reachable)
         self._trace = Trace() if options.trace else None
         self._fall: FlightRecord | None = None
         each = self._journal, self._recorder, self._trace, _spans() if options.spans else None

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Literal
 
+from robot.hardware.sensors import SensorKind
+from robot.model.actuators import ActuatorDesign
 from robot.run.arguments import Parser
 from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, checked, parse_fault, parse_fetch, parse_goal
 from robot.run.hardships import Push, parse_ground, parse_push
@@ -81,6 +83,12 @@ class Options:
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
+    actuators: ActuatorDesign | None = None
+    """The drives of the physical body as they are; None: with their torque limit at any speed and temperature."""
+    map: str | None = None
+    """The map file that the robot is given; None: its map is made of the world."""
+    sensors: SensorKind = "ideal"
+    """How wrong the body's sensors are."""
     web: Web | None = None
     """The web server beside the robot; None: there is none."""
 
@@ -97,6 +105,9 @@ def parse(argv: Sequence[str]) -> Options:
         raise UsageError(
             "--friction, --payload, --slope, --push: the kinematic body feels no forces; leave out --backend kinematic"
         )
+    if given.backend == "kinematic" and given.actuators == "real":
+        raise UsageError("--actuators real: the kinematic body has no torques to limit; leave out --backend kinematic")
+    real = given.backend == "physics" and given.actuators != "ideal"
     duration = given.duration
     if duration is None and given.clock == "virtual":
         duration = VIRTUAL_DURATION
@@ -131,6 +142,9 @@ def parse(argv: Sequence[str]) -> Options:
         spans=given.spans,
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
+        map=given.map,
+        actuators=ActuatorDesign() if real else None,
+        sensors=given.sensors,
         web=_web(given),
     )
 

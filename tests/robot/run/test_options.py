@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from robot.model.actuators import ActuatorDesign
 from robot.run.arguments import parse_seed, seconds, whole, within
 from robot.run.errands import Crash, Fetch, UsageError, parse_fetch, parse_goal
 from robot.run.hardships import Push
@@ -22,7 +23,8 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "goal": None, "params": None, "log_format": "console", "log_level": "info", "report": None, "motor_delay": 0.004,
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "machines": None, "hangs": (), "security": None,
-        "replay": (), "journals": None, "spans": False, "ground": None, "pushes": (), "web": Web(),
+        "replay": (), "journals": None, "spans": False, "ground": None, "pushes": (), "web": Web(), "actuators": ActuatorDesign(), "map": None,
+        "sensors": "real",
     }  # fmt: skip
 
 
@@ -168,6 +170,14 @@ def test_numbers_within_bounds_include_the_bounds() -> None:
 
 def test_a_seed_is_a_whole_number_and_seconds_are_positive() -> None:
     assert (parse_seed("0"), parse_seed("12"), seconds("0.5")) == (0, 12, 0.5)
+
+
+def test_the_drives_are_real_in_physics_unless_ideal_ones_are_asked_for() -> None:
+    assert parse([]).actuators == ActuatorDesign()
+    assert parse(["--actuators", "ideal"]).actuators is None
+    assert parse(["--backend", "kinematic"]).actuators is None
+    with pytest.raises(UsageError, match="--actuators real: the kinematic body has no torques to limit"):
+        parse(["--backend", "kinematic", "--actuators", "real"])
 
 
 def test_spans_ask_for_what_makes_them(monkeypatch: pytest.MonkeyPatch) -> None:
