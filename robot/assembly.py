@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from robot.hardware.sensors import Sensors
     from robot.link.process import BodyProcess
     from robot.model.actuators import ActuatorDesign
+    from robot.planning.grid import Grid
     from robot.sim.ground import Ground
 
 __all__ = ["BodyKind", "Mission", "Robot", "default_tree", "make_body"]
@@ -39,9 +40,10 @@ class Robot:
 
     `seed` seeds the noise of the body's sensors, `battery` is the charge at the start in per cent, `arm` adds the arm, `motor_delay` is how
     late the drives act, in seconds. `actuators` are drives whose torque falls with speed and heat, on a bus that gives so much; without them
-    each always has its torque limit. `ground` is what the physical body stands on and carries; its controllers are not told. `sensors` says
-    how wrong the body's sensors are, `Sensors.ideal()` unless told otherwise; a LiDAR that turns has a node `scan_correction` after it. With
-    `publish_clock`, a rate in Hz, a first node publishes /clock.
+    each always has its torque limit. `map` is the map that the robot is given, instead of one made of its world. `ground` is what the
+    physical body stands on and carries; its controllers are not told. `sensors` says how wrong the body's sensors are, `Sensors.ideal()`
+    unless told otherwise; a LiDAR that turns has a node `scan_correction` after it. With `publish_clock`, a rate in Hz, a first node
+    publishes /clock.
 
     With `processes`, on the real clock and in physics, the body and each concern of the tree run in processes of their own: what plans and
     looks cannot hold up what walks. `close` it at the end. `hosts` says which concerns run on which other machines, such as
@@ -66,6 +68,7 @@ class Robot:
         motor_delay: float = 0.004,
         ground: Ground | None = None,
         actuators: ActuatorDesign | None = None,
+        map: Grid | None = None,
         sensors: Sensors | None = None,
         publish_clock: float | None = None,
         processes: bool = False,
@@ -114,6 +117,7 @@ class Robot:
                 delivery=mission if isinstance(mission, Delivery) else None,
                 processes=processes,
                 hosts=hosts,
+                grid=map,
                 sight=sight,
             )
         except BaseException:

@@ -81,6 +81,7 @@ def robot_tree(
     delivery: Delivery | None = None,
     processes: bool = False,
     hosts: Mapping[str, Sequence[str]] | None = None,
+    grid: Grid | None = None,
     sight: bool = False,
 ) -> Supervisor:
     """The whole robot around `body`, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
@@ -97,9 +98,10 @@ def robot_tree(
     With `sight` it has depth cameras and an elevation map: it sees steps, holes and what is too low for the LiDAR, and walks no faster than
     it sees the floor.
 
-    With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
+    `grid` is the map that the robot is given; without one it is made of the body's scene. With `publish_clock`, a rate in Hz, it has one node
+    more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
-    grid = Grid.from_scene(body.scene)
+    grid = Grid.from_scene(body.scene) if grid is None else grid
     concerns = [
         _control(body, motor_delay),
         _safety(pack),

@@ -20,6 +20,7 @@ MEASUREMENTS: Final = {
     "battery": "the gauge's formula, the run time estimate, charging and levels, against the simulated pack",
     "odometry": "odometry without a map, pose with one, and the gyro's calibration, in physics",
     "rates": "the whole robot on the real clock: the rate of every stream, the control loop's punctuality, and its share of a core",
+    "stops": "what stops a walk, at every phase and speed, and sensors that fail: falls, and how soon each is known",
     "maps": "MovingAI benchmark maps: exact path lengths and search speed",
 }
 

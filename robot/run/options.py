@@ -6,6 +6,7 @@ import argparse
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Literal
 
 from robot.hardware.sensors import SensorKind
@@ -77,11 +78,15 @@ class Options:
     """The nodes of which journals are kept."""
     journals: str | None = None
     """The folder of the files of these journals; None: one that is removed at the end."""
+    spans: bool = False
+    """Whether OpenTelemetry is given spans of calls and goals."""
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
     actuators: ActuatorDesign | None = None
     """The drives of the physical body as they are; None: with their torque limit at any speed and temperature."""
+    map: str | None = None
+    """The map file that the robot is given; None: its map is made of the world."""
     sensors: SensorKind = "ideal"
     """How wrong the body's sensors are."""
     web: Web | None = None
@@ -134,8 +139,10 @@ def parse(argv: Sequence[str]) -> Options:
         security=given.security,
         replay=_names(given.replay),
         journals=given.journals,
+        spans=given.spans,
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
+        map=given.map,
         actuators=ActuatorDesign() if real else None,
         sensors=given.sensors,
         web=_web(given),
@@ -165,6 +172,10 @@ def _check_together(given: argparse.Namespace) -> None:
     if given.replay and (given.processes or given.host):
         other = "--processes" if given.processes else "--host"
         raise UsageError(f"--replay: journals are kept of nodes of this process; leave out {other}")
+    if given.spans and find_spec("opentelemetry") is None:
+        raise UsageError('--spans: OpenTelemetry is not installed: pip install "robactor[otel]"')
+    if given.spans and given.processes:
+        raise UsageError("--spans: they are made of nodes of this process; leave out --processes")
     if given.journals is not None and not given.replay:
         raise UsageError("--journals: say of which nodes: --replay NODE")
     if given.hang and not given.processes:

@@ -56,6 +56,11 @@ def _add_circumstances(add: Any) -> None:
     )
     add("--world", default=WORLDS[0], metavar="NAME", help=f"{', '.join(WORLDS)} (default {WORLDS[0]})")
     add(
+        "--map",
+        metavar="FILE",
+        help="the map that the robot is given, a YAML file of map_server's, instead of one made of the world",
+    )
+    add(
         "--backend",
         choices=("physics", "kinematic"),
         default="physics",
@@ -186,6 +191,11 @@ def _add_output(add: Any) -> None:
         "--journals",
         metavar="DIR",
         help="where the journals of --replay are written, as NODE.journal, for `bag replay`",
+    )
+    add(
+        "--spans",
+        action="store_true",
+        help="give spans of calls and goals to OpenTelemetry (pip install robactor[otel])",
     )
     add(
         "--flight-record",

@@ -23,7 +23,8 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "goal": None, "params": None, "log_format": "console", "log_level": "info", "report": None, "motor_delay": 0.004,
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "machines": None, "hangs": (), "security": None,
-        "replay": (), "journals": None, "ground": None, "pushes": (), "web": Web(), "actuators": ActuatorDesign(), "sensors": "real",
+        "replay": (), "journals": None, "spans": False, "ground": None, "pushes": (), "web": Web(), "actuators": ActuatorDesign(), "map": None,
+        "sensors": "real",
     }  # fmt: skip
 
 
@@ -119,6 +120,7 @@ def test_who_fetches_has_an_arm() -> None:
         (["--seed", "1.5"], "argument --seed: 1.5 is no seed: give a whole number of at least 0 (see python -m robot run --help)"),
         (["--seed", "-1"], "argument --seed: -1 is no seed: give a whole number of at least 0 (see python -m robot run --help)"),
         (["--trace"], "--trace: two runs are equal on the virtual clock only; add --clock virtual"),
+        (["--spans", "--processes"], "--spans: they are made of nodes of this process; leave out --processes"),
         (["--crash", "gait"], "--crash gait: write NODE@SECONDS, such as navigation@10"),
         (["--crash", "@3"], "--crash @3: write NODE@SECONDS, such as navigation@10"),
         (["--crash", "gait@-1"], "--crash gait@-1: write NODE@SECONDS, such as navigation@10"),
@@ -176,3 +178,10 @@ def test_the_drives_are_real_in_physics_unless_ideal_ones_are_asked_for() -> Non
     assert parse(["--backend", "kinematic"]).actuators is None
     with pytest.raises(UsageError, match="--actuators real: the kinematic body has no torques to limit"):
         parse(["--backend", "kinematic", "--actuators", "real"])
+
+
+def test_spans_ask_for_what_makes_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert parse(["--spans"]).spans
+    monkeypatch.setattr("robot.run.options.find_spec", lambda name: None)
+    with pytest.raises(UsageError, match=r"pip install \"robactor\[otel\]\""):
+        parse(["--spans"])
