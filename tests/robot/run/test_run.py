@@ -111,7 +111,18 @@ def test_one_goal_is_walked_to_and_ends_the_run(tmp_path: Path) -> None:
 @pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no device that is always full")
 def test_a_push_that_no_robot_survives_is_a_fall_and_exit_code_1(tmp_path: Path) -> None:
     done, report = run(
-        tmp_path, *VIRTUAL, "--duration", "6", "--world", "empty", "--push", "0,200@4", "--friction", "0.7"
+        tmp_path,
+        *VIRTUAL,
+        "--duration",
+        "6",
+        "--world",
+        "empty",
+        "--push",
+        "0,200@4",
+        "--friction",
+        "0.7",
+        "--sensors",
+        "ideal",
     )
     assert done.returncode == 1
     assert "robot run: the robot fell at 4." in done.stderr.splitlines()[-1]
