@@ -29,7 +29,7 @@ class Outcome:
     seed: int
     goals: int
     reached: int
-    failures: tuple[str, ...]
+    failures: list[str]
     """Why goals were not reached at once."""
     falls: int
     bumps: dict[str, float]
@@ -64,6 +64,6 @@ def walk(room: Room, seed: int, speed: float, *, sight: bool = True) -> Outcome:
     execute(main, clock="virtual")
     return Outcome(
         seed, len(waypoints), sum(goal.succeeded for goal in score.goals),
-        tuple(goal.reason for goal in score.goals if not goal.succeeded), score.falls, dict(body.bumps), round(ended[0], 2),
+        [goal.reason for goal in score.goals if not goal.succeeded], score.falls, dict(body.bumps), round(ended[0], 2),
         round(score.walked, 2), round(body.fastest, 3),
     )  # fmt: skip

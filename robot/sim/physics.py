@@ -20,11 +20,12 @@ from robot.model.kinematics import inverse
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
 from robot.model.power import motor_power
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Scene
+from robot.scenes.scene import Obstacle, Scene
 from robot.sim.ground import Ground
-from robot.sim.mjcf import OBSTACLE_GROUP, obstacle_names, write_model
+from robot.sim.mjcf import OBSTACLE_GROUP, obstacle_names, walker_names, write_model
 from robot.sim.physics_arm import PhysicsArm
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
+from robot.sim.walkers import Walkers
 
 __all__ = ["BackendMissing", "PhysicsBody", "check_engine"]
 
@@ -75,6 +76,7 @@ class PhysicsBody(BodyShell):
         self._ground = ground or Ground()
         self._model: Any = self._mujoco.MjModel.from_xml_string(write_model(scene, self._ground, timestep, arm=arm))
         self._data: Any = self._mujoco.MjData(self._model)
+        self._walkers = Walkers(scene) if scene.walkers else None
         self._bind()
         self._arm = PhysicsArm(self._mujoco, self._model, self._data, scene, lambda: self.time) if arm else None
         self.place(scene.start)
@@ -89,6 +91,10 @@ class PhysicsBody(BodyShell):
     @property
     def arm(self) -> PhysicsArm | None:
         return self._arm
+
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The scene's obstacles, and its walkers where they are now."""
+        return self._scene.obstacles + (self._walkers.shapes if self._walkers is not None else ())
 
     def command(self, targets: MotorTargets) -> None:
         """Send targets to the drives; they arrive after the motor delay, in order."""
@@ -154,6 +160,7 @@ class PhysicsBody(BodyShell):
         self._release()
         if self._arm is not None:
             self._arm.reset()
+        self._move_walkers()
         self._mujoco.mj_forward(self._model, self._data)
         self._accel_window[:] = axes.T @ np.array([0.0, 0.0, GRAVITY])
         self._forget_samples()
@@ -184,7 +191,8 @@ class PhysicsBody(BodyShell):
         self._foot_geoms = [model.geom(f"{leg}_foot").id for leg in LEGS]
         self._floor = model.geom("floor").id
         self._upper = {model.geom(name).id for name in ("trunk", "skid", *(f"{leg}_thigh" for leg in LEGS))}
-        self._obstacles = {model.geom(name).id: name for name in obstacle_names(self._scene)}
+        names = obstacle_names(self._scene) + walker_names(self._scene)
+        self._obstacles = {model.geom(name).id: name for name in names}
         self._knee_angles, self._knee_torques = (np.array(column) for column in zip(*KNEE_TORQUE, strict=True))
         self._limits[:, 0], self._limits[:, 1] = -TORQUE_LIMIT, TORQUE_LIMIT
         self._travelling: deque[tuple[int, MotorTargets]] = deque()
@@ -217,6 +225,7 @@ class PhysicsBody(BodyShell):
         self._limits[2::3, 1] = knee
         self._limits[2::3, 0] = -knee
         self._option.timestep = ticks * TICK
+        self._move_walkers()
         if self._arm is not None:
             self._arm.drive()
         self._mujoco.mj_step(self._model, self._data)
@@ -225,6 +234,12 @@ class PhysicsBody(BodyShell):
         self._ticks += ticks
         if self._arm is not None:
             self._arm.step(ticks * TICK)
+
+    def _move_walkers(self) -> None:
+        if self._walkers is not None:
+            x, y = self._qpos[:2].tolist()
+            self._walkers.advance(self.time, Pose2(x, y, _yaw(self._qpos[3:7])))
+            self._data.mocap_pos[:] = self._walkers.places
 
     def _drive(self, targets: MotorTargets) -> None:
         """torque = effort + kp (q* - q) + kd (qd* - qd), as MuJoCo's affine actuator: it then treats kd implicitly."""
