@@ -103,7 +103,7 @@ def robot_tree(
         _control(body, motor_delay),
         _safety(pack),
         _perception(body, grid, sight),
-        _navigation(body, grid),
+        _navigation(body, grid, sight),
         *_handling(body),
         _mission(body, grid, waypoints, laps, delivery),
     ]
@@ -197,10 +197,10 @@ def _perception(body: Body, grid: Grid, sight: bool) -> Supervisor:
     )
 
 
-def _navigation(body: Body, grid: Grid) -> Supervisor:
+def _navigation(body: Body, grid: Grid, sight: bool) -> Supervisor:
     return _concern(
         "navigation",
-        Child(Navigation, args=(grid, body.scene.dock)),
+        Child(Navigation, args=(grid, body.scene.dock, sight)),
         Child(Docking, args=(body.scene.dock, has_station(body.scene))),
     )
 
