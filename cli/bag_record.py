@@ -15,11 +15,13 @@ from actors.bag import BagError, Recorder, RecordOptions
 from actors.interfaces import load_folder
 from actors.logs import WARN, LogRecord
 from cli.bag import progress, progress_over
+from cli.bag_journal import keep_journal
 from cli.bag_options import add_selection, add_writing, not_negative, positive, profiles, selection_of, size, writing_of
 from cli.bag_signals import until_signal
 from cli.command import CommandFailed
 from cli.graph import add_graph_options, seen
 from cli.parsing import parsed
+from cli.view import absolute
 
 __all__ = ["run", "show"]
 
@@ -28,7 +30,8 @@ def run(verb: str, argv: Sequence[str]) -> int:
     """Record until Ctrl-C, which is the usual end; the exit code is then 0, as with ros2."""
     options = parsed(_parser(), argv)
     options.topics += options.positional
-    options.topics += [f"{node if node.startswith('/') else '/' + node}/_journal" for node in options.replay]
+    options.replay = [absolute(node) for node in options.replay]
+    options.topics += [f"{node}/_journal" for node in options.replay]
     told = _told(options)
     for folder in options.interfaces:
         load_folder(folder)
@@ -52,7 +55,10 @@ def _parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="NODE",
-        help="also the journal of NODE, for `bag replay`; its program must keep one",
+        help="also the journal of NODE, for `bag replay`, from its start on if its program keeps one, else with --restart",
+    )
+    group.add_argument(
+        "--restart", action="store_true", help="have NODE of --replay restarted, so that its journal begins there"
     )
     group.add_argument(
         "--start-paused", action="store_true", help="record nothing until the service ~/resume is called"
@@ -124,6 +130,8 @@ def _told(options: argparse.Namespace) -> RecordOptions:
 
 async def _record(options: argparse.Namespace, path: Path, told: RecordOptions) -> int:
     async with seen(options) as graph:
+        for node in options.replay:
+            await keep_journal(graph, node, options)
         graph.system.observe(lines=show)
         child = Child(
             Recorder,

@@ -50,75 +50,13 @@ from robot.interfaces.tutorials.your_package.action import HumanoidNav
 from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 
 __all__ = [
-    "ARM_JOINT_STATES",
-    "AUTONOMY_CMD",
-    "BATTERY_STATE",
-    "BATTERY_STATUS",
-    "BODY_DRIVE",
-    "CALIBRATE_ARM",
-    "CALIBRATE_GRIPPER",
-    "CALIBRATE_SENSOR",
-    "CAMERA_DEPTH",
-    "CAMERA_INFO",
-    "CAMERA_POINTS",
-    "CAMERA_RGB",
-    "CAPTURE_PHOTO",
-    "CMD_VEL",
-    "CONFIRM_OBJECT",
-    "CONTACTS",
-    "DEPTH_POINTS",
-    "DETECTIONS",
-    "DIAGNOSTICS",
-    "DOCK",
-    "DOCK_STATUS",
-    "DRIVE_STATUS",
-    "ELEVATION_POINTS",
-    "EMERGENCY_STOP",
-    "ENABLE",
-    "FETCH_AND_CARRY",
-    "GAIT_STATUS",
-    "GET_BATTERY_STATUS",
-    "GET_CURRENT_POSITION",
-    "GET_PLACE",
-    "GET_ROBOT_POSE",
-    "GET_STATUS",
-    "GOAL_REPORT",
-    "GRIPPER",
-    "GRIPPER_STATE",
-    "HUMANOID_NAVIGATE",
-    "IMU",
-    "IMU_CALIBRATION",
-    "IMU_RAW",
-    "JOINT_STATES",
-    "JOY_CMD",
-    "LIDAR_POINTS",
-    "MAP",
-    "MARKERS",
-    "MOTOR_POWER",
-    "MOTOR_TARGETS",
-    "MOVE_ARM",
-    "MOVE_TO_POSITION",
-    "NAVIGATE_AND_GRAB",
-    "NAVIGATE_TO_GOAL",
-    "ODOMETRY",
-    "PATH",
-    "PLAN_PATH",
-    "POSE",
-    "RELIEF",
-    "RESTORE_CONFIG",
-    "ROBOT_DESCRIPTION",
-    "SAFETY_STATE",
-    "SAVE_CONFIG",
-    "SCAN",
-    "SENSOR_DATA",
-    "SIT",
-    "STAND",
-    "TELEOP_CMD",
-    "TF",
-    "TF_STATIC",
-    "UNDOCK",
-    "VOICE",
-    "WALK",
+    "ARM_JOINT_STATES", "AUTONOMY_CMD", "BATTERY_STATE", "BATTERY_STATUS", "BODY_DRIVE", "CALIBRATE_ARM", "CALIBRATE_GRIPPER", "CALIBRATE_SENSOR",
+    "CAMERA_DEPTH", "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DEPTH_POINTS", "DETECTIONS",
+    "DIAGNOSTICS", "DOCK", "DOCK_STATUS", "DRIVE_STATUS", "ELEVATION_POINTS", "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS",
+    "GET_BATTERY_STATUS", "GET_CURRENT_POSITION", "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HUMANOID_NAVIGATE",
+    "IMU", "IMU_CALIBRATION", "IMU_RAW", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "MAP", "MARKERS", "MOTOR_POWER", "MOTOR_TARGETS", "MOVE_ARM",
+    "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RELIEF", "RESTORE_CONFIG", "ROBOT_DESCRIPTION",
+    "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE", "WALK",
 ]  # fmt: skip
 
 # -- the robot's own ---------------------------------------------------------------------------------------------------------------
@@ -133,7 +71,9 @@ JOINT_STATES = Topic(JointState, "/joint_states", QoS(depth=10))
 CONTACTS = Topic(FootContacts, "/foot_contacts", qos.SENSOR_DATA)
 """200 Hz, of the same instants as the joint states."""
 SCAN = Topic(LaserScan, "/lidar/scan", qos.SENSOR_DATA)
-"""10 Hz, 360 beams, frame `lidar_link`."""
+"""10 Hz, 360 beams of one instant, frame `lidar_link`; a range of 0 is a beam of which nothing is known."""
+SCAN_RAW = Topic(LaserScan, "/lidar/scan_raw", qos.SENSOR_DATA)
+"""10 Hz, 360 beams as a LiDAR that turns takes them one after the other, frame `base_link`; only with real sensors."""
 LIDAR_POINTS = Topic(PointCloud2, "/lidar/points", qos.SENSOR_DATA)
 """10 Hz, the returns of the scan of the same stamp; made only while somebody listens."""
 CAMERA_RGB = Topic(Image, "/camera/rgb", qos.SENSOR_DATA)

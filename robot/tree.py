@@ -40,7 +40,7 @@ from robot.nodes.docking import Docking
 from robot.nodes.elevation import Elevation
 from robot.nodes.frames import Frames
 from robot.nodes.gait import Gait
-from robot.nodes.lidar import Lidar
+from robot.nodes.lidar import Lidar, TurningLidar
 from robot.nodes.localizer import Localizer
 from robot.nodes.map_server import MapServer
 from robot.nodes.markers import Markers
@@ -51,6 +51,7 @@ from robot.nodes.process_care import ProcessCare
 from robot.nodes.proprioception import Proprioception
 from robot.nodes.robot_state_publisher import RobotStatePublisher
 from robot.nodes.safety import SafetyMonitor
+from robot.nodes.scan_correction import ScanCorrection
 from robot.nodes.status import RobotStatus
 from robot.nodes.teleop import RobotController
 from robot.planning.grid import Grid
@@ -80,6 +81,7 @@ def robot_tree(
     delivery: Delivery | None = None,
     processes: bool = False,
     hosts: Mapping[str, Sequence[str]] | None = None,
+    grid: Grid | None = None,
     sight: bool = False,
 ) -> Supervisor:
     """The whole robot around `body`, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
@@ -96,9 +98,10 @@ def robot_tree(
     With `sight` it has depth cameras and an elevation map: it sees steps, holes and what is too low for the LiDAR, and walks no faster than
     it sees the floor.
 
-    With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
+    `grid` is the map that the robot is given; without one it is made of the body's scene. With `publish_clock`, a rate in Hz, it has one node
+    more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
-    grid = Grid.from_scene(body.scene)
+    grid = Grid.from_scene(body.scene) if grid is None else grid
     concerns = [
         _control(body, motor_delay),
         _safety(pack),
@@ -184,9 +187,9 @@ def _perception(body: Body, grid: Grid, sight: bool) -> Supervisor:
     seeing = (Child(DepthCameras, args=(body,)), Child(Elevation)) if sight else ()
     return _concern(
         "perception",
-        Child(Lidar, args=(body,)),
+        *_lidar(body),
         Child(MapServer, args=(grid, dict(body.scene.places))),
-        Child(Localizer, args=(grid, body.scene.start)),
+        Child(Localizer, args=(grid, body.scene.start), parameters={"range_bias": body.sensors.lidar.bias}),
         Child(Frames),
         Child(RobotStatePublisher, args=(write_urdf(arm=body.arm is not None),)),
         Child(Camera, args=(body,)),
@@ -195,6 +198,13 @@ def _perception(body: Body, grid: Grid, sight: bool) -> Supervisor:
         Child(Calibration),
         *seeing,
     )
+
+
+def _lidar(body: Body) -> list[Child]:
+    """The driver of the LiDAR that it has; what one that turns sees in a moving body is corrected."""
+    if body.sensors.lidar.sweep == 0.0:
+        return [Child(Lidar, args=(body,))]
+    return [Child(TurningLidar, name="lidar", args=(body,)), Child(ScanCorrection)]
 
 
 def _navigation(body: Body, grid: Grid, sight: bool) -> Supervisor:

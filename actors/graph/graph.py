@@ -110,7 +110,8 @@ class TopicEntry:
     def add_publisher(self, publisher: PublisherPeer) -> None:
         """Add `publisher` and match it with the topic's subscriptions."""
         if self.opened is None:
-            self.opened = self.graph.now()
+            with outside():  # not a reading of the clock by the node that happens to be the first
+                self.opened = self.graph.now()
         self.writers[publisher] = None
         for subscription in self.subscriptions:
             # A subscription that is garbage-collected during this loop has left `readers`.

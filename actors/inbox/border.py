@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 if TYPE_CHECKING:
     import asyncio
 
+    from actors.time.ticker import Ticking
+
 __all__ = ["INSIDE", "Border", "Timed", "outside"]
 
 T = TypeVar("T")
@@ -28,8 +30,8 @@ class Timed(Protocol):
         ...
 
     @property
-    def handle(self) -> object | None:
-        """Its entry at the ticker; None after its end."""
+    def handle(self) -> Ticking | None:
+        """The source of its ticks; None after its end."""
         ...
 
     def on_tick(self, k: int, due: float) -> None:

@@ -23,7 +23,7 @@ class Break:
         self.topic = topic
         self.number = number
         self._debugger = debugger
-        self._own = _Debugger()
+        self._own: pdb.Pdb | None = None
 
     def at(self, topic: str, number: int) -> bool:
         """Whether this is the message."""
@@ -35,20 +35,11 @@ class Break:
             self._debugger()
         elif sys.breakpointhook is not sys.__breakpointhook__ or "PYTHONBREAKPOINT" in os.environ:
             breakpoint()
-        elif (frame := inspect.currentframe()) is not None:
-            self._own.set_trace(frame.f_back)
+        else:
+            self._own = pdb.Pdb()
+            self._own.set_trace(inspect.stack(0)[1].frame)
 
     def check_over(self) -> None:
         """Raise `ReplayError` if the debugger was quit: it then has thrown an error into the node, which would be taken for the node's."""
-        if self._own.quit:
+        if self._own is not None and self._own.quitting:
             raise ReplayError("the debugger was quit, and the replay with it: there is no verdict")
-
-
-class _Debugger(pdb.Pdb):
-    """Python's debugger. `quit` says whether it was quit."""
-
-    quit = False
-
-    def set_quit(self) -> None:
-        self.quit = True
-        super().set_quit()

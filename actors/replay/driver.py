@@ -11,6 +11,7 @@ from actors.replay.edge import name_of
 from actors.replay.inputs import Inputs
 from actors.replay.lives import PlayedNode
 from actors.replay.replaying import Replaying, run_handle
+from actors.time.ticker import TickHandle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -167,19 +168,22 @@ class Driver:
     def _own_ticks(self) -> None:
         """Have the timers tick that the recording does not know, each on its own grid."""
         for timer in self.edge.timers[self._ticking :]:
-            if name_of(timer) not in self._known_timers:
-                self._later_tick(timer, self.edge.now, 1)
+            if name_of(timer) not in self._known_timers and isinstance(handle := timer.handle, TickHandle):
+                self._later_tick(timer, handle)
         self._ticking = len(self.edge.timers)
 
-    def _later_tick(self, timer: Timed, start: float, k: int) -> None:
+    def _later_tick(self, timer: Timed, handle: TickHandle) -> None:
+        due = handle.start + (handle.k + 1) / handle.hz
+
         def tick() -> None:
-            if timer.handle is not None:
-                self._later_tick(timer, start, k + 1)
-                timer.on_tick(k, start + k / timer.hz)
+            if timer.handle is handle:  # else it has been stopped, or follows another clock
+                handle.k += 1
+                timer.on_tick(handle.k, due)
+                self._later_tick(timer, handle)
 
         token = INSIDE.set(self.edge)
         try:
-            self._loop.call_at(start + k / timer.hz, tick)
+            self._loop.call_at(due, tick)
         finally:
             INSIDE.reset(token)
 

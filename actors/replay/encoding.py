@@ -10,12 +10,15 @@ from __future__ import annotations
 import enum
 import importlib
 import pickle
+import sys
 from io import BytesIO
 from typing import Any, Final, cast
 
 import msgspec
 
 from actors.errors import described
+from actors.interfaces.message import Message
+from actors.interfaces.registry import get_message
 from actors.node.node import Node
 from actors.replay.errors import ReplayError
 from actors.supervision.declarations import Child
@@ -23,7 +26,7 @@ from actors.supervision.declarations import Child
 __all__ = ["frozen", "thawed"]
 
 CALLED: Final = frozenset({
-    *(f"{__name__}:{name}" for name in ("class_named", "error_made", "object_made", "object_filled", "tuple_made", "child_made")),
+    *(f"{__name__}:{name}" for name in ("class_named", "message_named", "error_made", "object_made", "object_filled", "tuple_made", "child_made")),
     *(f"collections:{name}" for name in ("Counter", "OrderedDict", "defaultdict", "deque")),
     *(f"builtins:{name}" for name in ("bytearray", "complex", "frozenset", "range", "set", "slice")),
     *(f"datetime:{name}" for name in ("date", "datetime", "time", "timedelta", "timezone")),
@@ -63,7 +66,13 @@ class _Writing(pickle.Pickler):
         kind = cast("Any", type(value))
         if issubclass(kind, type):
             named: Any = value
-            return (class_named, _name_of(named)) if _may_be_named(value) else NotImplemented
+            if not _may_be_named(named):
+                return NotImplemented
+            if (
+                issubclass(named, Message) and named.__module__ not in sys.modules
+            ):  # a type that was defined at run time
+                return message_named, (named.__ros_type__,)
+            return class_named, _name_of(named)
         if issubclass(kind, BaseException):
             return error_made, (*_name_of(kind), value.args, dict(value.__dict__))
         if kind is Child and isinstance(value.factory, type):
@@ -102,6 +111,11 @@ def class_named(module: str, name: str) -> type[Any]:
             f"{module}.{name}, which the journal names, is no class of messages, structures or enumerations"
         )
     return cast("type[Any]", found)
+
+
+def message_named(name: str) -> type[Message]:
+    """The type of messages of this name. Raises `InterfaceError` if it is not known here."""
+    return get_message(name)
 
 
 def error_made(module: str, name: str, arguments: tuple[Any, ...], attributes: dict[str, Any]) -> BaseException:

@@ -92,7 +92,8 @@ class Inputs:
     def tick(self, number: int, name: str, k: int, due: float) -> None:
         timers = self._edge.timers
         found = [timers[number]] if not self._edge.astray else [one for one in timers if name_of(one) == name]
-        if found and found[-1].handle is not None:
+        if found and (handle := found[-1].handle) is not None:
+            handle.k = k  # as the ticker does, which counts here in vain
             self._edge.enter("tick", (), found[-1].on_tick, k, due)
 
     def deliver(self, number: int, peer: int, message: Any, expires: float | None) -> None:

@@ -45,30 +45,43 @@ class Journal:
     without, and `refused` says why. A journal is written to a file as it grows: ``<node>.journal`` in `folder`, or in a temporary one that is
     removed with this object. With `publish` each journal is a topic, too, ``<node>/_journal``, which is recorded into bags. The run is otherwise
     the same, but slower: see docs/replay.md.
+
+    With `on_request` it publishes, and further nodes are added while the system runs: by `begin`, or from another process by the parameter
+    ``nodes`` of the node ``/_replay_journal``, as `bag record --replay NODE --restart` does. Until then it costs nothing.
     """
 
-    # Invariant: a node is in `_recordings` or in `refused` from its first start on, or in neither.
+    # Invariants: a node is in `_recordings` or in `refused` from its first journaled start on, or in neither. `_folder` is None until the
+    # first journal is opened, unless it was given.
 
-    def __init__(self, *nodes: str, publish: bool = False, folder: str | os.PathLike[str] | None = None) -> None:
-        if not nodes:
+    def __init__(
+        self,
+        *nodes: str,
+        publish: bool = False,
+        folder: str | os.PathLike[str] | None = None,
+        on_request: bool = False,
+    ) -> None:
+        if not nodes and not on_request:
             raise ReplayError("Journal(): say of which nodes, by their names: Journal('/navigation')")
-        self._nodes = frozenset(nodes)
-        self._publish = publish
-        self._folder = Path(tempfile.mkdtemp(prefix="robactor_journals_") if folder is None else folder)
-        self._folder.mkdir(parents=True, exist_ok=True)
-        if folder is None:
-            weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
+        self._nodes = set(nodes)
+        self._publish = publish or on_request
+        self._folder = None if folder is None else Path(folder)
         self._recordings: dict[str, Recording] = {}
         self._system: System | None = None
         self.refused: dict[str, str] = {}
         """Full name -> why no journal of this node is kept."""
 
     def __repr__(self) -> str:
-        return f"<journal of {', '.join(sorted(self._nodes))}>"
+        return f"<journal of {', '.join(sorted(self._nodes)) or 'no node yet'}>"
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """The names and full names of the nodes of which a journal is kept, or is to be kept from their start on, sorted."""
+        return tuple(sorted(self._nodes))
 
     def attach(self, system: System) -> Self:
         """Keep journals of `system`, whose tree has not started yet. Raises `ReplayError` for an event loop that cannot be watched."""
-        seam_of(system.loop)
+        if self._nodes:
+            seam_of(system.loop)
         self._system = system
         system.runtime.observers.closed.append(self._end)
         system.runtime.gates.append(self)
@@ -108,7 +121,36 @@ class Journal:
         from actors.supervision.declarations import Child
 
         assert self._system is not None
-        await self._system.join(Child(JournalPublisher, args=(self._recordings,)))
+        await self._system.join(Child(JournalPublisher, args=(self, self._recordings)))
+
+    # -- nodes that run already ----------------------------------------------------------------------------------------------
+
+    def check(self, node: str) -> NodeRecord:
+        """The record of a supervised node of which a journal can be kept. Raises `LookupError` if there is none, and `ReplayError`."""
+        if self._system is None:
+            raise ReplayError("this journal has not been attached: run(tree, observers=(journal,))")
+        record = self._system.runtime.directory.named(node)
+        if record.process or not record.supervised:
+            where = "runs in another process" if record.process else "has no supervisor that could restart it"
+            raise ReplayError(f"no journal of {record.identity.fqn} can be begun: it {where}")
+        self._start_of(record)
+        return record
+
+    async def begin(self, node: str) -> None:
+        """Keep a journal of a node that runs, from its next life on: its supervisor stops it in order and starts it anew at once.
+
+        What waits for it then is lost. Returns when it is ready, at once if its journal is kept already. Raises what `check` raises, and
+        `StartFailed`; the node is then stopped.
+        """
+        record = self.check(node)
+        if record.identity.fqn in self._recordings:
+            return
+        assert self._system is not None
+        assert self._system.supervisor is not None
+        seam_of(self._system.loop)
+        self._nodes.add(record.identity.fqn)
+        supervisor = next(one for one in self._system.supervisor.below() if one.path == record.path[:-1])
+        await supervisor.replace(record.path[-1], record.child.factory)
 
     # -- between supervisor and node -----------------------------------------------------------------------------------------
 
@@ -123,7 +165,11 @@ class Journal:
             self.refused[fqn] = str(error)
             self._system.log.warning("no journal is kept", node_name=fqn, because=str(error))
             return None
-        recording = self._recordings.get(fqn) or self._open(record)
+        recording = self._recordings.get(fqn)
+        if recording is None:
+            recording = self._open(record)
+            self._system.runtime.renew(record)  # what is left of an earlier life is in no journal
+        record.inbox.border = recording  # that of the first record, or of a node that was removed and added again
         recording.begins(start)
         token = INSIDE.set(recording)
         try:
@@ -139,13 +185,21 @@ class Journal:
             child = None if record.life is None else runtime.child_of(record.life)
             return child.killed if child is not None and child.task is task else None
 
-        path = self._folder / f"{fqn.strip('/').replace('/', '.')}.journal"
+        path = self._made() / f"{fqn.strip('/').replace('/', '.')}.journal"
         recording = Recording(fqn, Spool(fqn, path, publish=self._publish), seam_of(runtime.loop), killed)
-        self._recordings[fqn] = record.inbox.border = recording
+        self._recordings[fqn] = recording
         runtime.graph.borders.append(recording)
         runtime.graph.watchers.append(recording)
         runtime.graph.on_change(recording.look)
         return recording
+
+    def _made(self) -> Path:
+        """The folder of the journals."""
+        if self._folder is None:
+            self._folder = Path(tempfile.mkdtemp(prefix="robactor_journals_"))
+            weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
+        self._folder.mkdir(parents=True, exist_ok=True)
+        return self._folder
 
     def _start_of(self, record: NodeRecord) -> Start:
         assert self._system is not None
@@ -155,7 +209,7 @@ class Journal:
             node=record.identity.fqn, incarnation=record.incarnation + 1, path=record.path, child=frozen(child),
             options=frozen(runtime.options), saved=frozen(record.saved), state=record.asked_state, seed=runtime.seed,
             process=runtime.process, level=runtime.journal.level, virtual=runtime.clock.virtual, origin=runtime.clock.origin,
-            epoch=runtime.clock.epoch,
+            epoch=runtime.clock.epoch, id_streams=runtime.id_streams[record.identity.fqn],
         )  # fmt: skip
 
 

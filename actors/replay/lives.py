@@ -67,7 +67,10 @@ class PlayedNode:
         self._gate = asyncio.get_running_loop().create_future()
         start = await self._gate
         edge, self._gate, self.alive, self.failure = self._edge, None, True, ""
-        if record.incarnation == 0:
+        if (
+            record.incarnation != start.incarnation - 1
+        ):  # it had lived before the tape began, or was removed and added again
+            self._system.runtime.renew(record)
             record.incarnation, record.saved = start.incarnation - 1, thawed(start.saved, trust=edge.tape.trusted)
             record.asked_state = start.state
         record.inbox.border = edge

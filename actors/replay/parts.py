@@ -12,7 +12,7 @@ from actors.replay.tape import Entry, Tape, Unkept
 
 __all__ = ["FORMAT", "PART", "Spool", "pack", "parts_of", "unpack", "whole"]
 
-FORMAT: Final = 2
+FORMAT: Final = 3
 """Of what `pack` writes."""
 PART: Final = 2000
 """How many entries a part holds at most."""

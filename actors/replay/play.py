@@ -116,6 +116,7 @@ async def _play(
     start = tape.start
     system = System(seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options, trust=tape.trusted))
     system.runtime.distinguish(start.process)
+    system.runtime.id_streams[start.node] = start.id_streams
     seam_of(loop)
     driver = Driver(system, loop, tape, change, stop, limit)
     child = change(thawed(start.child, trust=tape.trusted)).replace(

@@ -9,10 +9,12 @@ import numpy as np
 from actors.bag.reader import BagReader
 from actors.bag.schemas import type_of
 from actors.contracts.contracts import Topic
+from actors.errors import ActorError, described
 from actors.interfaces.cdr import decode
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
 from actors.node.declarations import every
 from actors.node.node import Node
+from actors.parameters.declare import parameter
 from actors.qos import LATCHED
 from actors.replay.errors import ReplayError
 from actors.replay.parts import whole
@@ -20,27 +22,63 @@ from actors.replay.tape import Tape
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Sequence
 
+    from actors.replay.journal import Journal
     from actors.replay.recording import Recording
     from actors.supervision.reasons import ExitReason
     from actors.topics.publisher import Publisher
 
-__all__ = ["JOURNAL", "JournalPublisher", "has_journal", "journals_in", "tape_in", "tapes_in"]
+__all__ = ["JOURNAL", "PUBLISHER", "JournalPublisher", "has_journal", "journals_in", "tape_in", "tapes_in"]
 
 JOURNAL: Final = "/_journal"
 """The end of the name of the topic with the journal of a node, which begins with the node's name."""
+PUBLISHER: Final = "/_replay_journal"
+"""The full name of the node that publishes the journals of a program."""
 DEPTH: Final = 2400
 """How many parts of a journal are kept for those who begin to record late: those of 20 minutes, or of less if much happens."""
 
 
 class JournalPublisher(Node):
-    """Publishes what is new of each journal, twice a second and at its end, on ``<node>/_journal``, in parts."""
+    """Publishes what is new of each journal, twice a second and at its end, on ``<node>/_journal``, in parts.
 
-    node_name = "replay_journal"
+    The parameter `nodes` are those of which a journal is kept. One that is added is restarted, and its journal begins there.
+    """
 
-    def __init__(self, recordings: dict[str, Recording]) -> None:
+    node_name = PUBLISHER[1:]
+    nodes = parameter([], of=str)
+
+    def __init__(self, journal: Journal, recordings: dict[str, Recording]) -> None:
+        self._journal = journal
         self._recordings = recordings
         self._publishers: dict[str, Publisher[UInt8MultiArray]] = {}
+
+    async def on_start(self) -> None:
+        self.set_parameter("nodes", self._journal.nodes)
+
+    @nodes.validate
+    def can_be_journaled(self, nodes: Sequence[str]) -> str | None:
+        """Refuse a node that is not there or cannot be journaled, and to end a journal."""
+        if left := {*self.nodes} - {*nodes}:
+            return f"a journal is kept to the end of the run: that of {', '.join(sorted(left))} cannot be ended"
+        for node in {*nodes} - {*self._journal.nodes}:
+            try:
+                self._journal.check(node)
+            except (LookupError, ReplayError) as error:
+                return str(error)
+        return None
+
+    @nodes.changed
+    def keep(self, nodes: Sequence[str]) -> None:
+        """Begin the journals that are not kept yet."""
+        for node in {*nodes} - {*self._journal.nodes}:
+            self.spawn(self._begin(node))
+
+    async def _begin(self, node: str) -> None:
+        try:
+            await self._journal.begin(node)
+        except ActorError as error:
+            self.log.error("no journal was begun", node_name=node, because=described(error))
 
     @every(hz=2)
     def tell(self) -> None:

@@ -124,10 +124,6 @@ class Asked:
         self.future: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
 
     @property
-    def answered(self) -> bool:
-        return self.future.done()
-
-    @property
     def call_id(self) -> tuple[bytes, int]:
         return bytes(16), self.server.calls
 

@@ -74,6 +74,8 @@ class Start:
     virtual: bool
     origin: float
     epoch: float
+    id_streams: int = 0
+    """How many lives of the node had drawn ids before."""
     versions: tuple[tuple[str, str], ...] = field(default_factory=lambda: versions())
 
 

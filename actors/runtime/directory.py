@@ -47,10 +47,21 @@ class Directory:
             return record
         identity = self._identity(child, path, record)
         if record is None:
-            inbox = Inbox(self._loop, None if stalls is None else stalls.ran)
-            record = self.records[path] = NodeRecord(child, identity, self._books, inbox)
+            record = self.records[path] = NodeRecord(child, identity, self._books, self._inbox(stalls))
         record.child, record.identity = child, identity
         return record
+
+    def renew(self, record: NodeRecord, stalls: StallWatch | None) -> int:
+        """Let the next life of a node find nothing of the earlier ones but their number, and what they have saved.
+
+        To be called between two lives. Returns how many messages were lost.
+        """
+        lost = record.close()
+        record.inbox, record.timers = self._inbox(stalls), {}
+        return lost
+
+    def _inbox(self, stalls: StallWatch | None) -> Inbox:
+        return Inbox(self._loop, None if stalls is None else stalls.ran)
 
     def find(self, fqn: str) -> Incarnation | None:
         """The running incarnation of the node with this full name; None if there is none."""

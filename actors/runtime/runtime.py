@@ -106,7 +106,7 @@ class Runtime:
         self.rng = self.random("supervision")
         self.process = ""
         """What makes the ids of this process differ from those of others with the same seed."""
-        self._lives: Counter[str] = Counter()
+        self.id_streams: Counter[str] = Counter()
         """Full name -> how many lives of the node have drawn ids: a node that is opened again must not repeat those of the last time."""
         self.observers = Observers(sinks)
         self.options = options
@@ -225,6 +225,10 @@ class Runtime:
         """The record for a life of the child at `path`. Raises what `Directory.enter` raises."""
         return self.directory.enter(child, path, self.stalls)
 
+    def renew(self, record: NodeRecord) -> None:
+        """Let the next life of a node find nothing of the earlier ones but their number, and what they have saved."""
+        self.lost(record.identity.fqn, self.directory.renew(record, self.stalls))
+
     def new_life(self, child: Child, record: NodeRecord) -> Life:
         """A new life of this node, behind the first of `gates` that wants it. Raises what `incarnate` raises."""
         for gate in self.gates:
@@ -298,5 +302,5 @@ class Runtime:
 
     def ids(self, fqn: str) -> Random:
         """The generator of the ids of one more life of a node."""
-        self._lives[fqn] += 1
-        return self.random(f"ids of {self.process} {fqn}#{self._lives[fqn]}")
+        self.id_streams[fqn] += 1
+        return self.random(f"ids of {self.process} {fqn}#{self.id_streams[fqn]}")

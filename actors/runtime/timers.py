@@ -11,7 +11,7 @@ from array import array
 from collections import deque
 from collections.abc import Awaitable, Callable
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from actors.errors import ActorError
 from actors.inbox.border import outside
@@ -21,14 +21,13 @@ if TYPE_CHECKING:
     from actors.node.declarations import Late
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.stall import StallWatch
+    from actors.time.ticker import Ticking, TickSource
 
 __all__ = [
     "Lateness",
     "NodeTimer",
     "Tick",
     "TickMissed",
-    "TickSource",
-    "Ticking",
     "TimerRecord",
     "end_ticks",
     "retime",
@@ -45,27 +44,6 @@ BACKLOG = 1000
 
 class TickMissed(ActorError):
     """A tick of a timer with ``late="fault"`` was due before the tick before it had begun."""
-
-
-class Ticking(Protocol):
-    """The source of one timer's ticks: a `TickHandle`, or under simulated time a `SimTick`."""
-
-    k: int
-    """The number of the last tick."""
-
-    def skip_missed(self) -> int:
-        """Drop the ticks that are due and were not delivered. Returns how many there were."""
-        ...
-
-    def cancel(self) -> None:
-        """End the ticks."""
-        ...
-
-
-class TickSource(Protocol):
-    """A `Ticker` or a `SimTicker`."""
-
-    def add(self, hz: float, callback: Callable[[int, float], None], start: float | None = None) -> Ticking: ...
 
 
 class Tick:
@@ -205,9 +183,13 @@ class NodeTimer:
 
     def begin(self, ticker: TickSource, start: float | None = None) -> None:
         """Start ticking. The first tick is due one period from now, or from `start`, seconds on the clock of `ticker`."""
-        border = self.inbox.border
-        self.handle = ticker.add(self.hz, self.on_tick if border is None else border.tick(self), start)
+        self.handle = ticker.add(self.hz, self.entrance(), start)
         self.record.since = self.loop_time()
+
+    def entrance(self) -> Callable[[int, float], None]:
+        """What a ticker is to call, once it has been told to: `on_tick`, by way of the node's border if a journal is kept."""
+        border = self.inbox.border
+        return self.on_tick if border is None else border.tick(self)
 
     def stop(self) -> None:
         """End the ticks. Stopping twice is fine."""

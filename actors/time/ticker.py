@@ -7,9 +7,30 @@ import math
 from collections.abc import Callable
 from contextvars import copy_context
 from heapq import heapify, heappop, heappush, heapreplace
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
-__all__ = ["TickHandle", "Ticker"]
+__all__ = ["TickHandle", "TickSource", "Ticker", "Ticking"]
+
+
+class Ticking(Protocol):
+    """The source of one timer's ticks: a `TickHandle`, or under simulated time a `SimTick`."""
+
+    k: int
+    """The number of the last tick."""
+
+    def skip_missed(self) -> int:
+        """Drop the ticks that are due and were not delivered. Returns how many there were."""
+        ...
+
+    def cancel(self) -> None:
+        """End the ticks."""
+        ...
+
+
+class TickSource(Protocol):
+    """A `Ticker` or a `SimTicker`."""
+
+    def add(self, hz: float, callback: Callable[[int, float], None], start: float | None = None) -> Ticking: ...
 
 
 class TickHandle:

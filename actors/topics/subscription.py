@@ -12,12 +12,15 @@ import math
 from collections import deque
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
+from actors.inbox.border import INSIDE
 from actors.inbox.expiring import ExpiringMessage
 from actors.topics.endpoint import Endpoint, nanoseconds
 from actors.topics.events import EventStream
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from actors.interfaces.message import Message
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
     from actors.qos.policies import QoS
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["Subscription"]
 
 M = TypeVar("M", bound="Message")
+T = TypeVar("T")
 
 
 class Subscription(Endpoint, Generic[M]):
@@ -133,7 +137,7 @@ class Subscription(Endpoint, Generic[M]):
 
         publishers = self.publishers
         lease = nanoseconds(self.qos.liveliness_lease)
-        alive = sum(publisher.alive(lease) for publisher in publishers)
+        alive = _asked(self._alive, lease)
         kept = self.kept_events
         return SubscriptionStatus(
             matched=len(publishers),
@@ -153,11 +157,17 @@ class Subscription(Endpoint, Generic[M]):
 
     def due(self, now: int) -> int | None:
         lease = nanoseconds(self.qos.liveliness_lease)
-        instants = [publisher.due_alive(lease, now) for publisher in self.publishers]
+        instants = list(_asked(self._due_alive, lease, now))
         if self.kept_events is not None and self.kept_events.deadline is not None:
             self.kept_events.deadline.advance(now)
             instants.append(self.kept_events.deadline.due())
         return min((instant for instant in instants if instant is not None), default=None)
+
+    def _alive(self, lease: int | None) -> int:
+        return sum(publisher.alive(lease) for publisher in self.matched)
+
+    def _due_alive(self, lease: int | None, now: int) -> list[int | None]:
+        return [publisher.due_alive(lease, now) for publisher in self.matched]
 
     def join(self, publisher: PublisherPeer) -> None:
         """Match `publisher`. The first match starts the deadline."""
@@ -230,3 +240,9 @@ class Subscription(Endpoint, Generic[M]):
         if not expired:
             self.dropped += 1
             self.notify()
+
+
+def _asked(question: Callable[..., T], *arguments: Any) -> T:
+    """What publishers of others say of themselves. A journal of the node that asks has it, too."""
+    border = INSIDE.get()
+    return question(*arguments) if border is None else border.compute(question, arguments)

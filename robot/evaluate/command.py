@@ -23,6 +23,7 @@ MEASUREMENTS: Final = {
     "rooms": "rooms with things of 5 cm to 2 m, holes and steps down that no map shows, in physics",
     "crowd": "goals among ten people who walk about, in physics: whom the robot touches",
     "rates": "the whole robot on the real clock: the rate of every stream, the control loop's punctuality, and its share of a core",
+    "stops": "what stops a walk, at every phase and speed, and sensors that fail: falls, and how soon each is known",
     "maps": "MovingAI benchmark maps: exact path lengths and search speed",
 }
 

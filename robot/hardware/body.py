@@ -19,6 +19,7 @@ from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.hardware.sensors import Sensors
 from robot.scenes.scene import Obstacle, Scene, Thing
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ __all__ = [
     "JOINT_NAMES",
     "LEGS",
     "NO_REPLAY",
+    "ActuatorState",
     "Body",
     "BodySilent",
     "ImuSample",
@@ -35,6 +37,7 @@ __all__ = [
     "MotorTargets",
     "Sample",
     "SteppingBody",
+    "Sweep",
     "Truth",
 ]
 
@@ -88,6 +91,30 @@ class Sample:
 
 
 @dataclass(frozen=True, slots=True)
+class Sweep:
+    """One revolution of a LiDAR that turns. Beam i of n looked along -pi + i 2 pi / n in the sensor's axes, at ``start + i sweep / n``."""
+
+    start: float
+    """Simulated seconds."""
+    sweep: float
+    """How long it took, s."""
+    ranges: Vector
+    """m, shape (n,); `MAX_RANGE` means no return."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorState:
+    """What the motor drives tell of themselves."""
+
+    supplied: bool
+    """Whether the battery gives them current."""
+    temperature: Vector
+    """Of each motor's winding, C, shape (12,); empty where drives do not get warm."""
+    left: float
+    """Share of its torque that heat leaves to the hottest drive: 1 is all."""
+
+
+@dataclass(frozen=True, slots=True)
 class Truth:
     """The true state, for judges and pictures only: no controller may read it."""
 
@@ -133,6 +160,11 @@ class Body(Protocol):
     def scene(self) -> Scene: ...
 
     @property
+    def sensors(self) -> Sensors:
+        """How wrong its sensors are."""
+        ...
+
+    @property
     def time(self) -> float:
         """Simulated seconds since construction."""
         ...
@@ -163,6 +195,14 @@ class Body(Protocol):
         """Give the motor drives new targets at the present instant; they take effect after the motor delay."""
         ...
 
+    def supply(self, voltage: float) -> None:
+        """The battery gives the drives this share of its nominal voltage from now on; 0 cuts them off: they brake, and follow no command."""
+        ...
+
+    def actuators(self) -> ActuatorState:
+        """What the drives tell of themselves at the present instant."""
+        ...
+
     def sample(self, hz: float) -> None:
         """From the body's present instant on, sample IMU and encoders `hz` times a second of its time; samples that wait are forgotten."""
         ...
@@ -177,6 +217,10 @@ class Body(Protocol):
 
     def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
         """Ranges (m) from the body origin, beam i at angle -pi + i 2 pi / beams in the body's yaw frame; `max_range` means no return."""
+        ...
+
+    def sweep(self) -> Sweep | None:
+        """The newest whole revolution of a LiDAR that turns, which the first call sets going; `None` before its end, and of one that does not."""
         ...
 
     def truth(self) -> Truth: ...

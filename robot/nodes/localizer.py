@@ -30,14 +30,22 @@ class Localizer(Node):
     """Publishes pose (frame map) at the rate of odom, and serves get_robot_pose. Starts at the pose it is given; knows its last pose after a
     restart.
 
-    Parameters: gain, the share of each scan's correction that is taken at once.
+    Parameters: gain, the share of each scan's correction that is taken at once; range_bias.
     """
 
     pose = publishes(POSE)
     gain = parameter(0.4, ge=0.0, le=1.0, description="Share of a scan's correction that is taken at once.")
+    range_bias = parameter(
+        0.0,
+        unit="m",
+        ge=0.0,
+        le=0.1,
+        read_only=True,
+        description="Standard deviation of a length by which all ranges of the LiDAR are wrong; it is found out.",
+    )
 
     def __init__(self, grid: Grid, start: Pose2) -> None:
-        self._matcher = ScanMatcher(grid)
+        self._grid = grid
         self._here = start
         self._offset: Pose2 | None = None
         self._odom = Pose2(0.0, 0.0)
@@ -45,6 +53,9 @@ class Localizer(Node):
         self._speed = ZERO_TWIST
         self._odoms = PoseHistory()
         self._refused = 0
+
+    async def on_start(self) -> None:
+        self._matcher = ScanMatcher(self._grid, bias_sd=self.range_bias)
 
     def resume(self, state: tuple[Pose2, Pose2, float]) -> None:
         """The robot may have walked on meanwhile: while the odometry has gone on, too, what it says counts from the last life's pose."""

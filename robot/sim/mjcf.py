@@ -40,12 +40,12 @@ from robot.scenes.scene import Box, Obstacle, Scene
 from robot.sim.arm_mjcf import arm_body, drives, thing_bodies, welds
 from robot.sim.ground import Ground
 
-__all__ = ["OBSTACLE_GROUP", "obstacle_names", "walker_names", "write_model"]
+__all__ = ["FLOOR_GROUP", "OBSTACLE_GROUP", "ROBOT_GROUP", "obstacle_names", "walker_names", "write_model"]
 
 SKID_DEPTH = 0.17
 """Underside of the landing skid below the hip plane, m: sitting without power the robot rests on it, 16 mm below `sit`."""
-OBSTACLE_GROUP = 2
-"""Geometry group of the scene's obstacles: what the lidar sees."""
+FLOOR_GROUP, ROBOT_GROUP, OBSTACLE_GROUP = 0, 1, 2
+"""Geometry groups: the floor, the robot's own parts, and the scene's obstacles, which the lidar sees."""
 
 
 def obstacle_names(scene: Scene) -> tuple[str, ...]:
@@ -68,7 +68,7 @@ def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = Fa
   <default>
     <geom solref="0.005 1" condim="3" friction="{ground.friction} 0.005 0.0001"/>
     <joint damping="0.2" armature="0.02" frictionloss="0.2"/>
-    <default class="robot"><geom contype="1" conaffinity="2" group="1" mass="0"/></default>
+    <default class="robot"><geom contype="1" conaffinity="2" group="{ROBOT_GROUP}" mass="0"/></default>
     <default class="scene"><geom contype="2" conaffinity="1"/></default>
     <default class="drive"><general gainprm="1" biastype="affine" biasprm="0 0 0" forcerange="-45 45"/></default>
   </default>

@@ -20,7 +20,8 @@ from actors import (
     publishes,
     run,
 )
-from actors.bag import BagReader, Recorder, RecordOptions, Selection
+from actors.bag import BagReader, BagTopic, BagWriter, Recorder, RecordOptions, Selection, topic_of
+from actors.interfaces import encode
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.std_msgs.msg import Header, Int32, String
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
@@ -351,3 +352,30 @@ def test_what_comes_beyond_the_last_recorded_message_but_within_the_bag_is_told(
     (sums, stamped) = replay_topics(path, Adder).differences
     assert (sums.name, sums.recorded, sums.replayed) == ("/sums", "nothing", Int32(data=sum(range(11))))
     assert stamped.name == "/stamped"
+
+
+def written(path: Path, *messages: tuple[BagTopic, bytes]) -> Path:
+    with BagWriter(path) as bag:
+        for number, (topic, data) in enumerate(messages):
+            at = 1_700_000_000_000_000_000 + number * 10_000_000
+            bag.write(topic, data, received_ns=at, published_ns=at)
+    return path
+
+
+def test_topics_of_types_of_which_nothing_is_known_are_not_offered_to_the_node(tmp_path: Path) -> None:
+    three = encode(Int32(data=3))
+    unknown = BagTopic("/strange", "strange_msgs/msg/Strange")
+    requests = BagTopic("/flip/_service_event", "strange_srvs/srv/Strange_Event", schema="int32 data\n")
+    numbers, sums = topic_of("/numbers", Int32), topic_of("/sums", Int32)
+    messages = ((unknown, three), (requests, three), (numbers, three), (sums, three))
+    path = written(tmp_path / "walk", *messages)
+    verdict = replay_topics(path, Adder)
+    assert (verdict.equal, dict(verdict.fed), dict(verdict.compared)) == (True, {"/numbers": 1}, {"/sums": 1})
+    assert "requests of service /flip" in replay_topics(path, Flipped).lacking
+
+
+def test_a_topic_of_which_the_bag_does_not_tell_the_publishers_is_compared(tmp_path: Path) -> None:
+    told = BagTopic("/sums", "std_msgs/msg/Int32", offered_qos_profiles="- history: nonsense")
+    three, four = encode(Int32(data=3)), encode(Int32(data=4))
+    path = written(tmp_path / "walk", (topic_of("/numbers", Int32), three), (told, four))
+    assert first(replay_topics(path, Adder)) == ("data", 4, 3)

@@ -22,7 +22,7 @@ from actors.interfaces.std_msgs.msg import Float64MultiArray, Int32, String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.logs import LogRecord
 from actors.qos import LATCHED
-from actors.replay import Journal, ReplayError, Tape, load, replay, tape_in
+from actors.replay import Journal, ReplayError, Tape, load, replay, tape_in, tapes_in
 from actors.replay.encoding import frozen, thawed
 from actors.replay.parts import FORMAT, MAGIC, PART, Spool, pack, parts_of, unpack, whole
 from tests.actors.replay.story import HERO, NUMBERS, OTHERS, TOLD, story
@@ -185,6 +185,7 @@ def named(function: str, *arguments: object) -> bytes:
         named("object_made", "tempfile", "_TemporaryFileCloser"),
         named("object_made", "os", "system"),
         named("object_filled", Mood, {"CALM": 1}),
+        named("object_filled", {1, 2}, {"CALM": 1}),
         named("tuple_made", "builtins", "tuple", (1,)),
         named("child_made", "subprocess", "Popen", {"args": ("true",)}),
         named("child_made", "os", "system", {"args": ("true",)}),
@@ -326,6 +327,24 @@ def test_the_parts_on_the_topic_are_those_of_the_file(tmp_path: Path) -> None:
     kept = journal.tape("hero").entries
     assert len(recorded) > 100
     assert repr(recorded) == repr(kept[: len(recorded)])
+
+
+def test_a_bag_gives_the_journals_of_all_nodes_in_it(tmp_path: Path) -> None:
+    async def main() -> Journal:
+        journal = Journal("others", "hero", publish=True)
+        told = Selection(topics=["/hero/_journal", "/told", "/others/_journal"])
+        recorder = Child(Recorder, args=(tmp_path / "bag", RecordOptions(selection=told)))
+        async with run(recorder, OTHERS, HERO, observers=(journal,), sinks=()) as system:
+            await system.clock.sleep(1.0)
+        return journal
+
+    journal = execute(main, clock="virtual")
+    tapes = tapes_in(tmp_path / "bag")
+    assert [*tapes] == ["/hero", "/others"]
+    for node, tape in tapes.items():
+        kept = journal.tape(node)
+        assert (tape.node, tape.start.node) == (kept.node, kept.start.node) == (node, node)
+        assert repr(tape.entries) == repr(kept.entries[: len(tape.entries)])
 
 
 def bag_type(message: Any) -> Any:

@@ -1,0 +1,54 @@
+"""The journal of a node of another process, for `bag record --replay`: it is kept already, or its program is asked to begin it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from actors import Service
+from actors.interfaces.rcl_interfaces import msg, srv
+from actors.replay.publishing import JOURNAL, PUBLISHER
+from cli.asking import ask, node_names
+from cli.command import CommandFailed
+from cli.graph import Seen
+
+__all__ = ["keep_journal"]
+
+GET = Service(srv.GetParameters, f"{PUBLISHER}/get_parameters")
+SET = Service(srv.SetParameters, f"{PUBLISHER}/set_parameters")
+
+
+async def keep_journal(graph: Seen, node: str, options: argparse.Namespace) -> None:
+    """See to it that a journal of `node` is kept, as far as the options allow. Raises `CommandFailed` if none is.
+
+    A node that is not there yet is waited for by the recorder, like any topic.
+    """
+    topic = graph.system.graph.topics.get(node + JOURNAL)
+    if topic is not None and topic.publishers:
+        return
+    names = node_names(graph, hidden=True)
+    if node not in names and not options.restart:
+        print(f"{node} is not there; its journal is recorded if its program keeps one", file=sys.stderr)
+        return
+    if PUBLISHER not in names:
+        raise CommandFailed(
+            f"the program of {node} keeps no journals, and begins none: start it with `run --replay {node.rpartition('/')[2]}`, or, if it is "
+            "your own, with run(tree, observers=(Journal(on_request=True),))"
+        )
+    if not options.restart:
+        raise CommandFailed(
+            f"no journal of {node} is kept. A journal begins with a life of its node: with --restart the node is restarted now, in order, and "
+            "loses what waits for it"
+        )
+    await _begin(graph, node, options)
+
+
+async def _begin(graph: Seen, node: str, options: argparse.Namespace) -> None:
+    got = await ask(graph, PUBLISHER, GET, srv.GetParameters.Request(names=["nodes"]), options)
+    wanted = msg.ParameterValue(type=msg.ParameterType.PARAMETER_STRING_ARRAY)
+    wanted.string_array_value = [*(name for one in got.values for name in one.string_array_value), node]
+    request = srv.SetParameters.Request(parameters=[msg.Parameter(name="nodes", value=wanted)])
+    (result,) = (await ask(graph, PUBLISHER, SET, request, options)).results
+    if not result.successful:
+        raise CommandFailed(result.reason)
+    print(f"{node} is restarted, and its journal begins", file=sys.stderr)
