@@ -19,6 +19,7 @@ from robot.evaluate.levels import machine
 from robot.evaluate.room_worlds import room
 from robot.evaluate.rooms_run import Outcome, walk
 from robot.evaluate.trials import trial_parser, trials
+from robot.hardware.sensors import SensorKind
 from robot.run.arguments import whole, within
 from robot.sim.physics import BackendMissing, check_engine
 
@@ -46,9 +47,9 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     }
 
 
-def run(seed: int, speed: float, sight: bool) -> dict[str, Any]:
+def run(seed: int, speed: float, sight: bool, sensors: SensorKind) -> dict[str, Any]:
     """One room by its seed, as JSON can hold how it went."""
-    return asdict(walk(room(seed), seed, speed, sight=sight))
+    return asdict(walk(room(seed), seed, speed, sight=sight, sensors=sensors))
 
 
 def show(result: Mapping[str, Any]) -> str:
@@ -56,7 +57,7 @@ def show(result: Mapping[str, Any]) -> str:
     here = result["machine"]
     return "\n".join(
         [
-            f"rooms, at up to {result['speed']:g} m/s, {'with' if result['sight'] else 'without'} sight, back end physics",
+            f"rooms, at up to {result['speed']:g} m/s, {'with' if result['sight'] else 'without'} sight, sensors {result['sensors']}, back end physics",
             f"seeds {result['seed']} to {result['seed'] + result['rooms'] - 1}; {result['date']}; {here['processor']}, {here['cores']} cores, "
             f"Python {here['python']}, MuJoCo {here['mujoco']}; {result['wall_seconds']:.0f} s",
             "",
@@ -84,6 +85,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         "--speed", type=within(0.1, 1.6, "m/s"), default=SPEED, help="the fastest walk, m/s (default 1)"
     )
     parser.add_argument("--blind", action="store_true", help="without depth cameras and elevation map, to compare")
+    parser.add_argument(
+        "--sensors",
+        choices=("ideal", "real"),
+        default="ideal",
+        help="of LiDAR, IMU and legs (default ideal: white noise)",
+    )
     asked = parser.parse_args(argv)
     try:
         check_engine()
@@ -92,11 +99,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 3
     many, began = asked.rooms or (ROOMS // 10 if asked.quick else ROOMS), time.monotonic()
     told = trials(
-        partial(run, speed=asked.speed, sight=not asked.blind), range(asked.seed, asked.seed + many), jobs=asked.jobs, file=asked.resume, tell=tell,
-        what=f"rooms at {asked.speed:g} m/s{', blind' if asked.blind else ''}",
+        partial(run, speed=asked.speed, sight=not asked.blind, sensors=asked.sensors), range(asked.seed, asked.seed + many), jobs=asked.jobs, file=asked.resume, tell=tell,
+        what=f"rooms at {asked.speed:g} m/s, sensors {asked.sensors}{', blind' if asked.blind else ''}",
     )  # fmt: skip
     result = summary([Outcome(**held) for held in told]) | {
-        "backend": "physics", "seed": asked.seed, "speed": asked.speed, "sight": not asked.blind, "date": date.today().isoformat(),
+        "backend": "physics", "seed": asked.seed, "speed": asked.speed, "sight": not asked.blind, "sensors": asked.sensors, "date": date.today().isoformat(),
         "machine": machine(), "wall_seconds": round(time.monotonic() - began, 1),
     }  # fmt: skip
     print(json.dumps(result, indent=2) if asked.json else show(result))
