@@ -39,11 +39,11 @@ class Unborn(Born):
         raise OSError("no such device")
 
 
-async def crashed() -> Tape:
+async def crashed(kind: type[Node] = Born) -> Tape:
     """Three lives, with crashes in between."""
     MADE.clear()
     journal = Journal("born")
-    async with run(Child(Born), observers=(journal,), sinks=()) as system:
+    async with run(Child(kind, name="born"), observers=(journal,), sinks=()) as system:
         for _ in range(2):
             await system.clock.sleep(10.0)
             system.crash("born", RuntimeError("struck"))
@@ -67,6 +67,13 @@ class Listener(Node):
     heard = subscribes(Topic(ParameterEvent, "/parameter_events", 100))
 
 
+class Quiet(Born):
+    """Sends nothing."""
+
+    async def on_start(self) -> None:
+        pass
+
+
 def test_a_life_that_could_not_be_made_cannot_be_made_in_the_replay_and_the_next_one_is() -> None:
     FAULTY.update({2, 4})
     try:
@@ -80,6 +87,17 @@ def test_a_life_that_could_not_be_made_cannot_be_made_in_the_replay_and_the_next
     MADE.clear()
     mended = replay(tape, every=True)  # now each life can be made, two of them sooner than in the recording
     assert (mended.failure, len(MADE)) == ("", 3)
+
+
+def test_a_node_that_could_be_made_only_in_the_replay_and_sends_nothing_lives_on() -> None:
+    FAULTY.add(2)
+    try:
+        tape = execute(lambda: crashed(Quiet), clock="virtual")
+    finally:
+        FAULTY.clear()
+    MADE.clear()
+    verdict = replay(tape)
+    assert (verdict.failure, verdict.lacking, len(MADE)) == ("", "", 3)
 
 
 def test_a_changed_node_that_cannot_be_made_does_nothing_of_the_recording() -> None:
