@@ -182,7 +182,8 @@ class System:
         self.runtime.processes.kill(record.path)
 
     async def join(self, child: Child) -> UnsupervisedNode:
-        """Run one more node beside the tree, without supervision, and return when it is ready. Raises the error of its start."""
+        """Run one more node beside the tree, without supervision, and return when it is ready. Raises the error of its start, and
+        `DeclarationError` for a child with a process or a host of its own."""
         return await self._tree.unsupervised.join(child)
 
     async def leave(self, node: UnsupervisedNode, reason: str = "left") -> None:

@@ -35,6 +35,7 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "plot": "fields of topics over time",
         "tf2_echo": "the transform between two frames",
         "view_frames": "the tree of frames, as a graph",
+        "map_saver_cli": "the map, as a file for map_server",
         "static_transform_publisher": "a transform that never changes",
         "launch": "start what a launch file says",
         "launch_test": "test what a launch file starts",

@@ -23,7 +23,11 @@ __all__ = ["main"]
 
 PREFIX = "[robactor run]:"
 
-VERBS = {("tf2_ros", "tf2_echo"): "cli.tf2_echo", ("tf2_tools", "view_frames"): "cli.view_frames"}
+VERBS = {
+    ("tf2_ros", "tf2_echo"): "cli.tf2_echo",
+    ("tf2_tools", "view_frames"): "cli.view_frames",
+    ("nav2_map_server", "map_saver_cli"): "cli.map_saver_cli",
+}
 """Programs of ROS 2 that are verbs here, and their modules."""
 
 STATIC = ("tf2_ros", "static_transform_publisher")

@@ -15,7 +15,10 @@ from robot.tree import robot_tree
 
 if TYPE_CHECKING:
     from actors import Supervisor
+    from robot.hardware.sensors import Sensors
     from robot.link.process import BodyProcess
+    from robot.model.actuators import ActuatorDesign
+    from robot.planning.grid import Grid
     from robot.sim.ground import Ground
 
 __all__ = ["BodyKind", "Mission", "Robot", "default_tree", "make_body"]
@@ -36,17 +39,21 @@ class Robot:
     * a `Delivery`: it fetches a thing and sits down; the robot then has an arm.
 
     `seed` seeds the noise of the body's sensors, `battery` is the charge at the start in per cent, `arm` adds the arm, `motor_delay` is how
-    late the drives act, in seconds. `ground` is what the physical body stands on and carries; its controllers are not told. With
-    `publish_clock`, a rate in Hz, a first node publishes /clock.
+    late the drives act, in seconds. `actuators` are drives whose torque falls with speed and heat, on a bus that gives so much; without them
+    each always has its torque limit. `map` is the map that the robot is given, instead of one made of its world. `ground` is what the
+    physical body stands on and carries; its controllers are not told. `sensors` says how wrong the body's sensors are, `Sensors.ideal()`
+    unless told otherwise; a LiDAR that turns has a node `scan_correction` after it. With `publish_clock`, a rate in Hz, a first node
+    publishes /clock.
 
     With `processes`, on the real clock and in physics, the body and each concern of the tree run in processes of their own: what plans and
     looks cannot hold up what walks. `close` it at the end. `hosts` says which concerns run on which other machines, such as
-    ``{"navigation": ["base", "spare"]}``, and `run(hosts=...)` then where those are.
+    ``{"navigation": ["base", "spare"]}``, and `run(hosts=...)` then where those are. With `sight` it has depth cameras and an elevation map,
+    and heeds what stands, hangs or is missing on its way and is not in the LiDAR's plane.
 
     A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
 
     Raises `UnknownWorld`, `BackendMissing` when MuJoCo is not installed, and `ValueError` for a kinematic body in a process or on
-    a `ground`, and for `hosts` of a concern that must stay on the robot.
+    a `ground`, for walkers who meet any but a physical body in this process, and for `hosts` of a concern that must stay on the robot.
     """
 
     def __init__(
@@ -60,21 +67,47 @@ class Robot:
         arm: bool = False,
         motor_delay: float = 0.004,
         ground: Ground | None = None,
+        actuators: ActuatorDesign | None = None,
+        map: Grid | None = None,
+        sensors: Sensors | None = None,
         publish_clock: float | None = None,
         processes: bool = False,
         hosts: Mapping[str, Sequence[str]] | None = None,
+        sight: bool = False,
     ) -> None:
         self.scene: Scene = get_world(world) if isinstance(world, str) else world
         """Where it is: obstacles, places, things."""
         arm = arm or isinstance(mission, Delivery)
         self.process: BodyProcess | None = None
         """That of the body, with `processes`. It starts at once."""
+        if self.scene.walkers and (processes or body != "physics"):
+            raise ValueError(
+                f"the world {self.scene.name!r} has walkers: only the physics body in this process meets them"
+            )
         if processes:
-            self.process = _body_process(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground)
+            self.process = _body_process(
+                self.scene,
+                body,
+                seed=seed,
+                motor_delay=motor_delay,
+                arm=arm,
+                ground=ground,
+                actuators=actuators,
+                sensors=sensors,
+            )
         self.body: Body = (
             self.process.body
             if self.process is not None
-            else make_body(self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground)
+            else make_body(
+                self.scene,
+                body,
+                seed=seed,
+                motor_delay=motor_delay,
+                arm=arm,
+                ground=ground,
+                actuators=actuators,
+                sensors=sensors,
+            )
         )
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
         try:
@@ -88,6 +121,8 @@ class Robot:
                 delivery=mission if isinstance(mission, Delivery) else None,
                 processes=processes,
                 hosts=hosts,
+                grid=map,
+                sight=sight,
             )
         except BaseException:
             self.close()
@@ -112,7 +147,15 @@ def default_tree() -> Supervisor:
 
 
 def _body_process(
-    scene: Scene, kind: BodyKind, *, seed: int, motor_delay: float, arm: bool, ground: Ground | None
+    scene: Scene,
+    kind: BodyKind,
+    *,
+    seed: int,
+    motor_delay: float,
+    arm: bool,
+    ground: Ground | None,
+    actuators: ActuatorDesign | None,
+    sensors: Sensors | None,
 ) -> BodyProcess:
     if kind != "physics":
         raise ValueError(
@@ -122,7 +165,9 @@ def _body_process(
     from robot.sim.physics import check_engine
 
     check_engine()
-    return BodyProcess(scene, seed=seed, delay=motor_delay, arm=arm, ground=ground)
+    return BodyProcess(
+        scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+    )
 
 
 def make_body(
@@ -133,17 +178,25 @@ def make_body(
     motor_delay: float = 0.004,
     arm: bool = False,
     ground: Ground | None = None,
+    actuators: ActuatorDesign | None = None,
+    sensors: Sensors | None = None,
 ) -> Body:
-    """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed, `ValueError` for a kinematic one on a `ground`."""
+    """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed, `ValueError` for a kinematic one on a `ground` or
+    with `actuators`.
+    """
     if kind == "kinematic":
         if ground is not None:
             raise ValueError("A kinematic body feels neither ground nor load; leave out `ground`, or make it physical.")
+        if actuators is not None:
+            raise ValueError("A kinematic body has no torques to limit; leave out `actuators`, or make it physical.")
         from robot.sim.kinematic import KinematicBody
 
-        return KinematicBody(scene, seed=seed, arm=arm)
+        return KinematicBody(scene, seed=seed, arm=arm, sensors=sensors)
     from robot.sim.physics import PhysicsBody
 
-    return PhysicsBody(scene, seed=seed, delay=motor_delay, arm=arm, ground=ground)
+    return PhysicsBody(
+        scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+    )
 
 
 def _waypoints(mission: Mission, scene: Scene) -> list[tuple[str, Pose2]] | None:

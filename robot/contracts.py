@@ -51,12 +51,13 @@ from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 
 __all__ = [
     "ARM_JOINT_STATES", "AUTONOMY_CMD", "BATTERY_STATE", "BATTERY_STATUS", "BODY_DRIVE", "CALIBRATE_ARM", "CALIBRATE_GRIPPER", "CALIBRATE_SENSOR",
-    "CAMERA_DEPTH", "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DETECTIONS",
-    "DIAGNOSTICS", "DOCK", "DOCK_STATUS", "DRIVE_STATUS", "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS", "GET_BATTERY_STATUS",
-    "GET_CURRENT_POSITION", "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HUMANOID_NAVIGATE", "IMU",
-    "IMU_CALIBRATION", "IMU_RAW", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "MAP", "MARKERS", "MOTOR_POWER", "MOTOR_TARGETS", "MOVE_ARM",
-    "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RESTORE_CONFIG", "ROBOT_DESCRIPTION",
-    "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE", "WALK",
+    "CAMERA_DEPTH", "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DEPTH_POINTS", "DETECTIONS",
+    "DIAGNOSTICS", "DOCK", "DOCK_STATUS", "DRIVE_STATUS", "ELEVATION_POINTS", "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS",
+    "GET_BATTERY_STATUS", "GET_CURRENT_POSITION", "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HUMANOID_NAVIGATE",
+    "IMU", "IMU_CALIBRATION", "IMU_RAW", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "LOCALIZATION", "MAP", "MARKERS", "MOTOR_POWER", "MOTOR_TARGETS",
+    "MOVE_ARM", "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RELIEF", "RELOCALIZE", "RESTORE_CONFIG",
+    "ROBOT_DESCRIPTION", "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE",
+    "WALK",
 ]  # fmt: skip
 
 # -- the robot's own ---------------------------------------------------------------------------------------------------------------
@@ -71,7 +72,9 @@ JOINT_STATES = Topic(JointState, "/joint_states", QoS(depth=10))
 CONTACTS = Topic(FootContacts, "/foot_contacts", qos.SENSOR_DATA)
 """200 Hz, of the same instants as the joint states."""
 SCAN = Topic(LaserScan, "/lidar/scan", qos.SENSOR_DATA)
-"""10 Hz, 360 beams, frame `lidar_link`."""
+"""10 Hz, 360 beams of one instant, frame `lidar_link`; a range of 0 is a beam of which nothing is known."""
+SCAN_RAW = Topic(LaserScan, "/lidar/scan_raw", qos.SENSOR_DATA)
+"""10 Hz, 360 beams as a LiDAR that turns takes them one after the other, frame `base_link`; only with real sensors."""
 LIDAR_POINTS = Topic(PointCloud2, "/lidar/points", qos.SENSOR_DATA)
 """10 Hz, the returns of the scan of the same stamp; made only while somebody listens."""
 CAMERA_RGB = Topic(Image, "/camera/rgb", qos.SENSOR_DATA)
@@ -82,6 +85,8 @@ CAMERA_INFO = Topic(CameraInfo, "/camera/camera_info", qos.SENSOR_DATA)
 """30 Hz, of both images."""
 CAMERA_POINTS = Topic(PointCloud2, "/camera/points", qos.SENSOR_DATA)
 """10 Hz, every eighth pixel of every eighth row of the depth image, frame `camera_link`."""
+DEPTH_POINTS = Topic(PointCloud2, "/depth/points", qos.SENSOR_DATA)
+"""10 Hz, of all depth cameras, frame `base_link`: always as many points in the same order, NaN without a depth; taken only while somebody listens."""
 DETECTIONS = Topic(Detection, "/camera/detections", qos.DEFAULT)
 """Coloured objects in the camera image, one message each, at most 5 images a second; looked for only while somebody listens."""
 ARM_JOINT_STATES = Topic(JointState, "/arm/joint_states", qos.SENSOR_DATA)
@@ -125,10 +130,18 @@ GRIPPER_STATE = Topic(GripperState, "/gripper/state", qos.STATE)
 IMU_CALIBRATION = Topic(ImuCalibration, "/imu/calibration", qos.STATE)
 """What is taken off the samples of IMU."""
 MAP = Topic(OccupancyGrid, "/map", qos.MAP)
+RELIEF = Topic(OccupancyGrid, "/elevation", qos.SENSOR_DATA)
+"""10 Hz, 8 m around the robot, frame `map`: 0 is floor, 50 a step that can be crossed, 90 and 100 what cannot (90: the LiDAR sees
+it, too), -1 what was not seen."""
+ELEVATION_POINTS = Topic(PointCloud2, "/elevation/points", qos.SENSOR_DATA)
+"""2 Hz, how high each cell is, frame `map`, z over the ground that the robot stands on; made only while somebody listens."""
 ODOMETRY = Topic(Odometry, "/odom", qos.DEFAULT)
 """50 Hz, frame `odom`: from legs and IMU alone."""
 POSE = Topic(PoseStamped, "/pose", qos.DEFAULT)
 """50 Hz, frame `map`: odometry corrected by matching scans to the map."""
+LOCALIZATION = Topic(String, "/localization", qos.STATE)
+"""What POSE is worth, told when it changes: `tracking`, which it is before anything is told, `blind` while the LiDAR sees nothing where the map has
+walls, and `lost` while scans do not fit the map there, until the robot has been found on it."""
 PATH = Topic(Path, "/plan", qos.STATE)
 """The path being followed, frame `map`; without poses when a walk has ended."""
 MARKERS = Topic(MarkerArray, "/markers", qos.DEFAULT)
@@ -185,6 +198,8 @@ PLAN_PATH = Service(PlanPath, "/plan_path")
 """A path by the map alone, frame `map`; nothing moves."""
 GET_ROBOT_POSE = Service(GetRobotPose, "/get_robot_pose")
 """The latest of POSE, answered at once, whatever else the robot does."""
+RELOCALIZE = Service(Trigger, "/relocalize")
+"""Looks on the whole map for the place where the newest scan was taken, and takes it for the robot's own if there is no second one like it."""
 NAVIGATE_TO_GOAL = Action(NavigateToGoal, "/navigate_to_goal")
 """Walks to a pose, frame `map`. It shares one navigator with the next two: a goal of one preempts those of the others."""
 MOVE_TO_POSITION = Action(MoveToPosition, "/move_to_position")

@@ -6,7 +6,8 @@
                     robot_controller
       perception    lidar, map_server, localizer, frames,  one_for_one: each works from the next message that it hears
                     robot_state_publisher, camera,
-                    image_compressor, detector, calibration
+                    image_compressor, detector, calibration,
+                    depth_cameras, elevation (with sight)
       navigation    navigation, docking                    one_for_one: a goal that the other had there ends by name, and is asked for again
       handling      arm, object_confirmation, fetch        one_for_one: the arm's state lives in the arm; a step that was lost fails by name
       mission       robot_status, diagnostics, markers,    one_for_one: they ask the others, and nobody asks them
@@ -32,12 +33,14 @@ from robot.nodes.battery import Battery
 from robot.nodes.calibration import Calibration
 from robot.nodes.camera import Camera
 from robot.nodes.compressed import ImageCompressor
+from robot.nodes.depth import DepthCameras
 from robot.nodes.detector import Detector
 from robot.nodes.diagnostics import Diagnostics
 from robot.nodes.docking import Docking
+from robot.nodes.elevation import Elevation
 from robot.nodes.frames import Frames
 from robot.nodes.gait import Gait
-from robot.nodes.lidar import Lidar
+from robot.nodes.lidar import Lidar, TurningLidar
 from robot.nodes.localizer import Localizer
 from robot.nodes.map_server import MapServer
 from robot.nodes.markers import Markers
@@ -48,6 +51,7 @@ from robot.nodes.process_care import ProcessCare
 from robot.nodes.proprioception import Proprioception
 from robot.nodes.robot_state_publisher import RobotStatePublisher
 from robot.nodes.safety import SafetyMonitor
+from robot.nodes.scan_correction import ScanCorrection
 from robot.nodes.status import RobotStatus
 from robot.nodes.teleop import RobotController
 from robot.planning.grid import Grid
@@ -77,6 +81,8 @@ def robot_tree(
     delivery: Delivery | None = None,
     processes: bool = False,
     hosts: Mapping[str, Sequence[str]] | None = None,
+    grid: Grid | None = None,
+    sight: bool = False,
 ) -> Supervisor:
     """The whole robot around `body`, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
 
@@ -89,14 +95,18 @@ def robot_tree(
     `hosts` names the machines on which a concern runs instead, the first choice first: perception, navigation and mission may. The sensors stay
     with the body then, as a concern ``sensors``. Raises `ValueError` for another concern.
 
-    With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so that time runs for all who follow it.
+    With `sight` it has depth cameras and an elevation map: it sees steps, holes and what is too low for the LiDAR, and walks no faster than
+    it sees the floor.
+
+    `grid` is the map that the robot is given; without one it is made of the body's scene. With `publish_clock`, a rate in Hz, it has one node
+    more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
-    grid = Grid.from_scene(body.scene)
+    grid = Grid.from_scene(body.scene) if grid is None else grid
     concerns = [
         _control(body, motor_delay),
         _safety(pack),
-        _perception(body, grid),
-        _navigation(body, grid),
+        _perception(body, grid, sight),
+        _navigation(body, grid, sight),
         *_handling(body),
         _mission(body, grid, waypoints, laps, delivery),
     ]
@@ -173,25 +183,34 @@ def _safety(pack: Pack) -> Supervisor:
     )
 
 
-def _perception(body: Body, grid: Grid) -> Supervisor:
+def _perception(body: Body, grid: Grid, sight: bool) -> Supervisor:
+    seeing = (Child(DepthCameras, args=(body,)), Child(Elevation)) if sight else ()
     return _concern(
         "perception",
-        Child(Lidar, args=(body,)),
+        *_lidar(body),
         Child(MapServer, args=(grid, dict(body.scene.places))),
-        Child(Localizer, args=(grid, body.scene.start)),
+        Child(Localizer, args=(grid, body.scene.start), parameters={"range_bias": body.sensors.lidar.bias}),
         Child(Frames),
         Child(RobotStatePublisher, args=(write_urdf(arm=body.arm is not None),)),
         Child(Camera, args=(body,)),
         Child(ImageCompressor, args=(CAMERA_RGB,)),
         Child(Detector),
         Child(Calibration),
+        *seeing,
     )
 
 
-def _navigation(body: Body, grid: Grid) -> Supervisor:
+def _lidar(body: Body) -> list[Child]:
+    """The driver of the LiDAR that it has; what one that turns sees in a moving body is corrected."""
+    if body.sensors.lidar.sweep == 0.0:
+        return [Child(Lidar, args=(body,))]
+    return [Child(TurningLidar, name="lidar", args=(body,)), Child(ScanCorrection)]
+
+
+def _navigation(body: Body, grid: Grid, sight: bool) -> Supervisor:
     return _concern(
         "navigation",
-        Child(Navigation, args=(grid, body.scene.dock)),
+        Child(Navigation, args=(grid, body.scene.dock, sight)),
         Child(Docking, args=(body.scene.dock, has_station(body.scene))),
     )
 

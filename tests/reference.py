@@ -65,6 +65,7 @@ SECTIONS: Mapping[str, str] = {
     "Tests of launches": "actors.launch.testing",
     "Logs": "actors.logs",
     "Diagnostics": "actors.diagnostics",
+    "Spans": "actors.diagnostics.spans",
     "Images and point clouds": "actors.images",
     "Testing": "actors.testing",
     "Faults": "actors.testing.faults",

@@ -60,13 +60,15 @@ class GoalHandlers(NamedTuple):
 
 
 class GoalObservers:
-    """Callbacks, besides the clients, for the status and feedback of an action's goals. They publish its topics and must not raise."""
+    """Callbacks, besides the clients, for what happens to an action's goals. They must not raise."""
 
-    __slots__ = ("ended", "feedback", "requested", "status")
+    __slots__ = ("begun", "ended", "feedback", "requested", "status")
 
     def __init__(self) -> None:
         self.requested: list[Callable[[GoalRequest], None]] = []
-        """Called with every request for the acceptance of a goal."""
+        """Called with every request for the acceptance of a goal, in the task of its client if that is in this process."""
+        self.begun: list[Callable[[GoalRecord], None]] = []
+        """Called with every goal that begins to run, in the task of its body."""
         self.ended: list[Callable[[GoalRecord], None]] = []
         """Called with every goal that has ended."""
         self.status: list[Callable[[], None]] = []
@@ -106,6 +108,8 @@ class GoalDriver:
 
     async def run(self, goal: GoalRecord) -> None:
         """Run a goal to its outcome, in a task of its own."""
+        for observer in self.observers.begun:
+            observer(goal)
         try:
             self.end(goal, await self._work(goal))
         except BaseException as error:

@@ -14,7 +14,7 @@ from actors.processes.channel import framed
 from actors.processes.messages import Beat, Event, Line, Opaque
 from actors.processes.pickling import pack
 from actors.processes.preparation import preparation
-from actors.processes.spawned import Started, employ, start
+from actors.processes.spawned import Started, discard, employ, start
 from actors.transport.environment import transport_from_environment
 from actors.transport.protocol import WireUnavailable
 
@@ -64,7 +64,7 @@ class Launcher:
         """Launch a process. Raises OSError."""
         started, self._next = self._next, None
         if started is not None and started.popen.poll() is not None:
-            _discard(started)
+            discard(started)
             started = None
         if started is None:
             started = self._started()
@@ -77,7 +77,7 @@ class Launcher:
         """Start none any more, and end the one that waits."""
         self._timer.cancel()
         if self._next is not None:
-            _discard(self._next)
+            discard(self._next)
 
     def _start(self) -> None:
         with suppress(OSError):  # it is tried again when a child comes, who learns of it then
@@ -87,14 +87,6 @@ class Launcher:
         started = start("robactor-agent", fenced=True)
         started.channel.sendall(self._preparation)
         return started
-
-
-def _discard(started: Started) -> None:
-    """End an interpreter that has no order."""
-    started.popen.kill()
-    started.popen.wait()
-    started.channel.close()
-    os.close(started.notes)
 
 
 def _unread(data: bytes) -> Beat | Opaque:

@@ -22,7 +22,8 @@ _LOOK: Final = 0.1
 class Guard:
     """Watches the channel to the parent (`channel`, a descriptor), and the event loop that calls `turned`.
 
-    What the loop hangs in, as `where` says, is written to the pipe `notes`, once each time: the channel belongs to the loop.
+    What the loop hangs in, as `where` says, is written to the pipe `notes`, once each time: the channel belongs to the loop. `where` looks at
+    what the loop changes meanwhile; when it fails, its error is noted.
 
     Invariants: the thread is a daemon, so it does not hold up the end of the process. `_turned` is None before the loop has first turned.
     """
@@ -71,4 +72,8 @@ class Guard:
     def _look(self, now: float) -> None:
         if self._turned is not None and now - self._turned >= NOTED_SECONDS and not self._noted:
             self._noted = True
-            os.write(self._notes, f"{self._where()}\n".encode()[-select.PIPE_BUF :])
+            try:
+                where = self._where()
+            except Exception as error:  # the guard goes on: it has to end this process with its parent
+                where = f"not known: {error!r}"
+            os.write(self._notes, f"{where}\n".encode()[-select.PIPE_BUF :])

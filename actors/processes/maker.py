@@ -16,9 +16,11 @@ from actors.processes.messages import CrashAsked
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from actors.processes.ahead import Ahead
     from actors.processes.flights import Recorder
     from actors.processes.life import Launch, Process
     from actors.processes.messages import Event, Order
+    from actors.processes.spawned import Started
     from actors.runtime.runtime import Runtime
     from actors.supervision.declarations import Child, Supervisor
     from actors.transport.protocol import Transport
@@ -30,7 +32,7 @@ class Processes:
     """The source of lives in processes of their own, of one system (`runtime.OtherProcesses`), and those that run. `elsewhere` launches those
     on other machines.
 
-    Invariants: `running` has each process that runs, by the path of its child.
+    Invariants: `running` has each process that runs, by the path of its child. `_ahead` is None until a process of this machine is launched.
     """
 
     def __init__(
@@ -44,6 +46,7 @@ class Processes:
         self._elsewhere = elsewhere
         self._recorders = recorders
         self._meeting = Meeting(runtime, transport)
+        self._ahead: Ahead | None = None
         self.running: dict[tuple[str, ...], Process] = {}
 
     def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int) -> ProcessLife:
@@ -84,4 +87,15 @@ class Processes:
             return await simulate(order, take)
         from actors.processes.spawned import spawn
 
-        return await spawn(order, take)
+        return await spawn(order, take, self._started_ahead(order))
+
+    def _started_ahead(self, order: Order) -> Started | None:
+        """The interpreter that waits for this order, if one does. With the first order those of the rest of the tree are started."""
+        if self._ahead is None:
+            from actors.processes.ahead import Ahead
+
+            supervisor = self._runtime.tree.supervisor
+            assert supervisor is not None
+            self._ahead = Ahead(supervisor.spec, supervisor.path, order)
+            self._runtime.observers.closing.append(self._ahead.close)
+        return self._ahead.take(order)

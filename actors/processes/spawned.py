@@ -19,7 +19,7 @@ from actors.processes.messages import BEATS, MOST_BEAT_SECONDS, Beat, Event, Lin
 from actors.processes.pickling import unpack
 from actors.processes.preparation import environment, preparation
 
-__all__ = ["NAMED_SECONDS", "SpawnedProcess", "Started", "beat_seconds", "employ", "spawn", "start"]
+__all__ = ["NAMED_SECONDS", "SpawnedProcess", "Started", "beat_seconds", "discard", "employ", "spawn", "start"]
 
 NAMED_SECONDS: Final = 0.3
 """An event loop that has not turned for so many seconds is logged, with what it is doing;"""
@@ -46,13 +46,14 @@ class Started(NamedTuple):
     notes: int
 
 
-async def spawn(order: Order, take: Callable[[Event], None]) -> SpawnedProcess:
-    """Launch an interpreter for `order`; `take` gets what it tells. Raises OSError if the system cannot start it."""
-    frame = framed(order)
-    started = start("/".join(order.path), fenced=order.placement.away)
-    return await employ(
-        started, order.path, order.spec.hang, framed(preparation(main=b"__main__" in frame)) + frame, take
-    )
+async def spawn(order: Order, take: Callable[[Event], None], waiting: Started | None = None) -> SpawnedProcess:
+    """Give `order` to an interpreter, which is launched unless one is `waiting` with its preparation; `take` gets what it tells. Raises
+    OSError if the system cannot start it."""
+    frames = framed(order)
+    if waiting is None:
+        frames = framed(preparation(main=b"__main__" in frames)) + frames
+        waiting = start("/".join(order.path), fenced=order.placement.away)
+    return await employ(waiting, order.path, order.spec.hang, frames, take)
 
 
 def start(name: str, *, fenced: bool) -> Started:
@@ -78,6 +79,14 @@ def start(name: str, *, fenced: bool) -> Started:
         theirs.close()
         os.close(noting)
     return Started(popen, ours, notes)
+
+
+def discard(started: Started) -> None:
+    """End an interpreter that has no order."""
+    started.popen.kill()
+    started.popen.wait()
+    started.channel.close()
+    os.close(started.notes)
 
 
 async def employ(

@@ -102,7 +102,6 @@ class Incarnation:
     def __init__(self, runtime: Runtime, record: NodeRecord, node: Node) -> None:
         if record.life is not None:  # it refused a kill and was abandoned: it must not keep its endpoints
             record.life.release()
-        record.life = self
         record.incarnation += 1
         self.runtime = runtime
         self.record = record
@@ -135,6 +134,7 @@ class Incarnation:
         self._rng: Random | None = None
         self._ids: Random | None = None
         node.__machinery__ = self
+        record.life = self  # last: another thread may look at it from now on
 
     def __repr__(self) -> str:
         return f"<incarnation {self.incarnation} of {self.fqn}>"

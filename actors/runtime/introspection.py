@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.interfaces import derived
 from actors.parameters.declare import INTROSPECTION
-from actors.services.introspection import CallStep, caller_id
+from actors.services.introspection import AllEvents, CallStep, caller_id
 
 if TYPE_CHECKING:
     from actors.actions.goals import GoalRecord
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from actors.actions.server import ActionServer
     from actors.runtime.incarnation import Incarnation
     from actors.services.client import Client
-    from actors.services.introspection import CallId, IdentifiedCall
+    from actors.services.introspection import CallEvents, CallId, IdentifiedCall
     from actors.services.server import Server
     from actors.topics.publisher import Publisher
 
@@ -34,9 +34,9 @@ EVENT: Final = "/_service_event"
 def apply(life: Incarnation) -> None:
     """Let all services, clients and actions of this incarnation do as the parameters say now."""
     for server in life.record.services.values():
-        server.events = _events(life, SERVICE, server.entry.name, server.type)
+        watch_server(life, server)
     for client in life.clients.values():
-        client.events = _events(life, CLIENT, client.entry.name, client.type)
+        watch_client(life, client)
     for action in life.record.actions.values():
         _apply_action(life, action)
 
@@ -53,6 +53,8 @@ def watch_client(life: Incarnation, client: Client[Any, Any]) -> None:
 
 def watch_action(life: Incarnation, server: ActionServer) -> None:
     """Begin with an action server that has just been made."""
+    for observer in life.runtime.observers.goals:
+        observer(server)
     if _level(life, ACTION) != "off":
         _apply_action(life, server)
 
@@ -65,9 +67,12 @@ def _level(life: Incarnation, parameter: str) -> str:
     return "off" if level == "disabled" else level
 
 
-def _events(life: Incarnation, parameter: str, service: str, kind: Any) -> ServiceEvents | None:
+def _events(life: Incarnation, parameter: str, service: str, kind: Any) -> CallEvents | None:
     level = _level(life, parameter)
-    return None if level == "off" else ServiceEvents(life, service, kind, contents=level == "contents")
+    observers = [make(life.fqn, service) for make in life.runtime.observers.calls]
+    published = [] if level == "off" else [ServiceEvents(life, service, kind, contents=level == "contents")]
+    receivers: tuple[CallEvents, ...] = (*observers, *published)
+    return AllEvents(receivers) if receivers else None
 
 
 def _apply_action(life: Incarnation, server: ActionServer) -> None:
@@ -101,6 +106,9 @@ class ServiceEvents:
         # the number of a call is that of its server, which may be another node's
         call_id: CallId = call.call_id if border is None else border.compute(getattr, (call, "call_id"))
         self.publish(step, call_id, message)
+
+    def handled(self, call: IdentifiedCall) -> None:
+        """Nothing is published of it."""
 
     def publish(self, step: CallStep, call_id: CallId, message: Any) -> None:
         """Publish a step of a call."""

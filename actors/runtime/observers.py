@@ -6,10 +6,12 @@ from collections.abc import Callable, Coroutine, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
+    from actors.actions.server import ActionServer
     from actors.logs import LogSink
     from actors.parameters import ParameterChange
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.record import NodeRecord
+    from actors.services.introspection import CallEvents
     from actors.supervision.report import Report
 
 __all__ = ["HostLease", "Observers"]
@@ -32,7 +34,8 @@ class Observers:
     """
 
     __slots__ = (
-        "answered", "closed", "closing", "dismissed", "ended", "leases", "opening", "parameters", "ready", "reports", "sinks", "tree_ended"
+        "answered", "calls", "closed", "closing", "dismissed", "ended", "goals", "leases", "opening", "parameters", "ready", "reports", "sinks",
+        "tree_ended",
     )  # fmt: skip
 
     def __init__(self, sinks: tuple[LogSink, ...]) -> None:
@@ -46,6 +49,10 @@ class Observers:
         """Called when an incarnation has become ready, before it handles any item of its inbox."""
         self.answered: list[Callable[[Exception], None]] = []
         """Called with the error that left a service handler or an action body, which is the answer to the caller."""
+        self.calls: list[Callable[[str, str], CallEvents]] = []
+        """Called with a node and a service when the node opens a server or a client of it; what they return is told of its calls."""
+        self.goals: list[Callable[[ActionServer], None]] = []
+        """Called with every action server when it is opened."""
         self.ended: list[Callable[[Incarnation], None]] = []
         """Called when an incarnation has ended and closed its endpoints; its tasks may still be ending."""
         self.dismissed: list[Callable[[NodeRecord], None]] = []

@@ -180,8 +180,7 @@ class StallWatch:
 
 
 def work_of(record: NodeRecord | None, task: asyncio.Task[Any]) -> str:
-    """The label of the handler that runs in `task`, or the task's name if it runs no item of an inbox."""
+    """The label of the handler that runs in `task`, or the task's name if it runs no item of an inbox. May be called from any thread."""
     inbox = record.inbox if record is not None else None
-    if inbox is None or inbox.task is not task or inbox.current is None:
-        return task.get_name()
-    return inbox.current.label
+    item = inbox.current if inbox is not None and inbox.task is task else None
+    return task.get_name() if item is None else item.label

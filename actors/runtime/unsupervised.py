@@ -106,6 +106,11 @@ class UnsupervisedNodes:
             )
         if runtime.stop_reason is not None:
             raise NotRunning(f"{runtime.tree!r} has been stopped ({runtime.stop_reason}): no node can join it any more")
+        if child.process or child.hosts:
+            raise DeclarationError(
+                f"{child!r}: a node beside the tree runs in this process, and nobody would restart it: add it to a supervisor, as in "
+                "await system.supervisor.start_child(child), or drop process=True and host"
+            )
         name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
         path = (BESIDE, name)
         if (other := self._places.get(path)) is not None and not other.run.over:

@@ -43,7 +43,7 @@ class Client(Generic[Req, Resp]):
         self.request = service.request
         self.thread = node.thread
         self.events: CallEvents | None = None
-        """What is told of the steps of calls; None if introspection is off."""
+        """What is told of the steps of calls; None if nobody wants to know."""
 
     def __repr__(self) -> str:
         return f"<client of {self.entry.name} in {self.node.fqn}>"

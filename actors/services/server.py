@@ -82,7 +82,7 @@ class Server:
         self.waiting: deque[Request] | None = deque() if concurrent else None
         self.calls = 0
         self.events: CallEvents | None = None
-        """What is told of the steps of calls; None if introspection is off."""
+        """What is told of the steps of calls; None if nobody wants to know."""
         self.took_long = False
         """Whether a concurrent request has taken `LONG`, which is told once."""
 
@@ -234,3 +234,6 @@ class Request(msgspec.Struct, eq=False):
                 future.set_result(reply)
                 if server.events is not None:
                     server.events.tell(CallStep.RESPONSE_SENT, self, reply)
+        finally:
+            if server.events is not None:
+                server.events.handled(self)

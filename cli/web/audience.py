@@ -47,6 +47,7 @@ class Audience:
         hub.node.spawn(self._tell_changes(), name="web: what changes")
         hub.node.spawn(self._report_state(), name="web: the state of the system")
         if hub.playback is None:
+            self._follow_clock()
             hub.node.spawn(self._tell_parameters(), name="web: parameters")
         else:
             hub.node.spawn(hub.playback.follow(), name="web: playback")
@@ -113,6 +114,10 @@ class Audience:
         elif not publishers and self._clock is not None:
             self._clock.close()
             self._clock = None
+        else:
+            return
+        for viewer in self._viewers():
+            viewer.introduce()
 
     async def _pass_clock_on(self, stream: Stream[Clock]) -> None:
         async for message in stream:

@@ -87,6 +87,8 @@ class Follower:
 
     def set_limits(self, limits: Limits) -> None:
         """Command within other limits from the next step on."""
+        if limits == self.limits:
+            return
         self.limits = limits
         self._fan = fan_of(self.config, limits)
 

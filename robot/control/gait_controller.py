@@ -217,12 +217,13 @@ class GaitController:
         estimate = self._estimate
         joints = self._check(dt, joints, contacts_silent)
         imu = self._imu_watch.check(dt, imu)
+        blind = imu is None
         if imu is None:
             slope = (self._terrain.slope_x, self._terrain.slope_y)
             imu = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
         if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
             self._crouch(steps=False)
-        targets = self._act(dt, imu, joints)
+        targets = self._act(dt, imu, joints, blind)
         self._told = targets
         return targets
 
@@ -263,13 +264,13 @@ class GaitController:
         self._commands.halt()
         self._safe = SafeStop(steps=steps)
 
-    def _act(self, dt: float, imu: ImuSample, joints: JointSample) -> MotorTargets:
+    def _act(self, dt: float, imu: ImuSample, joints: JointSample, blind: bool) -> MotorTargets:
         estimate = self._estimate
         walker = self._walker
         still = self._mode == Mode.SIT or (
             self._mode == Mode.STAND and self._planted is not None and self._planted.arrived
         )
-        estimate.update(dt, imu, joints, walker.leaving() if walker else (False,) * 4, still)
+        estimate.update(dt, imu, joints, walker.leaving() if walker else (False,) * 4, still, blind)
         if self._mode in (Mode.WALK, Mode.STOPPING):
             self._terrain.update(dt, estimate.contacts)
         acceleration = walker.acceleration if walker else _ZERO

@@ -9,16 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from robot.control.caution import cautious_speed
 from robot.control.follow import Follower, Phase, Step
 from robot.control.gaps import plan_through_gap
 from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion, State
 from robot.control.navigator_config import NavigatorConfig
-from robot.control.navigator_state import Instant, NarrowSearches, Planned, Recoveries
+from robot.control.navigator_state import Instant, NarrowSearches, Planned, Recoveries, apart, carried
 from robot.control.progress import Manoeuvre, ProgressChecker, Recovery
+from robot.estimation.elevation import Relief
 from robot.estimation.local_field import LocalField
 from robot.estimation.surroundings import Surroundings
-from robot.geometry.angles import wrap
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
@@ -28,18 +29,6 @@ from robot.planning.path import Path
 from robot.planning.planner import Margins, Planner, check_finite
 
 __all__ = ["Navigator"]
-
-
-def _apart(a: Pose2, b: Pose2) -> float:
-    return math.hypot(a.x - b.x, a.y - b.y)
-
-
-def _carried(pose: Pose2, velocity: Twist2, seconds: float) -> Pose2:
-    """The pose a little later."""
-    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-    x = pose.x + (c * velocity.vx - s * velocity.vy) * seconds
-    y = pose.y + (s * velocity.vx + c * velocity.vy) * seconds
-    return Pose2(x, y, wrap(pose.yaw + velocity.wz * seconds))
 
 
 class Navigator:
@@ -56,7 +45,8 @@ class Navigator:
     ) -> None:
         self._footprint, self._margins = footprint or Footprint(), margins or Margins()
         self.config = config or NavigatorConfig()
-        self.follower = Follower(limits, tolerance, self.config.following)
+        self._limits = limits or Limits()
+        self.follower = Follower(self._limits, tolerance, self.config.following)
         self.state = State.IDLE
         self.goal: Pose2 | None = None
         self.path: Path | None = None
@@ -98,9 +88,14 @@ class Navigator:
 
     def retune(self, limits: Limits, tolerance: Tolerance, patience: float) -> None:
         """Use other limits, tolerances and another patience (s) from the next step on; a running goal goes on."""
-        self.follower.set_limits(limits)
+        self.set_limits(limits)
         self.follower.tolerance = tolerance
         self.config = replace(self.config, patience=patience)
+
+    def set_limits(self, limits: Limits) -> None:
+        """Walk within other limits from the next step on."""
+        self._limits = limits
+        self.follower.set_limits(limits)
 
     def set_goal(self, goal: Pose2, start: Pose2 | None = None, *, straight: bool = False) -> None:
         """Take a new goal; a running one is dropped. With `start`, the path is planned at once.
@@ -155,8 +150,12 @@ class Navigator:
         velocity: Twist2 | None = None,
         scan: Floats | None = None,
         scanned_at: Pose2 | None = None,
+        relief: Relief | None = None,
     ) -> Motion:
         """The command from `now` (s) on. `scan`: ranges (m), or None when there is no new one, taken at `scanned_at` (None: at `pose`).
+
+        `relief` is the newest of an elevation map, or None: the first one makes the robot heed steps and holes, and the walk no faster than
+        it sees the floor.
 
         `velocity` is the measured one in body axes: the command is chosen for where the body will be when it takes
         effect.
@@ -164,6 +163,8 @@ class Navigator:
         if scan is not None:
             self.around.integrate_scan(now, scanned_at or pose, scan)
         self.around.advance(now)
+        if relief is not None:
+            self.around.integrate_relief(now, pose, relief)
         if not self.state.running:
             return self._motion(ZERO_TWIST)
         if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
@@ -176,9 +177,21 @@ class Navigator:
         if velocity is not None:
             if first:
                 self.follower.take_up(velocity)
-            pose = _carried(pose, velocity, self.config.latency)
+            pose = carried(pose, velocity, self.config.latency)
+        self._heed_footing(pose)
         self._field = self.around.local_field(pose, self._field)
         return self._advance(Instant(now, pose, self._field), dt)
+
+    def _heed_footing(self, pose: Pose2) -> None:
+        """Walk no faster than the floor is seen, slowly over steps, and round them again once those that had to be crossed are behind."""
+        around = self.around
+        near = around.crossing and around.footing.steps_within(pose, self.config.step_ahead)
+        if around.crossing and not near:
+            around.cross(False)
+            self._planned.again = True
+        if around.footing.known and self.follower.path is not None:
+            seen = around.footing.seen_along(self.follower.ahead(self.config.sight))
+            self.follower.set_limits(cautious_speed(self._limits, self.config, seen, stepping=near))
 
     def _advance(self, now: Instant, dt: float) -> Motion:
         """The step of the state that it is in, after planning anew where that is called for."""
@@ -217,7 +230,7 @@ class Navigator:
         try:
             path = self.planner.plan(now.pose, self.goal, extra)
         except NavigationError as error:
-            if self.around.unblock_all():
+            if self.around.unblock_all() or self._may_cross():
                 return self._replan(now)
             self._planned.failure = error
             if self.state is not State.WAITING:
@@ -230,6 +243,13 @@ class Navigator:
             self._enter(State.FOLLOWING)
         self.path = path
         self.follower.follow(path, self.goal, now.field)
+        return True
+
+    def _may_cross(self) -> bool:
+        """Whether steps are counted as floor from now on, because no way leads round them."""
+        if self.around.crossing or not self.around.footing.steps.any():
+            return False
+        self.around.cross(True)
         return True
 
     def _is_better(self, path: Path, extra: Floats | None) -> bool:
@@ -268,7 +288,7 @@ class Navigator:
             return self._motion(ZERO_TWIST, step)
         if step.off_path > config.off_path:
             self._planned.again = True
-        if recovered.at is not None and _apart(now.pose, recovered.at) > config.recovered:
+        if recovered.at is not None and apart(now.pose, recovered.at) > config.recovered:
             self._recovery.reset()
             recovered.at = None
         blocked = self._blocked_for(now.time, step)

@@ -53,6 +53,18 @@ class NavigatorConfig:
     braking: float = 0.8
     """What that distance is computed with, m/s2."""
 
+    # -- footing, where an elevation map is heard
+    sight: float = 2.5
+    """So far ahead along the path the floor must be seen for full speed, m: the body's front half, and what it takes to stop from 1.6 m/s."""
+    sight_room: float = 0.8
+    """What of the seen floor is not for braking, m: the body's front half, and a step of its legs."""
+    groping_speed: float = 0.2
+    """Speed towards floor that is not seen at all, m/s: it shows when the robot is near."""
+    step_speed: float = 0.3
+    """Speed over steps, m/s; measured: docs/figures.md."""
+    step_ahead: float = 1.2
+    """That begins so far before a step, m."""
+
     # -- time
     latency: float = 0.1
     """From a pose estimate to the body answering the command it led to, s: two control periods of 50 ms."""

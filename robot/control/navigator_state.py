@@ -1,4 +1,4 @@
-"""What the navigator remembers of a goal."""
+"""What the navigator remembers of a goal, and the arithmetic of its poses."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 
 from robot.estimation.local_field import LocalField
-from robot.geometry.planar import Pose2
+from robot.geometry.angles import wrap
+from robot.geometry.planar import Pose2, Twist2
 from robot.planning.errors import NavigationError
 
-__all__ = ["Instant", "NarrowSearches", "Planned", "Recoveries"]
+__all__ = ["Instant", "NarrowSearches", "Planned", "Recoveries", "apart", "carried"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,3 +53,16 @@ class Recoveries:
     count: int = 0
     at: Pose2 | None = None
     """Where the latest began; None once the robot has left that place."""
+
+
+def apart(a: Pose2, b: Pose2) -> float:
+    """Between their places, m."""
+    return math.hypot(a.x - b.x, a.y - b.y)
+
+
+def carried(pose: Pose2, velocity: Twist2, seconds: float) -> Pose2:
+    """The pose a little later."""
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    x = pose.x + (c * velocity.vx - s * velocity.vy) * seconds
+    y = pose.y + (s * velocity.vx + c * velocity.vy) * seconds
+    return Pose2(x, y, wrap(pose.yaw + velocity.wz * seconds))

@@ -55,6 +55,10 @@ SLIDE = 0.2
 """The same for a foot that stands firmly, m/s: it slides."""
 CERTAIN = 0.017
 """Time for which it must slide before it is reported as slipping, s: a push makes feet slide for a moment, too."""
+BLIND_ACCEL_NOISE = 0.14
+"""Instead of `ACCEL_NOISE` without an accelerometer, m/s2/sqrt(Hz): what is not known of the body's acceleration; the feet tell its speed."""
+BLIND_SLIP, BLIND_SLIDE = 1.5, 0.6
+"""Instead of `SLIP` and `SLIDE` without an accelerometer, m/s: the feet are then not called liars by a speed that they have told themselves."""
 FLOOR_TIME = 0.5
 """Time constant with which standing feet are shifted to height zero, s."""
 OWN_ACCEL_TIME = 0.15
@@ -94,7 +98,7 @@ class Estimator:
         self._smooth_velocity: Triple = _NOWHERE
         """Low-passed mean velocity that the standing feet show, odom axes, m/s."""
         self._line = FootLine()
-        self._started = False
+        self._started = self._blind = False
 
     def update(
         self,
@@ -103,10 +107,12 @@ class Estimator:
         joints: JointSample,
         leaving: Sequence[bool] = (False,) * 4,
         still: bool = False,
+        blind: bool = False,
     ) -> None:
         """Take in one sample, `dt` seconds after the last.
 
-        `leaving` marks feet about to lift (their variance is raised); `still` says that the robot is meant to stand at rest.
+        `leaving` marks feet about to lift (their variance is raised); `still` says that the robot is meant to stand at rest; `blind` that
+        `imu` was not measured: the velocity then follows the feet.
         """
         gyro, accel = _triple(imu.gyro), _triple(imu.accel)
         angles, speeds = joints.position.tolist(), joints.velocity.tolist()
@@ -124,6 +130,7 @@ class Estimator:
             self._begin(arms)
         roll = [to_ground(rotation, speed) for speed in rolling]
         x, y, z = to_ground(rotation, accel)
+        self._blind = blind
         self._predict(dt, (x, y, z - GRAVITY), roll)
         measured_velocity: list[Triple] = []
         for (rx, ry, rz), speed in zip(roll, moving, strict=True):
@@ -171,7 +178,7 @@ class Estimator:
         covariance[0] = [a + dt * b for a, b in zip(covariance[0], covariance[1], strict=True)]
         for row in covariance:
             row[0] += dt * row[1]
-        covariance[1][1] += ACCEL_NOISE**2 * dt
+        covariance[1][1] += (BLIND_ACCEL_NOISE if self._blind else ACCEL_NOISE) ** 2 * dt
         for index in range(2, 6):
             covariance[index][index] += SLIDE_NOISE**2 * dt
 
@@ -180,6 +187,7 @@ class Estimator:
         state = self._state
         standing: list[tuple[int, float]] = []
         velocity = tuple(state[1])
+        slip_from, slide_from = (BLIND_SLIP, BLIND_SLIDE) if self._blind else (SLIP, SLIDE)
         for leg in range(4):
             if not self.contact[leg]:
                 self._standing_for[leg] = self._sliding_for[leg] = 0.0
@@ -189,10 +197,10 @@ class Estimator:
                 self._land(leg, arms[leg])
             self._standing_for[leg] += dt
             apart = dist(measured_velocity[leg], velocity)
-            slides = apart > SLIDE and self._standing_for[leg] > FIRM and not leaving[leg]
+            slides = apart > slide_from and self._standing_for[leg] > FIRM and not leaving[leg]
             self._sliding_for[leg] = self._sliding_for[leg] + dt if slides else 0.0
             self.slipping[leg] = self._sliding_for[leg] > CERTAIN
-            slip = self.slipping[leg] or apart > SLIP
+            slip = self.slipping[leg] or apart > slip_from
             landing = self._standing_for[leg] < SETTLING
             standing.append((leg, DOUBT if slip or landing or leaving[leg] else 1.0))
         for leg, doubt in standing:

@@ -6,7 +6,8 @@ Every beam's end should lie on an obstacle, so the clearance D there is the resi
     sum c^2 ln(1 + D(x ej)^2 / c^2)  +  (x - x0)' diag((_SIGMA / _PRIOR)^2) (x - x0)
 
 as a reweighted least-squares problem, weights 1 / (1 + D^2 / c^2): beams that hit what the map does not know hardly count. It assumes
-a static map and a prior within some 30 cm and 10 degrees. Steps and sources: docs/control.md#localization.
+a static map and a prior within some 30 cm and 10 degrees. A LiDAR whose ranges are all too long by one length has that as a fourth unknown,
+with the estimate of the scans before as its prior. Steps and sources: docs/control.md#localization.
 """
 
 from __future__ import annotations
@@ -47,11 +48,21 @@ _PRIOR = np.array([0.3, 0.3, 0.2])
 """Standard deviations of the prior, m, m, rad: it counts for next to nothing against walls, but is all there is along a corridor."""
 
 
-class ScanMatcher:
-    """Corrects poses on one map. About 1 ms per scan of 360 beams."""
+_LEARN = 0.1
+"""Share of a scan's range bias that is believed at once; chosen: a second's worth of scans makes two thirds."""
 
-    def __init__(self, grid: Grid, max_range: float = MAX_RANGE) -> None:
+
+class ScanMatcher:
+    """Corrects poses on one map. About 1 ms per scan of 360 beams.
+
+    `bias_sd` (m) is how far ranges may be wrong altogether, one sigma; 0: not at all, and `bias` stays 0.
+    """
+
+    def __init__(self, grid: Grid, max_range: float = MAX_RANGE, bias_sd: float = 0.0) -> None:
         self.max_range = max_range
+        self.bias = 0.0
+        """By which all ranges are too long, as far as scans have shown, m."""
+        self._bias_sd = bias_sd
         self._resolution = grid.resolution
         self._origin = grid.middle(0, 0)
         # Beyond 2 m the field is flat: a beam that far from everything has no say, and inf would spoil the sums.
@@ -74,21 +85,30 @@ class ScanMatcher:
         if not self._useful or int(valid.sum()) < _FEWEST:
             return prior, 0.0
         angles, r = beam_angles(len(ranges))[valid], ranges[valid]
-        state = self._fit(np.array([prior.x, prior.y, prior.yaw]), r * np.cos(angles), r * np.sin(angles))
+        start = [prior.x, prior.y, prior.yaw, *([self.bias] if self._bias_sd > 0.0 else [])]
+        state = self._fit(np.array(start), r, angles)
         pose = Pose2(float(state[0]), float(state[1]), wrap(float(state[2])))
         moved, turned = math.hypot(pose.x - prior.x, pose.y - prior.y), abs(wrap(pose.yaw - prior.yaw))
         if not (moved <= _FARTHEST and turned <= _MOST_TURN):
             return prior, 0.0
-        errors = self._errors(state, r * np.cos(angles), r * np.sin(angles))[0]
+        errors = self._errors(state, r, angles)[0]
         quality = float((np.abs(errors) < _FIT).mean())
-        return (pose, quality) if quality >= ACCEPTED else (prior, quality)
+        if quality < ACCEPTED:
+            return prior, quality
+        if len(state) > 3:
+            self.bias += _LEARN * (float(state[3]) - self.bias)
+        return pose, quality
 
-    def _fit(self, prior: Floats, beam_x: Floats, beam_y: Floats) -> Floats:
+    def sees(self, ranges: Floats) -> bool:
+        """Whether a scan can tell anything: there is a map, and enough beams have met something."""
+        return self._useful and int(returns(ranges, self.max_range).sum()) >= _FEWEST
+
+    def _fit(self, prior: Floats, ranges: Floats, angles: Floats) -> Floats:
         """Gauss-Newton with a Cauchy weight that narrows from 15 cm to 5 cm once the wide one has settled."""
-        information = np.diag((_SIGMA / _PRIOR) ** 2)
+        information = np.diag((_SIGMA / np.append(_PRIOR, self._bias_sd)[: len(prior)]) ** 2)
         state, scale = prior.copy(), _WIDE
         for _ in range(_ROUNDS):
-            errors, slope = self._errors(state, beam_x, beam_y)
+            errors, slope = self._errors(state, ranges, angles)
             weighted = slope * (1.0 / (1.0 + (errors / scale) ** 2))[:, None]
             gradient = weighted.T @ errors + information @ (state - prior)
             step = np.linalg.solve(weighted.T @ slope + information, gradient)
@@ -99,9 +119,13 @@ class ScanMatcher:
                 scale = _NARROW
         return state
 
-    def _errors(self, state: Floats, beam_x: Floats, beam_y: Floats) -> tuple[Floats, Floats]:
-        """Clearance at every beam's end (n,), bilinear, and its derivative by x, y and yaw (n, 3)."""
+    def _errors(self, state: Floats, ranges: Floats, angles: Floats) -> tuple[Floats, Floats]:
+        """Clearance at every beam's end (n,), bilinear, and its derivative by x, y, yaw and, if the state has it, the ranges' bias (n, 3 or 4)."""
         c, s = math.cos(state[2]), math.sin(state[2])
+        with_bias = len(state) > 3
+        true = ranges - state[3] if with_bias else ranges
+        ahead, beside = np.cos(angles), np.sin(angles)
+        beam_x, beam_y = true * ahead, true * beside
         off_x, off_y = c * beam_x - s * beam_y, s * beam_x + c * beam_y
         across = (state[0] + off_x - self._origin[0]) / self._resolution
         up = (state[1] + off_y - self._origin[1]) / self._resolution
@@ -117,4 +141,7 @@ class ScanMatcher:
         errors = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * e)
         by_x = ((1 - v) * (b - a) + v * (e - d)) / self._resolution
         by_y = ((1 - u) * (d - a) + u * (e - b)) / self._resolution
-        return errors, np.column_stack([by_x, by_y, by_y * off_x - by_x * off_y])
+        slopes = [by_x, by_y, by_y * off_x - by_x * off_y]
+        if with_bias:
+            slopes.append(-by_x * (c * ahead - s * beside) - by_y * (s * ahead + c * beside))
+        return errors, np.column_stack(slopes)

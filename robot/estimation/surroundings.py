@@ -1,4 +1,4 @@
-"""What stands around the robot now: the map, and what the LiDAR sees that the map does not know."""
+"""What stands around the robot now: the map, and what LiDAR and elevation map see that the map does not know."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.estimation.elevation import Relief
+from robot.estimation.footing import Footing
 from robot.estimation.local_field import LocalField
 from robot.estimation.movers import Movers
 from robot.geometry.planar import Pose2
@@ -34,6 +36,8 @@ _SLACK = 0.1
 """A beam must pass a mark by this much to clear it, m: five sigma of the LiDAR."""
 _SETTLED = 0.4
 """A place marked for longer than this holds something that stands, s."""
+_SILENT = 0.5
+"""A LiDAR from which nothing has come for longer shows nothing, s: five scans."""
 _FAR = 10.0
 """Stands for 'nothing near', m."""
 
@@ -53,6 +57,10 @@ class Surroundings:
         self.max_range = max_range
         self.memory = memory
         self.movers = Movers()
+        self._scanned = -math.inf
+        self.footing = Footing(grid)
+        self.crossing = False
+        """Whether steps that can be crossed count as floor now: there is no way round them."""
         shape = (grid.height, grid.width)
         self._seen: Floats = np.full(shape, -np.inf)
         self._since: Floats = np.full(shape, np.inf)
@@ -75,11 +83,31 @@ class Surroundings:
         self._since.fill(np.inf)
         self._marked = np.zeros_like(self._marked)
         self.movers.forget()
+        self.footing.forget()
         self.changes += 1
 
     def advance(self, now: float) -> None:
         """Time passes, with or without a scan: what moved and has not been seen for a while is forgotten."""
         self.movers.age(now)
+
+    def cross(self, crossing: bool) -> None:
+        """Let steps that can be crossed count as floor, or as walls."""
+        if crossing != self.crossing:
+            self.crossing = crossing
+            self.changes += 1
+
+    def integrate_relief(self, now: float, pose: Pose2, relief: Relief) -> None:
+        """Take in where an elevation map shows steps, holes and things that hang low, as seen from `pose`."""
+        scanned = now - self._scanned <= _SILENT
+        if self.footing.integrate(relief, pose, self.footprint, self.movers.moving, scanned=scanned):
+            self.changes += 1
+
+    def _standing(self) -> NDArray[np.bool_]:
+        """Cells that hold something the map does not know: not to be walked into, or trodden on."""
+        if not self.footing.known:
+            return self._marked
+        walls = self._marked | self.footing.walls
+        return walls if self.crossing else walls | self.footing.steps
 
     # --- scans ----------------------------------------------------------------------------------------------------------
 
@@ -87,6 +115,7 @@ class Surroundings:
         """Take in one scan from `pose`: beam i looks along yaw - pi + i 2 pi / n; ranges at or over the maximum are no
         return.
         """
+        self._scanned = now
         angles = beam_angles(len(ranges)) + pose.yaw
         valid = returns(ranges, self.max_range, nearest=0.0)
         self._clear_seen_through(pose, np.where(np.isfinite(ranges), ranges, self.max_range))
@@ -145,9 +174,10 @@ class Surroundings:
 
     def clearance_to_unmapped(self) -> Floats | None:
         """Clearance (m) from the marks and blocked places, per cell of the map, 1 m at most; None when there are none."""
+        standing = self._standing()
         if not self._blocked:
-            return self._distance(self._marked) if self._marked.any() else None
-        marked = self._marked.copy()
+            return self._distance(standing) if standing.any() else None
+        marked = standing.copy()
         for x, y in self._blocked:
             cell = self.grid.cell(x, y)
             if cell is not None:
@@ -179,8 +209,9 @@ class Surroundings:
         top, left = min(max(row - reach, 0), grid.height - 1), min(max(column - reach, 0), grid.width - 1)
         part = slice(top, max(row + reach, top + 1)), slice(left, max(column + reach, left + 1))
         window = np.minimum(grid.clearance[part], _FAR)
-        if self._marked[part].any():
-            window = np.minimum(window, self._distance(self._marked[part]))
+        standing = self._standing()[part]
+        if standing.any():
+            window = np.minimum(window, self._distance(standing))
         return LocalField(grid, self.footprint, _twice_as_fine(window), top, left, self.changes, movers)
 
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.evaluate.landmarks import Landmarks, components
 from robot.planning.errors import GoalBlocked, StartBlocked, Unreachable
 from robot.planning.grid import Cell
 
@@ -47,13 +48,13 @@ class GridPath:
 
 
 class OctileSearch:
-    """Shortest paths on one map. Building it costs some 50 ns per cell; then a question is answered in low
-    milliseconds.
+    """Shortest paths on one map. Building it costs some 100 ns per cell; then a question is answered in low milliseconds.
 
-    `free` has shape (height, width); True is passable. Everything outside is blocked.
+    `free` has shape (height, width); True is passable. Everything outside is blocked. With `landmarks` it also finds out how far all cells
+    are from a few of them: that costs as much as ten to a hundred questions, and mazes and dense fields are then answered in half to a third of the time.
     """
 
-    def __init__(self, free: _Mask) -> None:
+    def __init__(self, free: _Mask, *, landmarks: bool = False) -> None:
         self.height, self.width = (int(n) for n in free.shape)
         if max(self.height, self.width) > _LONGEST:
             raise ValueError(f"a map of {self.width} x {self.height} cells is too large: {_LONGEST} a side at most")
@@ -63,6 +64,11 @@ class OctileSearch:
         self._free = padded.tobytes()
         self._offsets = tuple(rows * stride + columns for rows, columns in _STEPS)
         self._jumps = tuple(map(_as_array, _jump_tables(padded)))
+        labels = components(padded)
+        self._labels = labels.ravel()
+        self._landmarks: Landmarks | None = None
+        if landmarks and padded.any():
+            self._landmarks = Landmarks(padded, labels, self._offsets, _LENGTHS, _moves(padded))
 
     def __repr__(self) -> str:
         return f"OctileSearch({self.width} x {self.height} cells)"
@@ -83,23 +89,24 @@ class OctileSearch:
             raise GoalBlocked(f"no path can end at cell {goal}: it is blocked or outside of the map")
         if start == goal:
             return GridPath((start,), 0.0, 0)
+        if self._labels[self._index(start)] != self._labels[self._index(goal)]:
+            raise Unreachable(f"no passage joins cell {start} and cell {goal}")
         parents, cost, expanded = self._search(self._index(start), self._index(goal))
-        if cost is None:
-            raise Unreachable(f"no passage joins cell {start} and cell {goal}: {expanded} jump points were searched")
         nodes = [self._index(goal)]
         while (node := parents[nodes[-1]]) >= 0:
             nodes.append(node)
         cells = tuple((n // self._stride - 1, n % self._stride - 1) for n in reversed(nodes))
         return GridPath(cells, cost, expanded)
 
-    def _search(self, start: int, goal: int) -> tuple[dict[int, int], float | None, int]:
-        """A* over jump points. One long loop on purpose: calls and attribute look-ups would double its time."""
+    def _search(self, start: int, goal: int) -> tuple[dict[int, int], float, int]:
+        """A* over jump points between two cells that are joined. One long loop on purpose: calls and attribute look-ups would double its time."""
         stride, free, pop, push = self._stride, self._free, heapq.heappop, heapq.heappush
         moves = tuple(zip(self._jumps, self._offsets, _STEPS, _LENGTHS, strict=True))
         goal_row, goal_column = divmod(goal, stride)
+        landmarks = self._landmarks.of(start, goal) if self._landmarks is not None else ()
         costs, parents, expanded = {start: 0.0}, {start: -1}, 0
         heap: list[tuple[float, float, int, int]] = [(0.0, 0.0, start, -1)]
-        while heap:
+        while True:
             _, negative, node, came = pop(heap)
             cost = -negative
             if cost > costs[node]:
@@ -124,8 +131,11 @@ class OctileSearch:
                     parents[there] = node
                     dx, dy = abs(goal_column - column - jump * right), abs(goal_row - row - jump * down)
                     rest = dx + dy * _DIAGONAL_EXTRA if dx > dy else dy + dx * _DIAGONAL_EXTRA
+                    for distances, from_goal in landmarks:
+                        least = abs(distances[there] - from_goal)
+                        if least > rest:
+                            rest = least
                     push(heap, (new + rest, -new, there, d))
-        return parents, None, expanded
 
 
 def _target(down: int, right: int) -> tuple[int, int]:
@@ -186,6 +196,17 @@ def _jump_tables(free: _Mask) -> list[_Steps]:
         straight[d] if d % 2 == 0 else _diagonal(free, finds[d - 1] | finds[(d + 1) % 8], down, right)
         for d, (down, right) in enumerate(_STEPS)
     ]
+
+
+def _moves(free: _Mask) -> list[_Mask]:
+    """For each direction, from which cells a step that way is possible; `free` has a blocked rim."""
+    able: list[_Mask] = []
+    for down, right in _STEPS:
+        move = free & np.roll(free, (-down, -right), (0, 1))
+        if down and right:
+            move &= np.roll(free, -down, 0) & np.roll(free, -right, 1)
+        able.append(move)
+    return able
 
 
 def _straight(free: _Mask, down: int) -> _Steps:

@@ -17,19 +17,19 @@ ENDLESS: Final = "while True: pass"
 
 
 @contextmanager
-def busy(loops: int) -> Generator[None]:
+def busy(loops: int) -> Generator[frozenset[int]]:
     """Run so many endless loops, of this process's own priority, on one processor, and hold this process and those that it starts to the same.
 
-    Without any loops nothing changes. Raises `OSError` where processes cannot be held to processors.
+    Yields the loops' processes. Without any loops nothing changes. Raises `OSError` where processes cannot be held to processors.
     """
     if loops == 0:
-        yield
+        yield frozenset()
         return
     before = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(before)})
     others = [subprocess.Popen([sys.executable, "-c", ENDLESS]) for _ in range(loops)]
     try:
-        yield
+        yield frozenset(other.pid for other in others)
     finally:
         for other in others:
             other.kill()

@@ -6,6 +6,7 @@ import asyncio
 import os
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from time import perf_counter
 from typing import Final
 
@@ -65,18 +66,18 @@ def run_split(seed: int, duration: float, loops: int = 0, rate: float = 200.0, *
     """
     found: list[Run] = []
 
-    async def main() -> None:
+    async def main(strangers: frozenset[int]) -> None:
         robot = Robot("warehouse", mission="patrol", seed=seed, processes=True)
         assert robot.process is not None
         try:
             robot.process.ready()
             async with run(at_rate(robot.tree, rate), seed=seed, sinks=()) as system:
-                found.append(await _measure(system, robot.process, duration, rate))
+                found.append(await _measure(system, robot.process, duration, rate, strangers))
         finally:
             robot.close()
 
-    with busy(loops), _scheduled(fifo):
-        execute(main)
+    with busy(loops) as strangers, _scheduled(fifo):
+        execute(partial(main, strangers))
     return found[0]
 
 
@@ -94,7 +95,9 @@ def _scheduled(fifo: bool) -> Generator[None]:
             os.environ[SWITCH] = before
 
 
-async def _measure(system: System, process: BodyProcess, duration: float, rate: float) -> Run:
+async def _measure(
+    system: System, process: BodyProcess, duration: float, rate: float, strangers: frozenset[int]
+) -> Run:
     await system.join(Child(Clockwork))
     node = await listener_in(system, "none")
     await system.clock.sleep(WARM_UP)
@@ -104,12 +107,12 @@ async def _measure(system: System, process: BodyProcess, duration: float, rate: 
         with ExitStack() as stack:
             streams = listen(stack, node, [name for name in TOPICS if name not in CAMERA])
             await system.clock.sleep(SETTLE)
-            shares, _ = await _shares(system, process, duration)
+            shares, _ = await _shares(system, process, duration, strangers)
             streams |= listen(stack, node, CAMERA)
             await system.clock.sleep(SETTLE)
             commands.times.clear()
             before = {name: stream.received for name, stream in streams.items()}
-            busy_shares, wall = await _shares(system, process, duration)
+            busy_shares, wall = await _shares(system, process, duration, strangers)
             rates = {name: (stream.received - before[name]) / wall for name, stream in streams.items()}
     finally:
         noting.cancel()
@@ -119,11 +122,13 @@ async def _measure(system: System, process: BodyProcess, duration: float, rate: 
     return Run(rates, control, quiet, share, fallen, shares, restarts_in(system))
 
 
-async def _shares(system: System, process: BodyProcess, duration: float) -> tuple[dict[str, float], float]:
-    """Processor time of each process by wall time while `duration` seconds pass, per cent; and how long they were."""
+async def _shares(
+    system: System, process: BodyProcess, duration: float, strangers: frozenset[int]
+) -> tuple[dict[str, float], float]:
+    """Processor time of each process but `strangers` by wall time while `duration` seconds pass, per cent; and how long they were."""
     names = {record.process: record.path[1] for record in system.nodes.values() if record.process}
     names |= {process.pid: "body", os.getpid(): "this one"}
-    processes = family(os.getpid())
+    processes = family(os.getpid()) - strangers
     wall, before = perf_counter(), {one: processor_seconds({one}) for one in processes}
     await system.clock.sleep(duration)
     wall = perf_counter() - wall

@@ -7,7 +7,7 @@ from math import tau
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Floats", "Rows", "Triple", "Vector", "to_body", "to_ground", "wrap_all"]
+__all__ = ["Floats", "Rows", "Triple", "Vector", "rotation_of", "to_body", "to_ground", "wrap_all"]
 
 Floats = NDArray[np.float64]
 """An array of any shape."""
@@ -35,3 +35,15 @@ def to_body(rotation: Rows, vector: Triple) -> Triple:
 def wrap_all(angles: Floats) -> Floats:
     """The same angles (rad) in [-pi, pi]."""
     return np.asarray(angles - tau * np.rint(angles / tau), dtype=np.float64)
+
+
+def rotation_of(quaternion: Vector) -> Floats:
+    """The matrix (3, 3) that turns as this quaternion (w, x, y, z) does, which need not have length 1."""
+    w, x, y, z = (quaternion / np.linalg.norm(quaternion)).tolist()
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )

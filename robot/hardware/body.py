@@ -19,7 +19,8 @@ from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.scenes.scene import Scene, Thing
+from robot.hardware.sensors import Sensors
+from robot.scenes.scene import Obstacle, Scene, Thing
 
 if TYPE_CHECKING:
     from robot.hardware.arm import ArmDevice
@@ -28,6 +29,7 @@ __all__ = [
     "JOINT_NAMES",
     "LEGS",
     "NO_REPLAY",
+    "ActuatorState",
     "Body",
     "BodySilent",
     "ImuSample",
@@ -35,6 +37,7 @@ __all__ = [
     "MotorTargets",
     "Sample",
     "SteppingBody",
+    "Sweep",
     "Truth",
 ]
 
@@ -88,6 +91,30 @@ class Sample:
 
 
 @dataclass(frozen=True, slots=True)
+class Sweep:
+    """One revolution of a LiDAR that turns. Beam i of n looked along -pi + i 2 pi / n in the sensor's axes, at ``start + i sweep / n``."""
+
+    start: float
+    """Simulated seconds."""
+    sweep: float
+    """How long it took, s."""
+    ranges: Vector
+    """m, shape (n,); `MAX_RANGE` means no return."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorState:
+    """What the motor drives tell of themselves."""
+
+    supplied: bool
+    """Whether the battery gives them current."""
+    temperature: Vector
+    """Of each motor's winding, C, shape (12,); empty where drives do not get warm."""
+    left: float
+    """Share of its torque that heat leaves to the hottest drive: 1 is all."""
+
+
+@dataclass(frozen=True, slots=True)
 class Truth:
     """The true state, for judges and pictures only: no controller may read it."""
 
@@ -133,6 +160,11 @@ class Body(Protocol):
     def scene(self) -> Scene: ...
 
     @property
+    def sensors(self) -> Sensors:
+        """How wrong its sensors are."""
+        ...
+
+    @property
     def time(self) -> float:
         """Simulated seconds since construction."""
         ...
@@ -151,12 +183,24 @@ class Body(Protocol):
         """The scene's things where they are now, for cameras and judges; without an arm they stay where the scene has them."""
         ...
 
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """What stands, hangs or walks in the scene, where it is now: for depth cameras and judges."""
+        ...
+
     def advance(self, until: float) -> None:
         """Integrate up to `until` (simulated seconds). Never goes back; a body with no command for 100 ms damps its joints."""
         ...
 
     def command(self, targets: MotorTargets) -> None:
         """Give the motor drives new targets at the present instant; they take effect after the motor delay."""
+        ...
+
+    def supply(self, voltage: float) -> None:
+        """The battery gives the drives this share of its nominal voltage from now on; 0 cuts them off: they brake, and follow no command."""
+        ...
+
+    def actuators(self) -> ActuatorState:
+        """What the drives tell of themselves at the present instant."""
         ...
 
     def sample(self, hz: float) -> None:
@@ -173,6 +217,10 @@ class Body(Protocol):
 
     def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
         """Ranges (m) from the body origin, beam i at angle -pi + i 2 pi / beams in the body's yaw frame; `max_range` means no return."""
+        ...
+
+    def sweep(self) -> Sweep | None:
+        """The newest whole revolution of a LiDAR that turns, which the first call sets going; `None` before its end, and of one that does not."""
         ...
 
     def truth(self) -> Truth: ...

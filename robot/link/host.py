@@ -28,6 +28,8 @@ from robot.sim.charger import charger_connected
 from robot.sim.mjcf import obstacle_names
 
 if TYPE_CHECKING:
+    from robot.hardware.sensors import Sensors
+    from robot.model.actuators import ActuatorDesign
     from robot.scenes.scene import Scene
     from robot.sim.ground import Ground
 
@@ -52,6 +54,8 @@ class BodySpec:
     delay: float
     arm: bool
     ground: Ground | None
+    actuators: ActuatorDesign | None = None
+    sensors: Sensors | None = None
 
 
 class BodyHost:
@@ -101,6 +105,9 @@ class BodyHost:
             return
         at = min(command.at, now)
         self._advance(at)
+        if command.order is Order.SUPPLY:
+            self._body.supply(command.voltage)
+            return
         if command.targets is not None and self._drives.obey(at, command.epoch):
             self._body.command(command.targets)
 
@@ -148,7 +155,7 @@ class BodyHost:
         body = self._body
         truth = body.truth()
         charger = charger_connected(truth, body.scene.dock)
-        state = State(self._began + body.time, truth, body.joints(), charger, self._drives.stopping)
+        state = State(self._began + body.time, truth, body.joints(), charger, self._drives.stopping, body.actuators())
         self._segment.state.write(state_record(state, self._names))
         if body.arm is not None:
             self._publish_scenery()
@@ -173,7 +180,15 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
     signal.signal(signal.SIGTERM, _end)
     favour("body")
     segment = attached(name, len(spec.scene.things))
-    body = PhysicsBody(spec.scene, seed=spec.seed, delay=spec.delay, arm=spec.arm, ground=spec.ground)
+    body = PhysicsBody(
+        spec.scene,
+        seed=spec.seed,
+        delay=spec.delay,
+        arm=spec.arm,
+        ground=spec.ground,
+        actuators=spec.actuators,
+        sensors=spec.sensors,
+    )
     host = BodyHost(body, segment, time.monotonic())
     orphaned: float | None = None
     while True:

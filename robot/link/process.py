@@ -8,9 +8,11 @@ from multiprocessing import get_context
 from typing import Final
 
 from robot.hardware.body import BodySilent
+from robot.hardware.sensors import Sensors
 from robot.link.host import BodySpec, serve
 from robot.link.remote import LinkedBody
 from robot.link.segment import create
+from robot.model.actuators import ActuatorDesign
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ground
 
@@ -29,14 +31,24 @@ class BodyProcess:
     or by itself when this process is gone and the robot sits: within 6 s. No shared memory is left then.
     """
 
-    def __init__(self, scene: Scene, *, seed: int, delay: float, arm: bool, ground: Ground | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        seed: int,
+        delay: float,
+        arm: bool,
+        ground: Ground | None = None,
+        actuators: ActuatorDesign | None = None,
+        sensors: Sensors | None = None,
+    ) -> None:
         self._segment = create(len(scene.things))
-        spec = BodySpec(scene, seed, delay, arm, ground)
+        spec = BodySpec(scene, seed, delay, arm, ground, actuators, sensors)
         self._process = get_context("spawn").Process(
             target=serve, args=(spec, self._segment.name, os.getpid()), name="body", daemon=True
         )
         self._process.start()
-        self.body = LinkedBody(self._segment.name, scene, seed=seed, arm=arm)
+        self.body = LinkedBody(self._segment.name, scene, seed=seed, arm=arm, sensors=sensors)
 
     @property
     def pid(self) -> int:

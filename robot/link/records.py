@@ -11,7 +11,7 @@ import numpy as np
 
 from robot.geometry.vectors import Vector
 from robot.hardware.arm import ArmState, GripperState
-from robot.hardware.body import ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.hardware.body import ActuatorState, ImuSample, JointSample, MotorTargets, Sample, Truth
 from robot.link.segment import ARM, COMMAND, THING
 from robot.scenes.scene import Thing
 
@@ -23,6 +23,8 @@ __all__ = [
 TOUCHED: Final = 4
 """So many obstacles are told of those that are touched at once."""
 _NONE: Final = -1.0
+COLD: Final = ActuatorState(True, np.empty(0), 1.0)
+"""Drives with current that do not get warm."""
 
 
 class Order(IntEnum):
@@ -30,6 +32,7 @@ class Order(IntEnum):
 
     TARGETS = 1
     SAMPLE = 2
+    SUPPLY = 3
 
 
 class Call(IntEnum):
@@ -53,6 +56,8 @@ class Command:
     hz: float = 0.0
     begin: float = 0.0
     """From this instant on samples are taken, `hz` times a second."""
+    voltage: float = 0.0
+    """Share of the nominal voltage that the battery gives the drives from now on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +70,8 @@ class State:
     charger: bool
     stopping: bool = False
     """Whether the drives act by themselves, as nobody commands them."""
+    actuators: ActuatorState = COLD
+    """What the drives tell of themselves."""
 
 
 def command_record(command: Command) -> Vector:
@@ -73,16 +80,16 @@ def command_record(command: Command) -> Vector:
     if targets is not None:
         return np.concatenate((head, targets.position, targets.velocity, targets.effort, targets.kp, targets.kd))
     record = np.zeros(COMMAND)
-    record[:5] = *head, command.hz, command.begin
+    record[:6] = *head, command.hz, command.begin, command.voltage
     return record
 
 
 def read_command(record: Vector) -> Command:
     """And back."""
-    number, at, epoch, hz, begin = record[:5].tolist()
+    number, at, epoch, hz, begin, voltage = record[:6].tolist()
     if number == Order.TARGETS:
         return Command(Order.TARGETS, at, int(epoch), targets=MotorTargets(*record[3:].reshape(5, 12)))
-    return Command(Order(int(number)), at, int(epoch), hz=hz, begin=begin)
+    return Command(Order(int(number)), at, int(epoch), hz=hz, begin=begin, voltage=voltage)
 
 
 def sample_record(sample: Sample, at: float) -> Vector:
@@ -102,13 +109,19 @@ def state_record(state: State, obstacles: Sequence[str]) -> Vector:
     touched += [_NONE] * (TOUCHED - len(touched))
     motion = (truth.position, truth.quaternion, truth.velocity, truth.angular_velocity, truth.joints)
     flags = [float(truth.fallen), float(truth.lying), truth.power, float(state.charger), float(state.stopping)]
-    return np.concatenate(([state.at], *motion, *_joint_parts(state.joints), flags, touched))
+    drives = state.actuators
+    warmth = drives.temperature if drives.temperature.size else np.full(12, np.nan)
+    tail = ([float(drives.supplied), drives.left], warmth)
+    return np.concatenate(([state.at], *motion, *_joint_parts(state.joints), flags, touched, *tail))
 
 
 def read_state(record: Vector, obstacles: Sequence[str]) -> State:
     """And back."""
     at, joints = float(record[0]), _joints(record[26:66])
-    return State(at, read_truth(record, obstacles), joints, bool(record[69]), bool(record[70]))
+    warmth = record[77:89]
+    temperature = np.empty(0) if np.isnan(warmth[0]) else warmth
+    actuators = ActuatorState(bool(record[75]), temperature, float(record[76]))
+    return State(at, read_truth(record, obstacles), joints, bool(record[69]), bool(record[70]), actuators)
 
 
 def read_truth(record: Vector, obstacles: Sequence[str]) -> Truth:

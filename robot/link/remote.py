@@ -13,10 +13,21 @@ from typing import Any, Final
 import numpy as np
 
 from robot.geometry.planar import Pose2
-from robot.geometry.vectors import Vector
+from robot.geometry.vectors import Vector, rotation_of
 from robot.hardware.arm import ArmBusy, ArmDevice, ArmState, GripperState
 from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import NO_REPLAY, BodySilent, ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.hardware.body import (
+    NO_REPLAY,
+    ActuatorState,
+    BodySilent,
+    ImuSample,
+    JointSample,
+    MotorTargets,
+    Sample,
+    Sweep,
+    Truth,
+)
+from robot.hardware.sensors import Sensors
 from robot.link.phase import Phase
 from robot.link.records import (
     Call,
@@ -33,10 +44,12 @@ from robot.link.records import (
 )
 from robot.link.segment import CALL, Segment, attached
 from robot.model.arm import check_angles
-from robot.scenes.scene import Scene, Thing
+from robot.scenes.scene import Obstacle, Scene, Thing
 from robot.sim.mjcf import obstacle_names
 from robot.sim.noise import LidarNoise
 from robot.sim.rays import cast
+from robot.sim.sight import sight
+from robot.sim.spin import beam_directions, groups_of
 
 __all__ = ["LinkedBody"]
 
@@ -63,12 +76,22 @@ class LinkedBody:
 
     no_replay = NO_REPLAY
 
-    def __init__(self, name: str, scene: Scene, *, seed: int, arm: bool, epoch: int | None = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        scene: Scene,
+        *,
+        seed: int,
+        arm: bool,
+        epoch: int | None = None,
+        sensors: Sensors | None = None,
+    ) -> None:
         self._name, self._scene, self._seed, self._has_arm = name, scene, seed, arm
+        self._sensors = sensors or Sensors.ideal()
         self._segment: Segment = attached(name, len(scene.things))
         self._epoch = self._segment.next_epoch() if epoch is None else epoch
         self._obstacles = obstacle_names(scene)
-        self._noise = LidarNoise(seed)
+        self._noise = LidarNoise(seed, self._sensors.lidar)
         self._offset = -inf
         self._taken = self._segment.samples.written
         self._phase: Phase | None = None
@@ -78,7 +101,8 @@ class LinkedBody:
         return f"LinkedBody({self._name!r}, scene={self._scene.name!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _linked, (self._name, self._scene, self._seed, self._has_arm, self._segment.next_epoch())
+        epoch = self._segment.next_epoch()
+        return _linked, (self._name, self._scene, self._seed, self._has_arm, epoch, self._sensors)
 
     @property
     def backend(self) -> str:
@@ -87,6 +111,10 @@ class LinkedBody:
     @property
     def scene(self) -> Scene:
         return self._scene
+
+    @property
+    def sensors(self) -> Sensors:
+        return self._sensors
 
     @property
     def time(self) -> float:
@@ -110,6 +138,10 @@ class LinkedBody:
         """Where they were last seen."""
         return things_of(self.scenery(), self._scene.things)
 
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The scene's."""
+        return self._scene.obstacles
+
     def advance(self, until: float) -> None:
         """Learn how the caller's clock goes: `until` is its present."""
         self._offset = max(
@@ -120,6 +152,15 @@ class LinkedBody:
         """Send targets; the drives take them as of now."""
         command = Command(Order.TARGETS, time.monotonic(), self._epoch, targets=targets)
         self._segment.commands.write(command_record(command))
+
+    def supply(self, voltage: float) -> None:
+        """Tell the drives what the battery gives them; whoever has the battery may, whoever commands."""
+        command = Command(Order.SUPPLY, time.monotonic(), self._epoch, voltage=voltage)
+        self._segment.commands.write(command_record(command))
+
+    def actuators(self) -> ActuatorState:
+        """What the drives have told last."""
+        return self.state().actuators
 
     def sample(self, hz: float) -> None:
         """Ask for samples. Their instants are shifted a little later, so that each is there when its reader comes for it."""
@@ -155,6 +196,25 @@ class LinkedBody:
         x, y, z = (truth.position + passed * truth.velocity).tolist()
         yaw = truth.yaw + passed * float(truth.angular_velocity[2])
         return self._noise.apply(cast(self._scene, x, y, yaw, beams, max_range, height=z), max_range)
+
+    def sweep(self) -> Sweep | None:
+        """The revolution that ends now, by the body's place and speed of its newest instant; its own legs are not seen."""
+        taken = self._sensors.lidar.sweep
+        if taken == 0.0:
+            return None
+        state = self.state()
+        truth, now, groups = state.truth, time.monotonic(), groups_of(taken)
+        attitude = rotation_of(truth.quaternion)
+        turning, mount = attitude @ truth.angular_velocity, attitude @ self._noise.mount
+        seen = []
+        for number, angles in enumerate(groups):
+            passed = now - state.at - taken * (1.0 - (number + 0.5) / len(groups))
+            rays = beam_directions(angles) @ mount.T
+            rays = rays + passed * np.cross(turning, rays)
+            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+            eye = truth.position + passed * truth.velocity
+            seen.append(np.minimum(sight(self._scene.obstacles, self._scene.pits, eye, rays, MAX_RANGE), MAX_RANGE))
+        return Sweep(now - taken + self._shift(), taken, self._noise.apply(np.concatenate(seen), MAX_RANGE))
 
     def truth(self) -> Truth:
         return read_truth(self._told(), self._obstacles)
@@ -244,6 +304,6 @@ class LinkedArm:
         raise BodySilent(f"{self._body!r}: its arm has not answered for {ANSWER:g} s")
 
 
-def _linked(name: str, scene: Scene, seed: int, arm: bool, epoch: int) -> LinkedBody:
+def _linked(name: str, scene: Scene, seed: int, arm: bool, epoch: int, sensors: Sensors) -> LinkedBody:
     """The other end, in the process that takes it out of its envelope."""
-    return LinkedBody(name, scene, seed=seed, arm=arm, epoch=epoch)
+    return LinkedBody(name, scene, seed=seed, arm=arm, epoch=epoch, sensors=sensors)

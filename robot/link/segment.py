@@ -19,7 +19,7 @@ PREFIX: Final = "robactor-body-"
 _SHM: Final = Path("/dev/shm")
 """Where Linux shows them."""
 COMMAND_SLOTS, SAMPLE_SLOTS, STATE_SLOTS, CALL_SLOTS = 512, 64, 4, 8
-COMMAND, SAMPLE, STATE, CALL, REPLY = 63, 47, 75, 5, 3
+COMMAND, SAMPLE, STATE, CALL, REPLY = 63, 47, 89, 5, 3
 """Numbers in a record of each ring; `robot.link.records` says which."""
 ARM, THING = 15, 3
 """Numbers for the arm, and for each of the scene's things."""

@@ -58,7 +58,12 @@ class PackDesign:
     @property
     def design_capacity(self) -> float:
         """Capacity at 25 C, Ah."""
-        return self.energy_wh / (self.series_cells * NOMINAL_CELL_VOLTAGE)
+        return self.energy_wh / self.nominal_voltage
+
+    @property
+    def nominal_voltage(self) -> float:
+        """Of all cells in series, V."""
+        return self.series_cells * NOMINAL_CELL_VOLTAGE
 
     @property
     def charger_current(self) -> float:

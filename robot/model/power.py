@@ -14,7 +14,7 @@ import numpy as np
 
 from robot.geometry.vectors import Vector
 
-__all__ = ["HOTEL_LOAD", "electrical_power", "motor_power", "typical_motor_power"]
+__all__ = ["COPPER_LOSS", "HOTEL_LOAD", "electrical_power", "motor_power", "typical_motor_power"]
 
 HOTEL_LOAD = 120.0
 """W, drawn as long as the robot is switched on."""

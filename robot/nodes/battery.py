@@ -9,7 +9,7 @@ from robot.contracts import BATTERY_STATE, BATTERY_STATUS, GET_BATTERY_STATUS, M
 from robot.estimation.battery_gauge import BatteryGauge, UnknownRobot
 from robot.estimation.battery_levels import CRITICAL, ChargeLevel, LevelMonitor
 from robot.estimation.battery_runtime import RuntimeEstimator
-from robot.hardware.battery import SupplyStatus
+from robot.hardware.battery import PackState, SupplyStatus
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
 from robot.interfaces.tutorials.my_robot_interfaces.srv import (
     GetBatteryStatus,
@@ -25,7 +25,8 @@ __all__ = ["Battery"]
 class Battery(Node):
     """Simulates the pack under the measured motor power. Publishes battery_state and battery_status at 1 Hz; serves get_battery_status.
 
-    The pack is the robot's hardware, so it is handed in and outlives this node. Parameters: robot_id.
+    An empty pack cuts the drives off until it is charged, and the robot sinks; its computers go on. The pack is the robot's hardware, so it is
+    handed in and outlives this node. Parameters: robot_id.
     """
 
     state = publishes(BATTERY_STATE)
@@ -40,10 +41,11 @@ class Battery(Node):
         self._runtime = RuntimeEstimator(pack.design)
         self._motors = 0.0
         self._charger = False
+        self._cut_off = False
         self._stepped = 0.0
 
-    def resume(self, state: tuple[tuple[ChargeLevel, float], tuple[float, ...]]) -> None:
-        levels, pack = state
+    def resume(self, state: tuple[tuple[ChargeLevel, float], tuple[float, ...], bool]) -> None:
+        levels, pack, self._cut_off = state
         self._levels = LevelMonitor(levels)
         self._pack.restore(pack)  # only a process that was restarted has made it anew
 
@@ -61,6 +63,7 @@ class Battery(Node):
         power = electrical_power(self._motors)
         state = self._pack.step(dt, power, self._charger)
         self._runtime.update(dt, power)
+        self._connect(state)
         before = self._levels.level
         level = self._levels.update(dt, state)
         if level is not before:
@@ -90,12 +93,24 @@ class Battery(Node):
             is_charging=reading.is_charging,
         )
 
+    def _connect(self, state: PackState) -> None:
+        """Cut the drives off when the pack does not carry its load any more. A voltage that recovers then does not bring them back: a charger does."""
+        if not state.supplied and not self._cut_off:
+            self._cut_off = True
+            self.log.error("battery empty: the drives have no current", percent=round(state.percent, 1))
+        elif self._cut_off and state.supplied and self._charger:
+            self._cut_off = False
+            self.log.info("charger: the drives have current again")
+        else:
+            return
+        self._report()
+
     @property
     def _charging(self) -> bool:
         return self._pack.state.status in (SupplyStatus.CHARGING, SupplyStatus.FULL)
 
     def _report(self) -> None:
-        self.checkpoint((self._levels.kept, self._pack.kept))
+        self.checkpoint((self._levels.kept, self._pack.kept, self._cut_off))
         state = self._pack.state
         self.state(
             BatteryState(
@@ -124,5 +139,6 @@ class Battery(Node):
                 mean_load=self._runtime.load.watts,
                 energy=self._runtime.energy_above(CRITICAL, state),
                 charging=self._charging,
+                supply=0.0 if self._cut_off else state.voltage / self._pack.design.nominal_voltage,
             )
         )

@@ -58,7 +58,13 @@ class Diagnostics(Node):
 
     @MOTOR_POWER.on()
     def motors(self, message: MotorPower) -> None:
-        self._tell("motors", OK, f"{message.mean:.0f} W", power_w=f"{message.mean:.1f}")
+        level, text = OK, f"{message.mean:.0f} W"
+        if not message.supplied:
+            level, text = ERROR, "no current: the battery is empty"
+        elif message.torque_left < 1.0:
+            level, text = WARN, f"hot: {message.torque_left:.0%} of the torque is left"
+        warmth = {"hottest_c": f"{max(message.temperature):.1f}"} if len(message.temperature) else {}
+        self._tell("motors", level, text, power_w=f"{message.mean:.1f}", **warmth)
 
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:

@@ -15,6 +15,7 @@ from robot.contracts import STAND, WALK
 from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion, State
 from robot.control.navigator import Navigator
+from robot.estimation.elevation import Relief
 from robot.estimation.pose_history import PoseHistory
 from robot.geometry.messages import seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
@@ -51,13 +52,22 @@ class Heard:
     velocity: Twist2 = ZERO_TWIST
     scan: LaserScan | None = None
     """The latest scan, until a step has used it."""
+    relief: Relief | None = None
+    """What the elevation map said last, until a step has used it."""
     gait: str = ""
     gait_goal: str = ""
     charge: float = 1.0
+    lost: bool = False
+    """Whether the localizer says that its pose is wrong."""
     stopped: str = ""
     """The reasons of a safety stop; empty when there is none."""
     poses: PoseHistory = field(default_factory=PoseHistory)
     """Those of the last seconds, for scans that were taken a while ago."""
+
+    def take_relief(self) -> Relief | None:
+        """The relief, if no step has used it."""
+        relief, self.relief = self.relief, None
+        return relief
 
     def take_scan(self) -> tuple[Floats | None, Pose2 | None]:
         """The ranges (m) of a scan that no step has used, and the pose at its stamp; (None, None) without a scan or where the pose is unknown."""
@@ -106,10 +116,15 @@ class GoalWalk:
         """Step the navigator and publish its command, while a walk is under way."""
         if self._owner is None or self._heard.pose is None or self._heard.gait != Mode.WALK:
             return
+        if self._heard.lost:
+            self._cmd(STANDSTILL)
+            return
         now = self._node.clock.now()
         scan, scanned_at = self._heard.take_scan()
         self._heed(now, seen=scan is not None)
-        motion = self._navigator.step(now, self._heard.pose, self._heard.velocity, scan, scanned_at)
+        motion = self._navigator.step(
+            now, self._heard.pose, self._heard.velocity, scan, scanned_at, self._heard.take_relief()
+        )
         self._motion = motion
         self._cmd(Twist(linear=Vector3(x=motion.vx, y=motion.vy), angular=Vector3(z=motion.wz)))
         if self._navigator.path is not self._shown:
@@ -125,7 +140,7 @@ class GoalWalk:
         if blind == self._blind:
             return
         self._blind = blind
-        self._navigator.follower.set_limits(self._allowed)
+        self._navigator.set_limits(self._allowed)
         if blind:
             self._node.log.warning("no LiDAR: walking slowly", speed=min(self._blind_speed, self._limits.vx_max))
         else:
@@ -157,9 +172,13 @@ class GoalWalk:
             await self._ensure_walking()
             assert self._heard.pose is not None
             self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
-            home, walked = self._home(goal), self._node.clock.now()
+            home, walked, lost = self._home(goal), self._node.clock.now(), False
             while self._owner is me:
                 await self._node.clock.sleep(0.1)
+                if lost and not self._heard.lost:  # what was marked, and the way, were of another place
+                    self._navigator.around.forget()
+                    self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
+                lost = self._heard.lost
                 if self._heard.stopped:
                     raise Reject(f"safety stop: {self._heard.stopped}")
                 if self._heard.gait == Mode.WALK:

@@ -11,11 +11,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors import Node, Stopped, every, publishes
-from robot.contracts import BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
+from robot.contracts import BATTERY_STATUS, BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
 from robot.control.fence import Fence
 from robot.control.safe_stop import SafeStop
 from robot.hardware import body as hardware
-from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorPower
+from robot.interfaces.robactor_msgs.msg import BatteryStatus, BodyDrive, MotorPower
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT
@@ -36,7 +36,7 @@ STEPPING_SIT_SECONDS = 2.4
 
 
 class Motors(Node):
-    """Drives the 12 joints of `body`. Takes motor_targets (or body_drive); publishes motor_power at 10 Hz."""
+    """Drives the 12 joints of `body`. Takes motor_targets (or body_drive) and battery_status; publishes motor_power at 10 Hz."""
 
     power = publishes(MOTOR_POWER)
 
@@ -71,9 +71,23 @@ class Motors(Node):
         """Report the mean electrical power since the last report."""
         mean = self._energy / self._counted if self._counted else 0.0
         self._energy, self._counted = 0.0, 0
+        drives = self._body.actuators()
         self.power(
-            MotorPower(stamp=self.clock.stamp(), mean=mean, charger=self._body.charger, refused=self._fence.refused)
+            MotorPower(
+                stamp=self.clock.stamp(),
+                mean=mean,
+                charger=self._body.charger,
+                refused=self._fence.refused,
+                supplied=drives.supplied,
+                temperature=drives.temperature,
+                torque_left=drives.left,
+            )
         )
+
+    @BATTERY_STATUS.on()
+    def supply(self, message: BatteryStatus) -> None:
+        """What the battery gives the drives; without a battery that says so, its nominal voltage."""
+        self._body.supply(message.supply)
 
     @MOTOR_TARGETS.on()
     def follow(self, message: MotorTargetsMessage) -> None:

@@ -8,13 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robot.geometry.vectors import Vector
+from robot.geometry.vectors import Vector, rotation_of
 from robot.hardware.body import Truth
 from robot.model.arm import FORE, MOUNT, TOOL, UPPER
 from robot.model.kinematics import leg_forward
 from robot.model.parameters import ABDUCTION, CALF, FOOT_RADIUS, HIPS, SIDES, THIGH, TRUNK
 from robot.picture import palette
-from robot.picture.recording import rotation
 from robot.picture.solids import Solid, ball, box, capsule, stick
 
 __all__ = ["Leg", "arm_joints", "legs", "robot_solids"]
@@ -44,7 +43,7 @@ def legs(joints: Vector) -> list[Leg]:
 
 def robot_solids(truth: Truth, arm: Sequence[float] | None = None) -> list[Solid]:
     """The robot in the world; with `arm`, the angles (rad) of its four joints, it carries one."""
-    axes = rotation(truth.quaternion)
+    axes = rotation_of(truth.quaternion)
     solids = _trunk(truth.position, axes)
     for leg, side in zip(legs(truth.joints), SIDES, strict=True):
         solids += _leg(Leg(*(truth.position + axes @ joint for joint in leg)), axes[:, 1] * side)

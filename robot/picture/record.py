@@ -13,11 +13,11 @@ from actors import Child, Node, every, execute, run
 from actors.interfaces.nav_msgs.msg import Path
 from robot.assembly import Robot
 from robot.contracts import PATH
-from robot.geometry.vectors import Vector
+from robot.geometry.vectors import Vector, rotation_of
 from robot.hardware.body import Body, Truth
 from robot.model.kinematics import feet
 from robot.model.parameters import FOOT_RADIUS
-from robot.picture.recording import Recording, rotation
+from robot.picture.recording import Recording
 
 __all__ = ["record"]
 
@@ -74,7 +74,7 @@ class Watcher(Node):
         x, y, _ = truth.position.tolist()
         recording.times.append(now)
         recording.trail.append((x, y))
-        places = truth.position + feet(truth.joints) @ rotation(truth.quaternion).T
+        places = truth.position + feet(truth.joints) @ rotation_of(truth.quaternion).T
         self._tread(places)
         if now >= self._at - 1e-9:
             self._catch(truth, places, now)

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from robot.geometry.planar import Pose2
-from robot.geometry.vectors import Vector
 from robot.hardware.body import Truth
 from robot.scenes.scene import Scene, Thing
 
-__all__ = ["Recording", "rotation"]
+__all__ = ["Recording"]
 
 
 @dataclass(slots=True)
@@ -40,15 +37,3 @@ class Recording:
     def pose(self) -> Pose2:
         """The body on the floor at the instant of the picture."""
         return Pose2(float(self.truth.position[0]), float(self.truth.position[1]), self.truth.yaw)
-
-
-def rotation(quaternion: Vector) -> Vector:
-    """The matrix that turns body axes into the world's, shape (3, 3), for a unit quaternion (w, x, y, z)."""
-    w, x, y, z = quaternion.tolist()
-    return np.array(
-        (
-            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
-            (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
-            (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
-        )
-    )

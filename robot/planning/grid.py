@@ -122,7 +122,7 @@ class Grid:
 
     @classmethod
     def from_scene(cls, scene: Scene, resolution: float = _CELL, margin: float = _RIM) -> Self:
-        """The map of a scene's floor with a rim of `margin` metres, so that the walls on its edge are on the map.
+        """The map of a scene's floor, with what is mapped on it and a rim of `margin` metres, so that the walls on its edge are on the map.
 
         A cell is occupied when its middle lies in an obstacle or outside of the floor; the clearance is exact. The rim
         is solid: behind a thin wall the distance to its far face would draw scan matching through it.
@@ -134,7 +134,7 @@ class Grid:
         x, y = np.broadcast_arrays(columns, rows[:, None])
         low_x, low_y, high_x, high_y = scene.bounds
         clearance = np.minimum.reduce([x - low_x, high_x - x, y - low_y, high_y - y])
-        for obstacle in scene.obstacles:
+        for obstacle in (one for one in scene.obstacles if one.mapped):
             np.minimum(clearance, signed_distance(obstacle, x, y), out=clearance)
         clearance.setflags(write=False)
         return cls(clearance <= 0.0, resolution, x0, y0, exact_clearance=clearance)

@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from actors.transport import Transport
     from robot.assembly import Robot
     from robot.hardware.body import Body
+    from robot.planning.grid import Grid
     from robot.run.flight import Flight
     from robot.run.judge import Score
     from robot.run.web import ServeWeb
+    from robot.scenes.scene import Scene
 
 __all__ = ["main"]
 
@@ -79,6 +81,7 @@ class Session:
 
     def _robot(self) -> Robot:
         from robot.assembly import Robot
+        from robot.hardware.sensors import Sensors
         from robot.run.mission import get_mission
         from robot.scenes.worlds import UnknownWorld, get_world
         from robot.sim.physics import BackendMissing
@@ -88,10 +91,12 @@ class Session:
             scene = get_world(options.world)
         except UnknownWorld as error:
             raise UsageError(f"--world {options.world}: {error.args[0]}") from None
+        grid = _grid(options.map, scene)
         try:
             return Robot(
-                scene, body=options.backend, mission=get_mission(options.goal, options.fetch, scene), seed=options.seed, battery=options.battery,
-                arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, publish_clock=options.publish_clock, processes=options.processes,
+                scene, map=grid, body=options.backend, mission=get_mission(options.goal, options.fetch, scene, grid), seed=options.seed,
+                battery=options.battery, arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, actuators=options.actuators,
+                sight=options.sight, sensors=Sensors.of(options.sensors), publish_clock=options.publish_clock, processes=options.processes,
                 hosts=None if options.machines is None else options.machines.hosts,
             )  # fmt: skip
         except BackendMissing as error:
@@ -281,8 +286,9 @@ class Session:
         options = self.options
         return {
             "backend": self.body.backend, "world": self.robot.scene.name, "clock": options.clock, "seed": options.seed,
-            "motor_delay": options.motor_delay, "ground": None if options.ground is None else asdict(options.ground),
-            "battery_percent": options.battery, "only": list(options.only),
+            "motor_delay": options.motor_delay, "actuators": "ideal" if options.actuators is None else "real",
+            "ground": None if options.ground is None else asdict(options.ground),
+            "sensors": options.sensors, "battery_percent": options.battery, "only": list(options.only),
             "arm": options.arm,
         }  # fmt: skip
 
@@ -309,6 +315,24 @@ class Session:
         except OSError as error:
             return f"--report {self.options.report}: not written: {error.strerror}"
         return None
+
+
+def _grid(path: str | None, scene: Scene) -> Grid | None:
+    """The map of `--map`; None without it. Raises `UsageError` for a file that is no map, or none of this world."""
+    if path is None:
+        return None
+    from robot.planning.map_files import InvalidMap, read_map
+
+    try:
+        grid = read_map(path).grid()
+    except OSError as error:
+        raise UsageError(f"--map {path}: {error.filename or path}: {error.strerror}") from None
+    except (InvalidMap, ImportError) as error:
+        raise UsageError(f"--map: {error}") from None
+    x, y = scene.start.x, scene.start.y
+    if grid.cell(x, y) is None:
+        raise UsageError(f"--map {path}: the start ({x:g}, {y:g}) of the world {scene.name!r} is not on it: {grid!r}")
+    return grid
 
 
 def check_crashes(tree: Supervisor, crashes: Sequence[Crash | Hang], option: str = "--crash") -> None:

@@ -1,4 +1,4 @@
-"""What a run leaves behind besides its report: a flight record (`--flight-record`), a trace (`--trace`), journals in bags (`--replay`), or nothing."""
+"""What a run leaves behind besides its report: a flight record (`--flight-record`), a trace (`--trace`), journals in bags (`--replay`), spans (`--spans`)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from actors.replay import Journal
 
 if TYPE_CHECKING:
     from actors.bag import FlightRecord
+    from actors.typing import Observer
     from robot.run.judge import Score
     from robot.run.options import Options
 
@@ -29,7 +30,8 @@ class Flight:
             self._journal = Journal(*options.replay, publish=True, folder=options.journals, on_request=reachable)
         self._trace = Trace() if options.trace else None
         self._fall: FlightRecord | None = None
-        self.observers = tuple(one for one in (self._journal, self._recorder, self._trace) if one is not None)
+        each = self._journal, self._recorder, self._trace, _spans() if options.spans else None
+        self.observers: tuple[Observer, ...] = tuple(one for one in each if one is not None)
 
     def look(self) -> None:
         """Save the record at the first fall, before later messages displace it."""
@@ -60,3 +62,9 @@ class Flight:
         if not quiet:
             print(f"flight record: {path} ({why})", file=sys.stderr)
         return {"flight_record": path, "flight_record_of": why}
+
+
+def _spans() -> Observer:
+    from actors.diagnostics.spans import Spans  # late: it needs an extra
+
+    return Spans()

@@ -37,10 +37,10 @@ SIDES = 8
 """From how many sides it is tried whether there is a place to stand before the thing's new place."""
 
 
-def get_mission(goal: Goal | None, fetch: Fetch | None, scene: Scene) -> Mission:
-    """The patrol, or what `--goal` or `--fetch` ask for. Raises `UsageError` for what cannot be done in this world."""
+def get_mission(goal: Goal | None, fetch: Fetch | None, scene: Scene, grid: Grid | None = None) -> Mission:
+    """The patrol, or what `--goal` or `--fetch` ask for. Raises `UsageError` for what cannot be done in this world, or on this map of it."""
     if goal is not None:
-        return [_goal(goal, scene)]
+        return [_goal(goal, scene, grid or Grid.from_scene(scene))]
     if fetch is not None:
         return _delivery(fetch, scene)
     return "patrol"
@@ -86,11 +86,11 @@ def _outcome(goal: ScoredGoal) -> str:
     return goal.outcome + (f": {goal.reason}" if goal.reason else "")
 
 
-def _goal(goal: Goal, scene: Scene) -> Pose2:
+def _goal(goal: Goal, scene: Scene, grid: Grid) -> Pose2:
     pose, asked = Pose2(*goal), f"--goal {goal[0]:g} {goal[1]:g}"
     _check_inside(asked, pose.x, pose.y, scene)
     try:
-        Navigator(Grid.from_scene(scene)).set_goal(pose, start=scene.start)
+        Navigator(grid).set_goal(pose, start=scene.start)
     except NavigationError as error:
         raise UsageError(f"{asked}: {error}") from None
     return pose

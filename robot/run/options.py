@@ -6,8 +6,11 @@ import argparse
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Literal
 
+from robot.hardware.sensors import SensorKind
+from robot.model.actuators import ActuatorDesign
 from robot.run.arguments import Parser
 from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, checked, parse_fault, parse_fetch, parse_goal
 from robot.run.hardships import Push, parse_ground, parse_push
@@ -75,9 +78,19 @@ class Options:
     """The nodes of which journals are kept."""
     journals: str | None = None
     """The folder of the files of these journals; None: one that is removed at the end."""
+    spans: bool = False
+    """Whether OpenTelemetry is given spans of calls and goals."""
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
+    sight: bool = False
+    """Whether it has depth cameras and an elevation map."""
+    actuators: ActuatorDesign | None = None
+    """The drives of the physical body as they are; None: with their torque limit at any speed and temperature."""
+    map: str | None = None
+    """The map file that the robot is given; None: its map is made of the world."""
+    sensors: SensorKind = "ideal"
+    """How wrong the body's sensors are."""
     web: Web | None = None
     """The web server beside the robot; None: there is none."""
 
@@ -94,6 +107,9 @@ def parse(argv: Sequence[str]) -> Options:
         raise UsageError(
             "--friction, --payload, --slope, --push: the kinematic body feels no forces; leave out --backend kinematic"
         )
+    if given.backend == "kinematic" and given.actuators == "real":
+        raise UsageError("--actuators real: the kinematic body has no torques to limit; leave out --backend kinematic")
+    real = given.backend == "physics" and given.actuators != "ideal"
     duration = given.duration
     if duration is None and given.clock == "virtual":
         duration = VIRTUAL_DURATION
@@ -125,8 +141,13 @@ def parse(argv: Sequence[str]) -> Options:
         security=given.security,
         replay=_names(given.replay),
         journals=given.journals,
+        spans=given.spans,
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
+        map=given.map,
+        sight=given.sight,
+        actuators=ActuatorDesign() if real else None,
+        sensors=given.sensors,
         web=_web(given),
     )
 
@@ -154,6 +175,10 @@ def _check_together(given: argparse.Namespace) -> None:
     if given.replay and (given.processes or given.host):
         other = "--processes" if given.processes else "--host"
         raise UsageError(f"--replay: journals are kept of nodes of this process; leave out {other}")
+    if given.spans and find_spec("opentelemetry") is None:
+        raise UsageError('--spans: OpenTelemetry is not installed: pip install "robactor[otel]"')
+    if given.spans and given.processes:
+        raise UsageError("--spans: they are made of nodes of this process; leave out --processes")
     if given.journals is not None and not given.replay:
         raise UsageError("--journals: say of which nodes: --replay NODE")
     if given.hang and not given.processes:

@@ -56,16 +56,38 @@ def _add_circumstances(add: Any) -> None:
     )
     add("--world", default=WORLDS[0], metavar="NAME", help=f"{', '.join(WORLDS)} (default {WORLDS[0]})")
     add(
+        "--map",
+        metavar="FILE",
+        help="the map that the robot is given, a YAML file of map_server's, instead of one made of the world",
+    )
+    add(
         "--backend",
         choices=("physics", "kinematic"),
         default="physics",
         help="MuJoCo, or numpy only, which cannot fall",
     )
     add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
+    add(
+        "--sensors",
+        choices=("ideal", "real"),
+        default="real",
+        help="real: a LiDAR that turns and tilts with the body, with bias and drop-outs, an IMU, encoders and contacts with theirs; "
+        "ideal: white noise only (default real)",
+    )
+    add(
+        "--sight",
+        action="store_true",
+        help="depth cameras and an elevation map: walk round low things, holes and what hangs low, no faster than the floor is seen",
+    )
 
 
 def _add_ground(add: Any) -> None:
-    """What the robot stands on and carries, and what hits it: in physics, and told to no controller."""
+    """What drives the robot has, what it stands on and carries, and what hits it: in physics, and told to no controller."""
+    add(
+        "--actuators",
+        choices=("real", "ideal"),
+        help="drives whose torque falls with speed and heat, on a bus that gives so much; or drives with their torque limit always (default real, in physics)",
+    )
     add("--friction", type=float, metavar="MU", help="between feet and floor (default 0.8; wet tiles 0.4, ice 0.1)")
     add(
         "--payload",
@@ -174,6 +196,11 @@ def _add_output(add: Any) -> None:
         "--journals",
         metavar="DIR",
         help="where the journals of --replay are written, as NODE.journal, for `bag replay`",
+    )
+    add(
+        "--spans",
+        action="store_true",
+        help="give spans of calls and goals to OpenTelemetry (pip install robactor[otel])",
     )
     add(
         "--flight-record",

@@ -12,12 +12,12 @@ from typing import Any
 
 from robot.geometry.planar import Pose2
 
-__all__ = ["Box", "Cylinder", "Obstacle", "Scene", "Thing"]
+__all__ = ["Box", "Cylinder", "Obstacle", "Pit", "Scene", "Thing", "Walker"]
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """An upright box on the floor: centre (x, y), full side lengths along its own axes, yaw, height; metres and radians."""
+    """An upright box: centre (x, y), full side lengths along its own axes, yaw, height of its top; metres and radians."""
 
     x: float
     y: float
@@ -25,19 +25,57 @@ class Box:
     width: float
     yaw: float = 0.0
     height: float = 1.0
+    bottom: float = 0.0
+    """Height of its underside, m: above 0 it hangs over the floor, up to `height`."""
+    mapped: bool = True
+    """Whether the map that the robot is given shows it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """An upright cylinder on the floor: centre (x, y), radius, height; metres."""
+    """An upright cylinder: centre (x, y), radius, height of its top; metres."""
 
     x: float
     y: float
     radius: float
     height: float = 1.0
+    bottom: float = 0.0
+    """Height of its underside, m: above 0 it hangs over the floor, up to `height`."""
+    mapped: bool = True
+    """Whether the map that the robot is given shows it."""
 
 
 Obstacle = Box | Cylinder
+
+
+@dataclass(frozen=True, slots=True)
+class Pit:
+    """A rectangle of the floor that lies deeper, along the axes of the world: a hole, or a lower floor behind a step down. No map shows it."""
+
+    x: float
+    y: float
+    length: float
+    """Along x, m."""
+    width: float
+    """Along y, m."""
+    depth: float
+    """m."""
+
+
+@dataclass(frozen=True, slots=True)
+class Walker:
+    """Somebody who walks about, or something that is wheeled about or appears. The physics body moves it by force; no map shows it."""
+
+    shape: Obstacle
+    """As it is at the start."""
+    way: tuple[tuple[float, float], ...] = ()
+    """Where it goes, from place to place in straight lines, m, and then round again; without any it stays where it is."""
+    speed: float = 1.0
+    """m/s."""
+    appears: float = 0.0
+    """When, s; before that it is nowhere."""
+    room: float = 0.4
+    """It stands still while the robot's outline is nearer than this ahead of it, m; 0: it stops for nobody."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +112,25 @@ class Scene:
     """Named poses for the map service, such as ``shelf_3``."""
     things: tuple[Thing, ...] = ()
     """Small objects at the start. A body whose arm carries them off tells by a method ``things()`` where they are now."""
+    pits: tuple[Pit, ...] = ()
+    """Where the floor lies deeper; no two of them overlap."""
+    walkers: tuple[Walker, ...] = ()
+    """Who and what moves; in the physics body only, and not in one of another process."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A read-only view of places is not copied to other processes, the places are."""
         places = dict(self.places)
-        return _scene, (self.name, self.bounds, self.obstacles, self.start, self.dock, self.patrol, places, self.things)
+        return _scene, (
+            self.name,
+            self.bounds,
+            self.obstacles,
+            self.start,
+            self.dock,
+            self.patrol,
+            places,
+            self.things,
+            self.pits,
+        )
 
 
 def _scene(
@@ -90,6 +142,8 @@ def _scene(
     patrol: tuple[Pose2, ...],
     places: dict[str, Pose2],
     things: tuple[Thing, ...],
+    pits: tuple[Pit, ...],
+    walkers: tuple[Walker, ...],
 ) -> Scene:
     """A scene from its fields."""
-    return Scene(name, bounds, obstacles, start, dock, patrol, MappingProxyType(places), things)
+    return Scene(name, bounds, obstacles, start, dock, patrol, MappingProxyType(places), things, pits, walkers)

@@ -22,8 +22,9 @@ import numpy as np
 from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import joint_speeds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
-from robot.geometry.vectors import Triple, Vector
+from robot.geometry.vectors import Floats, Triple, Vector
 from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Truth
+from robot.hardware.sensors import Sensors
 from robot.model.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
 from robot.model.legs import leg_state, torques
 from robot.model.modes import GOALS, Mode
@@ -35,6 +36,7 @@ from robot.sim.following import chase, pushed_body
 from robot.sim.kinematic_arm import KinematicArm
 from robot.sim.rays import cast
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
+from robot.sim.sight import sight
 from robot.sim.stepping import Footwork
 from robot.sim.touch import Outline
 
@@ -73,16 +75,18 @@ class NotAchievable:
 class KinematicBody(BodyShell):
     """One robot in one scene, without dynamics; implements `Body`, and `drive` besides.
 
-    Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `noise=False` gives exact
-    sensors. With `arm` it carries one, exact too. The body stays level. Joint efforts are what standing still would take: each standing foot carries its
-    share of the weight.
+    Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `sensors` says how wrong the sensors are, `noise=False`
+    gives exact ones. With `arm` it carries one, exact too. The body stays level. Joint efforts are what standing still would take: each
+    standing foot carries its share of the weight.
 
     A step that no leg could make (a foot point out of reach or of joint limits, a joint beyond 12 rad/s) is made
     all the same, logged once per spell, and kept in `not_achievable`.
     """
 
-    def __init__(self, scene: Scene, *, seed: int, noise: bool = True, arm: bool = False) -> None:
-        super().__init__(scene, seed=seed, noise=noise)
+    def __init__(
+        self, scene: Scene, *, seed: int, noise: bool = True, arm: bool = False, sensors: Sensors | None = None
+    ) -> None:
+        super().__init__(scene, seed=seed, noise=noise, sensors=sensors)
         self._outline = Outline(scene)
         self._footwork, self._shaper = Footwork(), CommandShaper(CommandLimits())
         self._targets: MotorTargets | None = None
@@ -118,6 +122,8 @@ class KinematicBody(BodyShell):
                 f"A kinematic body cannot take mode {mode!r} at height {height!r} m: "
                 "give 'sit', 'stand' or 'walk' and a height in metres, such as 0.45."
             )
+        if not self._supplied:
+            return
         if self._targets is not None:
             self._replant()
         self._shaper.ask(vx, vy, wz)
@@ -130,6 +136,8 @@ class KinematicBody(BodyShell):
         Feet within 4 mm of the lowest one stand, and the body moves as the least squares of their motion
         demand. If no joint has a position gain the body stands still.
         """
+        if not self._supplied:
+            return
         if self._targets is None:
             self._shaper.halt()
         self._targets = targets
@@ -154,6 +162,15 @@ class KinematicBody(BodyShell):
             max_range=max_range,
             height=self._height + FOOT_RADIUS,
         )
+
+    def _exact_rays(self, directions: Floats, max_range: float) -> Vector:
+        """To obstacles and floor; its own legs are not seen."""
+        c, s = cos(self._pose.yaw), sin(self._pose.yaw)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        eye = np.array([self._pose.x, self._pose.y, self._height + FOOT_RADIUS])
+        scene = self._scene
+        rays = np.asarray(directions @ turn.T, dtype=np.float64)
+        return np.minimum(sight(scene.obstacles, scene.pits, eye, rays, max_range), max_range)
 
     def truth(self) -> Truth:
         """The true state of this instant."""

@@ -7,6 +7,8 @@ under it, capsules for thighs and calves, balls for the feet. Robot parts collid
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
+from itertools import pairwise
 from math import cos, sin
 
 from robot.hardware.body import JOINT_NAMES, LEGS
@@ -38,17 +40,22 @@ from robot.scenes.scene import Box, Obstacle, Scene
 from robot.sim.arm_mjcf import arm_body, drives, thing_bodies, welds
 from robot.sim.ground import Ground
 
-__all__ = ["OBSTACLE_GROUP", "obstacle_names", "write_model"]
+__all__ = ["FLOOR_GROUP", "OBSTACLE_GROUP", "ROBOT_GROUP", "obstacle_names", "walker_names", "write_model"]
 
 SKID_DEPTH = 0.17
 """Underside of the landing skid below the hip plane, m: sitting without power the robot rests on it, 16 mm below `sit`."""
-OBSTACLE_GROUP = 2
-"""Geometry group of the scene's obstacles: what the lidar sees."""
+FLOOR_GROUP, ROBOT_GROUP, OBSTACLE_GROUP = 0, 1, 2
+"""Geometry groups: the floor, the robot's own parts, and the scene's obstacles, which the lidar sees."""
 
 
 def obstacle_names(scene: Scene) -> tuple[str, ...]:
     """The name of every obstacle, in scene order: its kind and its index, such as ``box_0`` and ``cylinder_3``."""
     return tuple(f"{type(obstacle).__name__.lower()}_{index}" for index, obstacle in enumerate(scene.obstacles))
+
+
+def walker_names(scene: Scene) -> tuple[str, ...]:
+    """The name of every walker, such as ``walker_0``."""
+    return tuple(f"walker_{index}" for index in range(len(scene.walkers)))
 
 
 def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = False) -> str:
@@ -61,13 +68,13 @@ def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = Fa
   <default>
     <geom solref="0.005 1" condim="3" friction="{ground.friction} 0.005 0.0001"/>
     <joint damping="0.2" armature="0.02" frictionloss="0.2"/>
-    <default class="robot"><geom contype="1" conaffinity="2" group="1" mass="0"/></default>
+    <default class="robot"><geom contype="1" conaffinity="2" group="{ROBOT_GROUP}" mass="0"/></default>
     <default class="scene"><geom contype="2" conaffinity="1"/></default>
     <default class="drive"><general gainprm="1" biastype="affine" biasprm="0 0 0" forcerange="-45 45"/></default>
   </default>
   <worldbody>
     {_floor(scene, ground)}
-    {_obstacles(scene)}
+    {_obstacles(scene)}{_walkers(scene)}
     <body name="body" pos="0 0 0.486" childclass="robot">
       <freejoint name="body"/>
       {_inertial(BODY_MASS, (0.0, 0.0, 0.0), BODY_INERTIA)}
@@ -100,8 +107,28 @@ def _payload(ground: Ground) -> str:
 def _floor(scene: Scene, ground: Ground) -> str:
     x0, y0, x1, y1 = scene.bounds
     half = max(x1 - x0, y1 - y0) / 2 + 1.0
+    if scene.pits:
+        return _slabs(scene)
     normal = (-ground.slope[0], -ground.slope[1], 1.0)
     return f'<geom name="floor" class="scene" type="plane" size="{half} {half} 1" zaxis="{_numbers(normal)}"/>'
+
+
+def _slabs(scene: Scene) -> str:
+    """A floor of slabs about the pits, over a plane that is called the floor, too, and lies as deep as the deepest of them."""
+    x0, y0, x1, y1 = scene.bounds
+    deepest = max(pit.depth for pit in scene.pits)
+    edges_x = sorted({x0 - 1.0, x1 + 1.0, *(pit.x + side * pit.length / 2 for pit in scene.pits for side in (-1, 1))})
+    slabs = [f'<geom name="floor" class="scene" type="plane" size="0 0 1" pos="0 0 {-deepest - 0.5}"/>']
+    for left, right in pairwise(edges_x):
+        inside = [pit for pit in scene.pits if abs((left + right) / 2 - pit.x) < pit.length / 2]
+        edges_y = sorted({y0 - 1.0, y1 + 1.0, *(pit.y + side * pit.width / 2 for pit in inside for side in (-1, 1))})
+        for low, high in pairwise(edges_y):
+            depth = next((pit.depth for pit in inside if abs((low + high) / 2 - pit.y) < pit.width / 2), 0.0)
+            thick = (deepest + 0.5 - depth) / 2
+            position = _numbers(((left + right) / 2, (low + high) / 2, -depth - thick))
+            size = _numbers(((right - left) / 2, (high - low) / 2, thick))
+            slabs.append(f'<geom name="slab_{len(slabs)}" class="scene" type="box" pos="{position}" size="{size}"/>')
+    return "\n    ".join(slabs)
 
 
 def _obstacles(scene: Scene) -> str:
@@ -111,13 +138,23 @@ def _obstacles(scene: Scene) -> str:
     )
 
 
+def _walkers(scene: Scene) -> str:
+    """Bodies that are put where they are, whatever pushes them; theirs is a place on the floor."""
+    return "".join(
+        f'<body name="{name}" mocap="true"><geom name="{name}" class="scene" group="{OBSTACLE_GROUP}" '
+        f"{_shape(replace(walker.shape, x=0.0, y=0.0))}/></body>"
+        for name, walker in zip(walker_names(scene), scene.walkers, strict=True)
+    )
+
+
 def _shape(obstacle: Obstacle) -> str:
-    position = _numbers((obstacle.x, obstacle.y, obstacle.height / 2))
+    position = _numbers((obstacle.x, obstacle.y, (obstacle.bottom + obstacle.height) / 2))
+    half = (obstacle.height - obstacle.bottom) / 2
     if isinstance(obstacle, Box):
-        size = _numbers((obstacle.length / 2, obstacle.width / 2, obstacle.height / 2))
+        size = _numbers((obstacle.length / 2, obstacle.width / 2, half))
         turn = _numbers((cos(obstacle.yaw / 2), 0.0, 0.0, sin(obstacle.yaw / 2)))
         return f'type="box" pos="{position}" size="{size}" quat="{turn}"'
-    return f'type="cylinder" pos="{position}" size="{_numbers((obstacle.radius, obstacle.height / 2))}"'
+    return f'type="cylinder" pos="{position}" size="{_numbers((obstacle.radius, half))}"'
 
 
 def _leg(leg: int) -> str:

@@ -6,6 +6,7 @@ MuJoCo is imported when a body is constructed, not when this module is.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from importlib import import_module
 from math import ceil, cos, sin, sqrt
 from typing import Any
@@ -14,17 +15,22 @@ import numpy as np
 
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
-from robot.geometry.vectors import Vector
-from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets, Truth
+from robot.geometry.vectors import Floats, Vector, rotation_of
+from robot.hardware.body import LEGS, ActuatorState, ImuSample, JointSample, MotorTargets, Truth
+from robot.hardware.sensors import Sensors
+from robot.model.actuators import ActuatorDesign
 from robot.model.kinematics import inverse
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
 from robot.model.power import motor_power
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Scene
+from robot.scenes.scene import Obstacle, Scene
+from robot.sim.actuators import Actuators
 from robot.sim.ground import Ground
-from robot.sim.mjcf import OBSTACLE_GROUP, obstacle_names, write_model
+from robot.sim.mjcf import FLOOR_GROUP, OBSTACLE_GROUP, ROBOT_GROUP, obstacle_names, walker_names, write_model
 from robot.sim.physics_arm import PhysicsArm
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
+from robot.sim.spin import beam_directions
+from robot.sim.walkers import Walkers
 
 __all__ = ["BackendMissing", "PhysicsBody", "check_engine"]
 
@@ -34,6 +40,10 @@ DAMPING = 8.0
 ACCEL_TICKS = 10
 """The accelerometer averages over this many ticks: its 5 ms sample period."""
 SPAWN_CLEARANCE = 0.0005
+SEEN_LEVEL = (OBSTACLE_GROUP,)
+"""What beams in a gimbal meet."""
+SEEN_TURNING = (FLOOR_GROUP, ROBOT_GROUP, OBSTACLE_GROUP)
+"""What the beams of a LiDAR that is fixed to the body meet."""
 
 
 class BackendMissing(RuntimeError):
@@ -45,9 +55,10 @@ class PhysicsBody(BodyShell):
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `delay` (s) is how long motor targets
     travel to the drives, rounded up to a tick; the drives close their PD loop at every physics step, on the undelayed joint.
+    `actuators` are drives whose torque falls with speed and heat, on a bus that gives so much; without them a drive has its torque limit always.
     `ground` is what it stands on and carries. `timestep` (s) is the longest physics step; a step also ends where targets arrive, so any delay
-    is exact. `noise=False` gives exact sensors, for tests and for finding causes. With `arm` it carries one, and the scene's things are
-    there to be taken.
+    is exact. `sensors` says how wrong the sensors are, `noise=False` gives exact ones, for tests and for finding causes. With `arm` it
+    carries one, and the scene's things are there to be taken.
 
     Raises `BackendMissing` without MuJoCo, `ValueError` for a timestep or a delay that cannot be.
     """
@@ -62,6 +73,8 @@ class PhysicsBody(BodyShell):
         timestep: float = 0.0025,
         noise: bool = True,
         arm: bool = False,
+        actuators: ActuatorDesign | None = None,
+        sensors: Sensors | None = None,
     ) -> None:
         self._mujoco = _engine()
         if not (delay >= 0.0 and TICK <= timestep <= 0.0025):
@@ -69,12 +82,14 @@ class PhysicsBody(BodyShell):
                 f"A body cannot have a motor delay of {delay!r} s and a timestep of {timestep!r} s: "
                 "give a delay of at least 0 and a timestep from 0.0005 to 0.0025 (longer steps make contacts unstable)."
             )
-        super().__init__(scene, seed=seed, noise=noise)
+        super().__init__(scene, seed=seed, noise=noise, sensors=sensors)
         self._longest = int(timestep / TICK + 1e-6)
         self._delay = ceil(delay / TICK - 1e-6)
         self._ground = ground or Ground()
+        self._actuators = Actuators(actuators) if actuators is not None else None
         self._model: Any = self._mujoco.MjModel.from_xml_string(write_model(scene, self._ground, timestep, arm=arm))
         self._data: Any = self._mujoco.MjData(self._model)
+        self._walkers = Walkers(scene) if scene.walkers else None
         self._bind()
         self._arm = PhysicsArm(self._mujoco, self._model, self._data, scene, lambda: self.time) if arm else None
         self.place(scene.start)
@@ -90,6 +105,22 @@ class PhysicsBody(BodyShell):
     def arm(self) -> PhysicsArm | None:
         return self._arm
 
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The scene's obstacles, and its walkers where they are now."""
+        return self._scene.obstacles + (self._walkers.shapes if self._walkers is not None else ())
+
+    def supply(self, voltage: float) -> None:
+        """Without current the drives brake by their shorted windings, and the robot sinks."""
+        super().supply(voltage)
+        if self._actuators is not None and voltage > 0.0:
+            self._actuators.supply(voltage)
+
+    def actuators(self) -> ActuatorState:
+        """Supply, temperatures, and what is left of the torque."""
+        if self._actuators is None:
+            return super().actuators()
+        return ActuatorState(self._supplied, self._actuators.temperature, float(self._actuators.left.min()))
+
     def command(self, targets: MotorTargets) -> None:
         """Send targets to the drives; they arrive after the motor delay, in order."""
         self._travelling.append((self._ticks + self._delay, targets))
@@ -104,15 +135,22 @@ class PhysicsBody(BodyShell):
         return JointSample(self._qpos[7:].copy(), self._qvel[6:].copy(), self._torque.copy(), contact)
 
     def _exact_ranges(self, beams: int, max_range: float) -> Vector:
-        angles = _yaw(self._qpos[3:7]) - np.pi + np.arange(beams) * (2 * np.pi / beams)
-        rays = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(beams)))
+        angles: Floats = _yaw(self._qpos[3:7]) - np.pi + np.arange(beams, dtype=np.float64) * (2 * np.pi / beams)
+        return self._cast(beam_directions(angles), SEEN_LEVEL, max_range)
+
+    def _exact_rays(self, directions: Floats, max_range: float) -> Vector:
+        """To obstacles, floor and the robot's own legs."""
+        return self._cast(directions @ rotation_of(self._qpos[3:7]).T, SEEN_TURNING, max_range)
+
+    def _cast(self, rays: Floats, groups: Sequence[int], max_range: float) -> Vector:
+        """Ranges from the body origin along unit vectors in world axes to geometries of these groups; the trunk does not count."""
+        beams, seen_groups = len(rays), np.zeros(6, dtype=np.uint8)
         seen, distance = np.zeros(beams, dtype=np.int32), np.zeros(beams)
-        groups = np.zeros(6, dtype=np.uint8)
-        groups[OBSTACLE_GROUP] = 1
+        seen_groups[list(groups)] = 1
         origin = self._qpos[:3].reshape(3, 1)
         self._mujoco.mj_multiRay(
-            self._model, self._data, origin, rays.reshape(-1, 1), groups, 1, -1, seen, distance, None, beams, max_range
-        )
+            self._model, self._data, origin, rays.reshape(-1, 1), seen_groups, 1, self._trunk, seen, distance, None, beams, max_range
+        )  # fmt: skip
         return np.where((seen < 0) | (distance > max_range), max_range, distance)
 
     def truth(self) -> Truth:
@@ -127,7 +165,8 @@ class PhysicsBody(BodyShell):
             fallen=self._fallen(),
             lying=self._lying(),
             touching=self._touching(),
-            power=motor_power(torque, speed) + (self._arm.power if self._arm is not None else 0.0),
+            power=(motor_power(torque, speed) if self._supplied else 0.0)
+            + (self._arm.power if self._arm is not None else 0.0),
         )
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
@@ -154,6 +193,7 @@ class PhysicsBody(BodyShell):
         self._release()
         if self._arm is not None:
             self._arm.reset()
+        self._move_walkers()
         self._mujoco.mj_forward(self._model, self._data)
         self._accel_window[:] = axes.T @ np.array([0.0, 0.0, GRAVITY])
         self._forget_samples()
@@ -178,15 +218,17 @@ class PhysicsBody(BodyShell):
         self._torque: Vector = data.actuator_force[:12]
         self._acceleration: Vector = data.sensordata[:3]
         self._touch: Vector = data.sensordata[3:7]
-        self._applied: Vector = data.xfrc_applied[model.body("body").id]
+        self._trunk: int = model.body("body").id
+        self._applied: Vector = data.xfrc_applied[self._trunk]
         self._bias: Vector = model.actuator_biasprm[:12]
         self._limits: Vector = model.actuator_forcerange[:12]
         self._foot_geoms = [model.geom(f"{leg}_foot").id for leg in LEGS]
         self._floor = model.geom("floor").id
         self._upper = {model.geom(name).id for name in ("trunk", "skid", *(f"{leg}_thigh" for leg in LEGS))}
-        self._obstacles = {model.geom(name).id: name for name in obstacle_names(self._scene)}
+        names = obstacle_names(self._scene) + walker_names(self._scene)
+        self._obstacles = {model.geom(name).id: name for name in names}
         self._knee_angles, self._knee_torques = (np.array(column) for column in zip(*KNEE_TORQUE, strict=True))
-        self._limits[:, 0], self._limits[:, 1] = -TORQUE_LIMIT, TORQUE_LIMIT
+        self._peak = np.full(12, TORQUE_LIMIT)
         self._travelling: deque[tuple[int, MotorTargets]] = deque()
         self._accel_window = np.zeros((ACCEL_TICKS, 3))
         self._option = model.opt
@@ -204,7 +246,7 @@ class PhysicsBody(BodyShell):
         due: MotorTargets | None = None
         while self._travelling and self._travelling[0][0] <= self._ticks:
             due = self._travelling.popleft()[1]
-        if due is not None:
+        if due is not None and self._supplied:
             self._drive(due)
         elif self._ticks - self._commanded >= LOST_COMMAND_TICKS:
             self._release()
@@ -213,18 +255,35 @@ class PhysicsBody(BodyShell):
 
     def _step(self, ticks: int) -> None:
         """One physics step of so many ticks."""
-        knee = np.interp(self._qpos[9::3], self._knee_angles, self._knee_torques)
-        self._limits[2::3, 1] = knee
-        self._limits[2::3, 0] = -knee
+        self._limit_torques()
         self._option.timestep = ticks * TICK
+        self._move_walkers()
         if self._arm is not None:
             self._arm.drive()
         self._mujoco.mj_step(self._model, self._data)
         for tick in range(self._ticks, self._ticks + ticks):
             self._accel_window[tick % ACCEL_TICKS] = self._acceleration
         self._ticks += ticks
+        if self._actuators is not None:
+            self._actuators.warm(ticks * TICK, self._torque)
         if self._arm is not None:
             self._arm.step(ticks * TICK)
+
+    def _move_walkers(self) -> None:
+        if self._walkers is not None:
+            x, y = self._qpos[:2].tolist()
+            self._walkers.advance(self.time, Pose2(x, y, _yaw(self._qpos[3:7])))
+            self._data.mocap_pos[:] = self._walkers.places
+
+    def _limit_torques(self) -> None:
+        """Tell MuJoCo what each drive can give in the coming step; those without current brake by their windings alone."""
+        self._peak[2::3] = np.interp(self._qpos[9::3], self._knee_angles, self._knee_torques)
+        if self._actuators is None or not self._supplied:
+            self._limits[:, 0], self._limits[:, 1] = -self._peak, self._peak
+            return
+        speed = self._qvel[6:]
+        wanted = self._control + self._bias[:, 1] * self._qpos[7:] + self._bias[:, 2] * speed
+        self._limits[:, 0], self._limits[:, 1] = self._actuators.bounds(self._peak, speed, wanted)
 
     def _drive(self, targets: MotorTargets) -> None:
         """torque = effort + kp (q* - q) + kd (qd* - qd), as MuJoCo's affine actuator: it then treats kd implicitly."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 from robot.hardware.beams import BEAMS, MAX_RANGE, beam_angles
@@ -17,14 +18,23 @@ __all__ = ["cast"]
 
 @dataclass(frozen=True, slots=True)
 class _Shapes:
-    """The obstacles as columns: boxes (n, 6: x, y, cos, sin, half length, half width), cylinders (m, 3), and their
-    heights.
+    """The obstacles as columns: boxes (n, 6: x, y, cos, sin, half length, half width), cylinders (m, 3), and between which heights they
+    stand or hang (k, 2).
     """
 
     boxes: Floats
     box_heights: Floats
     cylinders: Floats
     cylinder_heights: Floats
+
+    def at(self, height: float) -> tuple[Floats, Floats]:
+        """The boxes and cylinders that a level beam so high (m) may meet."""
+        boxes, cylinders = (_crossed(heights, height) for heights in (self.box_heights, self.cylinder_heights))
+        return self.boxes[boxes], self.cylinders[cylinders]
+
+
+def _crossed(heights: Floats, height: float) -> NDArray[np.bool_]:
+    return (heights[:, 0] <= height) & (heights[:, 1] > height)
 
 
 @lru_cache(maxsize=32)
@@ -34,9 +44,9 @@ def _shapes(obstacles: tuple[Obstacle, ...]) -> _Shapes:
     rows = [(b.x, b.y, math.cos(b.yaw), math.sin(b.yaw), b.length / 2, b.width / 2) for b in boxes]
     return _Shapes(
         boxes=np.array(rows, dtype=np.float64).reshape(-1, 6),
-        box_heights=np.array([b.height for b in boxes], dtype=np.float64),
+        box_heights=np.array([(b.bottom, b.height) for b in boxes], dtype=np.float64).reshape(-1, 2),
         cylinders=np.array([(c.x, c.y, c.radius) for c in cylinders], dtype=np.float64).reshape(-1, 3),
-        cylinder_heights=np.array([c.height for c in cylinders], dtype=np.float64),
+        cylinder_heights=np.array([(c.bottom, c.height) for c in cylinders], dtype=np.float64).reshape(-1, 2),
     )
 
 
@@ -75,7 +85,7 @@ def cast(
     """Ranges (m), shape (beams,), from (x, y) to the scene's obstacles; beam i looks along yaw - pi + i 2 pi / beams.
 
     Exact to rounding, without noise. `max_range` means no return; a beam that starts inside an obstacle reads 0.
-    `height` (m) is how high the beams travel: obstacles that are not taller are not seen.
+    `height` (m) is how high the beams travel: obstacles that are not taller, or hang higher, are not seen.
     """
     shapes = _shapes(scene.obstacles)
     angles = beam_angles(beams) + yaw
@@ -83,7 +93,7 @@ def cast(
     ranges = np.full(beams, max_range)
     boxes, cylinders = shapes.boxes, shapes.cylinders
     if height > 0.0:
-        boxes, cylinders = boxes[shapes.box_heights > height], cylinders[shapes.cylinder_heights > height]
+        boxes, cylinders = shapes.at(height)
     if len(boxes):
         np.minimum(ranges, _box_hits(boxes, x, y, dx, dy), out=ranges)
     if len(cylinders):

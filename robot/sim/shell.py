@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import replace
+from math import inf
 from typing import Protocol
 
-from robot.geometry.vectors import Vector
+import numpy as np
+
+from robot.geometry.vectors import Floats, Vector
 from robot.hardware.arm import ArmDevice
 from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import NO_REPLAY, ImuSample, JointSample, Sample, Truth
-from robot.scenes.scene import Scene, Thing
+from robot.hardware.body import NO_REPLAY, ActuatorState, ImuSample, JointSample, Sample, Sweep, Truth
+from robot.hardware.sensors import Sensors
+from robot.scenes.scene import Obstacle, Scene, Thing
 from robot.sim.charger import charger_connected
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
-from robot.sim.sampling import Sampling
+from robot.sim.sampling import ROUNDING, Sampling
+from robot.sim.spin import Spin, beam_directions
 
 __all__ = ["LOST_COMMAND_TICKS", "TICK", "BodyShell", "SimulatedArm"]
 
@@ -32,23 +38,33 @@ class BodyShell(ABC):
     """The part of a body that is the same whatever moves it: an heir integrates its motion and tells exact measurements.
 
     Its time is a whole number of ticks and never goes back. At one instant every reader gets the same sample of IMU and of joints: noise is
-    drawn once.
+    drawn once. Without `noise` measurements are exact, but a LiDAR that turns turns all the same.
     """
 
     no_replay = NO_REPLAY
 
-    def __init__(self, scene: Scene, *, seed: int, noise: bool) -> None:
+    def __init__(self, scene: Scene, *, seed: int, noise: bool, sensors: Sensors | None = None) -> None:
         self._scene, self._noise = scene, noise
-        self._imu_noise, self._encoder_noise = ImuNoise(seed), EncoderNoise(seed)
-        self._contact_noise, self._lidar_noise = ContactNoise(seed), LidarNoise(seed)
+        self._sensors = sensors or Sensors.ideal()
+        self._imu_noise = ImuNoise(seed, errors=self._sensors.imu)
+        self._encoder_noise = EncoderNoise(seed, self._sensors.encoders)
+        self._contact_noise = ContactNoise(seed, errors=self._sensors.contacts)
+        self._lidar_noise = LidarNoise(seed, self._sensors.lidar)
+        turning = self._sensors.lidar.sweep
+        self._spin = Spin(turning, self._look) if turning > 0.0 else None
         self._imu_read: tuple[int, ImuSample] | None = None
         self._joints_read: tuple[int, JointSample] | None = None
         self._ticks: int = 0
+        self._supplied = True
         self._sampling = Sampling(self._integrate, self._sample)
 
     @property
     def scene(self) -> Scene:
         return self._scene
+
+    @property
+    def sensors(self) -> Sensors:
+        return self._sensors
 
     @property
     def time(self) -> float:
@@ -67,9 +83,30 @@ class BodyShell(ABC):
         """The scene's things, where they are now."""
         return self.arm.things() if self.arm is not None else self._scene.things
 
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The scene's obstacles: nothing moves them."""
+        return self._scene.obstacles
+
     def advance(self, until: float) -> None:
         """Move up to `until`, to the last tick that is not later."""
+        while self._spin is not None and self._spin.due <= until + ROUNDING:
+            self._sampling.advance(self._spin.due)
+            self._spin.turn()
         self._sampling.advance(until)
+
+    def supply(self, voltage: float) -> None:
+        """The drives have this share of the battery's nominal voltage from now on. Raises `ValueError` for one that cannot be."""
+        if not 0.0 <= voltage < inf:
+            raise ValueError(
+                f"The drives cannot be supplied with {voltage!r} of the nominal voltage: give a share of at least 0."
+            )
+        supplied, self._supplied = self._supplied, voltage > 0.0
+        if supplied and not self._supplied:
+            self._release()
+
+    def actuators(self) -> ActuatorState:
+        """Drives that do not get warm."""
+        return ActuatorState(self._supplied, np.empty(0), 1.0)
 
     def sample(self, hz: float) -> None:
         """Take a sample `hz` times a second from now on."""
@@ -91,9 +128,7 @@ class BodyShell(ABC):
         if self._joints_read is None or self._joints_read[0] != self._ticks:
             sample = self._exact_joints()
             if self._noise:
-                position, velocity = self._encoder_noise.apply(sample.position, sample.velocity)
-                contact = self._contact_noise.apply(sample.contact)
-                sample = JointSample(position, velocity, sample.effort, contact)
+                sample = replace(self._encoder_noise.apply(sample), contact=self._contact_noise.apply(sample.contact))
             self._joints_read = (self._ticks, sample)
         return self._joints_read[1]
 
@@ -101,6 +136,22 @@ class BodyShell(ABC):
         """A scan of the scene's obstacles at the height of the body origin; the robot's own legs are never seen."""
         ranges = self._exact_ranges(beams, max_range)
         return self._lidar_noise.apply(ranges, max_range) if self._noise else ranges
+
+    def sweep(self) -> Sweep | None:
+        """The newest whole revolution."""
+        if self._spin is None:
+            return None
+        if not self._spin.begun:
+            self._spin.begin(self.time)
+        return self._spin.newest
+
+    def _look(self, angles: Floats) -> Floats:
+        """What beams at these angles of the turning LiDAR measure now."""
+        rays = beam_directions(angles)
+        if not self._noise:
+            return self._exact_rays(rays, MAX_RANGE)
+        exact = self._exact_rays(np.asarray(rays @ self._lidar_noise.mount.T), MAX_RANGE)
+        return self._lidar_noise.apply(exact, MAX_RANGE)
 
     def _sample(self) -> Sample:
         return Sample(self.time, self.imu(), self.joints())
@@ -117,6 +168,10 @@ class BodyShell(ABC):
         """Move to the last tick that is not later than `until`, s."""
 
     @abstractmethod
+    def _release(self) -> None:
+        """Nobody commands the drives, or they have no current: let the robot sink."""
+
+    @abstractmethod
     def _exact_imu(self) -> ImuSample: ...
 
     @abstractmethod
@@ -125,3 +180,7 @@ class BodyShell(ABC):
 
     @abstractmethod
     def _exact_ranges(self, beams: int, max_range: float) -> Vector: ...
+
+    @abstractmethod
+    def _exact_rays(self, directions: Floats, max_range: float) -> Vector:
+        """Ranges (m) from the body origin along unit vectors in body axes, shape (n, 3), to whatever is there."""

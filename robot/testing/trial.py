@@ -15,6 +15,7 @@ from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Truth
+from robot.model.actuators import ActuatorDesign
 from robot.model.modes import ON_ITS_FEET, Mode
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ground
@@ -45,10 +46,12 @@ class Conditions:
     """Between feet and floor."""
     payload_at: tuple[float, float] = (0.0, 0.0)
     """Where the payload lies, forward and left of the body's centre, m."""
+    actuators: ActuatorDesign | None = None
+    """Drives as they are; without them each has its torque limit always."""
 
     @property
     def ground(self) -> Ground:
-        """All of it but the delay."""
+        """What it stands on and carries."""
         return Ground(self.friction, self.slope, self.payload, self.payload_at)
 
 
@@ -103,7 +106,7 @@ class Trial:
         limits: CommandLimits | None = None,
     ) -> None:
         given = conditions or Conditions()
-        self.body = PhysicsBody(scene, seed=seed, delay=given.delay, ground=given.ground)
+        self.body = PhysicsBody(scene, seed=seed, delay=given.delay, ground=given.ground, actuators=given.actuators)
         self.gait = GaitController(gait=gait, motor_delay=given.delay, limits=limits)
         self.fallen = False
         self._spoil: Spoil | None = None

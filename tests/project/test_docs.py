@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from actors.testing import Rig
+from actors.testing import Lab, Rig
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = sorted(page.name for page in DOCS.glob("*.md") if "```python" in page.read_text(encoding="utf-8"))
@@ -51,14 +51,17 @@ def test_the_page_runs_as_printed(page: str, tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def declared_tests(declared: str) -> list[tuple[str, str]]:
+    """(page, name) of each test whose declaration, with the line before it, is of this form."""
+    found = re.compile(declared, re.MULTILINE)
+    return [(page, name) for page in PAGES for name in found.findall((DOCS / page).read_text(encoding="utf-8"))]
+
+
 # without a decorator: a scenario makes rigs of its own, and has tests of its own
-TESTS = [
-    (page, found)
-    for page in PAGES
-    for found in re.findall(
-        r"^(?!@).*\nasync def (test_\w+)\(rig", (DOCS / page).read_text(encoding="utf-8"), re.MULTILINE
-    )
-]
+WITH_RIG = declared_tests(r"^(?!@).*\nasync def (test_\w+)\(rig")
+WITH_LAB = declared_tests(r"^(?!@).*\nasync def (test_\w+)\(lab")
+VIRTUAL = declared_tests(r"^@pytest.mark.virtual\nasync def (test_\w+)\(\)")
+PLAIN = declared_tests(r"^def (test_\w+)\(\) -> None")
 
 
 @pytest.fixture
@@ -67,18 +70,26 @@ def names(page: str) -> dict[str, Any]:
     return once(page)
 
 
-@pytest.mark.parametrize(("page", "name"), TESTS)
+@pytest.mark.parametrize(("page", "name"), WITH_RIG)
 async def test_the_tests_of_the_page_pass(page: str, name: str, names: dict[str, Any], rig: Rig) -> None:
     test = names[name]
     assert inspect.iscoroutinefunction(test)
     await test(rig)
 
 
-PLAIN = [
-    (page, found)
-    for page in PAGES
-    for found in re.findall(r"^def (test_\w+)\(\) -> None", (DOCS / page).read_text(encoding="utf-8"), re.MULTILINE)
-]
+@pytest.mark.parametrize(("page", "name"), WITH_LAB)
+async def test_the_tests_with_a_lab_pass(page: str, name: str, names: dict[str, Any], lab: Lab) -> None:
+    test = names[name]
+    assert inspect.iscoroutinefunction(test)
+    await test(lab)
+
+
+@pytest.mark.virtual
+@pytest.mark.parametrize(("page", "name"), VIRTUAL)
+async def test_the_tests_on_the_virtual_clock_pass(page: str, name: str, names: dict[str, Any]) -> None:
+    test = names[name]
+    assert inspect.iscoroutinefunction(test)
+    await test()
 
 
 @pytest.mark.parametrize(("page", "name"), PLAIN)

@@ -12,14 +12,13 @@ from tests.suites import run_pytest
 PAGE = Path(__file__).parents[2] / "docs" / "simulation.md"
 
 
-def blocks() -> tuple[str, str]:
-    """The scenario of one host, and that of several, which needs the nodes of the first."""
-    one, several = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    return one, several
+def blocks() -> list[str]:
+    """The scenario of one host, that of several, and that with an invariant; the last two need the nodes of the first."""
+    return re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
 
 
 def test_the_scenario_of_several_hosts_passes_and_a_cut_that_lasts_is_found_out(pytester: pytest.Pytester) -> None:
-    one, several = blocks()
+    one, several, _ = blocks()
     forgetful = several.replace("    await lab.recover()\n", "")
     pytester.makepyfile(test_oven=one + several, test_forgetful=one + forgetful)
     named = ("-k", "network_is_back")
@@ -30,9 +29,16 @@ def test_the_scenario_of_several_hosts_passes_and_a_cut_that_lasts_is_found_out(
 
 
 def test_the_scenario_passes_and_a_guard_that_reacts_too_late_is_found_out(pytester: pytest.Pytester) -> None:
-    code, _ = blocks()
+    code, _, _ = blocks()
     lost = ("--scenario-replay", "1 fifo lose:/temperature>/guard#89")  # 109 degrees
     pytester.makepyfile(test_oven=code, test_late=code.replace("> 100.0", "> 108.0"))
     run_pytest(pytester, "test_oven.py").assert_outcomes(passed=1)
     run_pytest(pytester, "test_oven.py", *lost).assert_outcomes(passed=1)
     run_pytest(pytester, "test_late.py", *lost).assert_outcomes(failed=1)
+
+
+def test_the_invariant_holds_and_a_broken_one_is_found_out(pytester: pytest.Pytester) -> None:
+    one, _, invariant = blocks()
+    pytester.makepyfile(test_oven=one + invariant, test_strict=one + invariant.replace("< 110.0", "< 60.0"))
+    run_pytest(pytester, "test_oven.py", "-k", "whoever_looks").assert_outcomes(passed=1, deselected=1)
+    run_pytest(pytester, "test_strict.py", "-k", "whoever_looks").assert_outcomes(failed=1, deselected=1)

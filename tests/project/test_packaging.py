@@ -19,7 +19,9 @@ import actors
 ROOT = Path(__file__).parents[2]
 SETTINGS: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT, BUILD = SETTINGS["project"], SETTINGS["build-system"]
-IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "Pillow": "PIL", "eclipse-zenoh": "zenoh", "pyzmq": "zmq"}
+IMPORTED_AS = {"PyYAML": "yaml", "mujoco-core": "mujoco", "Pillow": "PIL", "eclipse-zenoh": "zenoh", "pyzmq": "zmq",
+    "opentelemetry-api": "opentelemetry", "opentelemetry-sdk": "opentelemetry",
+}  # fmt: skip
 """The name to import, for distributions that do not go by their own."""
 OURS = {"actors", "robot", "cli", "tests"}
 COMMANDS = {"coverage", "mypy", "pyright", "ruff"}
@@ -98,7 +100,7 @@ def later():
 def test_what_is_imported_is_declared() -> None:
     test = {"pytest", "pytest_asyncio"}
     extras = PROJECT["optional-dependencies"]
-    optional = declared(extras["security"]) | declared(extras["images"])
+    optional = declared(extras["security"]) | declared(extras["images"]) | {"opentelemetry"}
     assert imported("actors", "robot", "cli") - test - optional <= declared(PROJECT["dependencies"])
 
 
@@ -111,6 +113,17 @@ def test_only_the_authority_imports_what_makes_certificates() -> None:
     ]
     assert found == ["actors/transport/security/authority.py"]
     assert declared(PROJECT["optional-dependencies"]["security"]) == {"cryptography"}
+
+
+def test_only_spans_import_opentelemetry() -> None:
+    found = [
+        path.relative_to(ROOT).as_posix()
+        for folder in ("actors", "robot", "cli")
+        for path in (ROOT / folder).rglob("*.py")
+        if "opentelemetry" in set(names_in(ast.parse(path.read_text(encoding="utf-8")), True))
+    ]
+    assert found == ["actors/diagnostics/spans.py", "robot/run/options.py"]  # which only asks whether it is there
+    assert declared(PROJECT["optional-dependencies"]["otel"]) == {"opentelemetry"}
 
 
 def test_what_pytest_runs_may_import_pytest_and_nothing_else_may() -> None:
@@ -128,6 +141,7 @@ def test_what_is_declared_is_imported() -> None:
     assert declared(PROJECT["dependencies"]) == imported("actors", "robot", "cli", typing=False) - {
         "PIL",  # of the extra `images`
         "cryptography",  # of the extra `security`
+        "opentelemetry",  # of the extra `otel`
         "pytest",
         "pytest_asyncio",
     }

@@ -30,6 +30,7 @@ FACES = (
     "actors.bag",
     "actors.blocking",
     "actors.diagnostics",
+    "actors.diagnostics.spans",
     "actors.hosts",
     "actors.images",
     "actors.interfaces",

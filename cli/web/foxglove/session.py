@@ -42,10 +42,12 @@ __all__ = ["SUBPROTOCOLS", "FoxgloveSession"]
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CAPABILITIES: Final = (
-    "clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph", "assets", "time", "robactor",
+    "clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph", "assets", "robactor",
 )  # fmt: skip
+TIME: Final = "time"
+"""What a graph with a `/clock`, or a recording, is capable of beside all that: viewers that are told so stand still until they are told the time."""
 PLAYBACK: Final = "playbackControl"
-"""What a recording is capable of beside all that."""
+"""What a recording is capable of, too."""
 PLAYS: Final = SUBPROTOCOLS[:1]
 """The subprotocols that know of it: clients of the older one take its frames for an error."""
 MOST_SUBSCRIPTIONS: Final = 4096
@@ -92,17 +94,24 @@ class FoxgloveSession:
     # -- what the connection tells --------------------------------------------------------------------------------------------
 
     def opened(self) -> None:
-        catalog, system, playback = self._hub.catalog, self._hub.system, self._hub.playback
-        self._say(
-            "serverInfo", name="robactor", capabilities=(*CAPABILITIES, PLAYBACK) if self._plays else CAPABILITIES,
-            supportedEncodings=ENCODINGS, sessionId=f"{id(system):x}",
-            metadata={"ROS_DISTRO": "lyrical", **({} if playback is None else {"recording": playback.name})},
-            **({} if playback is None else playback.range),
-        )  # fmt: skip
+        catalog, playback = self._hub.catalog, self._hub.playback
+        self.introduce()
         if playback is not None:
             playback.viewers.add(self)
             self.tell_playback(playback.frame(), sought=False)
         self._announce(list(catalog.channels.values()), list(catalog.services.values()))
+
+    def introduce(self) -> None:
+        """Tell what this server is, and is capable of. A client that was told before learns what has changed."""
+        system, playback = self._hub.system, self._hub.playback
+        clock = system.graph.topics.get("/clock")
+        timed = playback is not None or (clock is not None and bool(clock.publishers))
+        self._say(
+            "serverInfo", name="robactor", capabilities=(*CAPABILITIES, *(TIME,) * timed, *(PLAYBACK,) * self._plays),
+            supportedEncodings=ENCODINGS, sessionId=f"{id(system):x}",
+            metadata={"ROS_DISTRO": "lyrical", **({} if playback is None else {"recording": playback.name})},
+            **({} if playback is None else playback.range),
+        )  # fmt: skip
 
     async def received(self, frame: Frame) -> None:
         if isinstance(frame, bytes):

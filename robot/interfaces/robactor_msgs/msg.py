@@ -66,6 +66,8 @@ class BatteryStatus(Message, frozen=True, kw_only=True):
     energy: float64 = 0.0
     """that this load can draw before the charge is critical [Wh]"""
     charging: bool = False
+    supply: float64 = 1.0
+    """share of the nominal voltage that the motor drives get: 0 from when the pack is empty until it is charged"""
 
 
 class BodyDrive(Message, frozen=True, kw_only=True):
@@ -246,6 +248,12 @@ class MotorPower(Message, frozen=True, kw_only=True):
     """the dock's contacts touch"""
     refused: uint64 = 0
     """commands of older lives of their sender so far, which were not followed"""
+    supplied: bool = True
+    """the battery gives the drives current"""
+    temperature: float64_array = default()
+    """of each motor's winding, in the order of the leg joints; empty where they do not get warm [C]"""
+    torque_left: float64 = 1.0
+    """share of its torque that heat leaves to the hottest drive"""
 
 
 class MotorTargets(Message, frozen=True, kw_only=True):

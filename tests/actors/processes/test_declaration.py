@@ -101,3 +101,14 @@ async def test_a_system_without_other_processes_refuses_the_child(rig: Rig) -> N
     assert isinstance(system.runtime, Runtime)
     with pytest.raises(DeclarationError, match=r"use run\(tree\)"):
         system.runtime.life(Child(Camera, process=True), ("top", "camera"), 1)
+
+
+async def test_a_node_beside_the_tree_has_no_process_of_its_own(rig: Rig) -> None:
+    await rig.start(Supervisor("tree", children=[Child(Camera)]))
+    with pytest.raises(
+        DeclarationError,
+        match=r"Child\(Camera, name='eye', process=True\): a node beside .* system\.supervisor\.start_child",
+    ):
+        await rig.system.join(Child(Camera, name="eye", process=True))
+    with pytest.raises(DeclarationError, match="drop process=True and host"):
+        await rig.system.join(Child(Camera, name="eye", host="base"))

@@ -136,6 +136,10 @@ async def test_what_the_other_end_does_not_read_waits() -> None:
 # -- the guard ----------------------------------------------------------------------------------------------------------------
 
 
+def guard_runs() -> bool:
+    return "robactor guard" in [thread.name for thread in threading.enumerate()]
+
+
 def test_what_a_loop_hangs_in_is_noted_once_each_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(guards, "NOTED_SECONDS", 0.02)
     monkeypatch.setattr(guards, "_LOOK", 0.005)
@@ -150,8 +154,11 @@ def test_what_a_loop_hangs_in_is_noted_once_each_time(monkeypatch: pytest.Monkey
     assert not select.select([notes], [], [], 0.05)[0]
     guard.turned()
     assert os.read(notes, 100) == b"second\n"
+    guard.turned()
+    assert os.read(notes, 100) == b"not known: StopIteration()\n"  # the guard outlives what it calls
+    assert guard_runs()
     guard.stop()
-    while "robactor guard" in [thread.name for thread in threading.enumerate()]:
+    while guard_runs():
         threading.Event().wait(0.01)
     for end in (ours, theirs):
         end.close()

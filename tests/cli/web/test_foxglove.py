@@ -9,8 +9,11 @@ from pathlib import Path
 import pytest
 
 import robot
+from actors import Child, Node, Topic
 from actors.interfaces import decode, encode
+from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.std_msgs.msg import String
 from tests.cli.web.stage import CHATTER, Foxglove, Stage, serving, until
 
@@ -205,3 +208,19 @@ async def test_a_parameter_of_bytes_travels_in_base64() -> None:
         values = (await client.find("parameterValues", id="set"))["parameters"]
         assert values == [{"name": "/talker.code", "value": "AP8=", "type": "byte_array"}]
         assert stage.talker.code == (b"\x00", b"\xff")
+
+
+async def test_the_time_is_that_of_the_clock_topic_while_there_is_one_and_the_viewers_own_else() -> None:
+    async with serving() as stage, stage.foxglove() as client:
+        assert "time" not in (await client.find("serverInfo"))["capabilities"]
+        simulation = await stage.system.join(Child(Node, name="simulation"))
+        clock = simulation.node.publisher(Topic(Clock, "/clock"))
+        assert "time" in (await client.find("serverInfo"))["capabilities"]
+        await until(lambda: any(end.node.fqn == "/_web" for end in stage.system.graph.topics["/clock"].subscriptions))
+        clock.publish(Clock(clock=Time(sec=7, nanosec=8)))
+        assert struct.unpack("<BQ", await client.binary()) == (2, 7_000_000_008)
+
+        async with stage.foxglove() as later:
+            assert "time" in (await later.find("serverInfo"))["capabilities"]
+        await stage.system.leave(simulation)
+        assert "time" not in (await client.find("serverInfo"))["capabilities"]

@@ -114,6 +114,22 @@ def test_F_07_an_imu_that_fails_in_a_walk_leaves_the_robot_standing_upright(faul
     assert record.tilt[-1] < radians(1.0)
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.09, 0.17, 0.26])
+def test_a_robot_that_loses_its_imu_at_full_speed_knows_its_speed_while_it_slows_down_and_stands(phase: float) -> None:
+    trial = Trial(7, conditions=Conditions(delay=0.008))
+    trial.stand_up()
+    trial.run(3.6 + phase, (1.6, 0.0, 0.0))
+    trial.spoil("IMU silent")
+    worst = 0.0
+    for _ in range(600):
+        speed = float(np.hypot(*trial.step().velocity[:2]))
+        worst = max(worst, abs(speed - float(np.hypot(*trial.gait.state.velocity[:2]))))
+    assert not trial.fallen
+    assert worst < 0.3
+    assert speed < 0.05
+    assert trial.gait.mode == "stand"
+
+
 def test_half_of_the_samples_of_an_imu_will_do() -> None:
     trial = Trial(1, conditions=Conditions(delay=0.008))
     trial.stand_up()

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from robot.control.gait_controller import GaitController
 from robot.hardware.arm import ArmBusy
-from robot.hardware.body import Body, BodySilent, MotorTargets, Truth
+from robot.hardware.body import ActuatorState, Body, BodySilent, MotorTargets, Truth
 from robot.link import host, phase, remote, segment
 from robot.link.firmware import Drives
 from robot.link.host import BodyHost
@@ -300,3 +300,27 @@ def test_things_are_where_the_body_has_them(bench: Callable[..., Bench]) -> None
 def test_a_push_is_refused_over_a_link(bench: Callable[..., Bench]) -> None:
     with pytest.raises(NotImplementedError, match="this one lives in another process"):
         bench().far.push((1.0, 0.0, 0.0))
+
+
+def test_what_the_battery_gives_the_drives_crosses_and_what_they_tell_of_themselves(
+    bench: Callable[..., Bench],
+) -> None:
+    there = bench("empty")
+    there.far.supply(0.0)
+    there.pass_time(0.01)
+    assert not there.body.actuators().supplied
+    told = there.far.actuators()
+    assert (told.supplied, told.temperature.size, told.left) == (False, 0, 1.0)
+    there.far.supply(0.9)
+    there.pass_time(0.01)
+    assert there.far.actuators().supplied
+
+
+def test_temperatures_of_drives_cross(bench: Callable[..., Bench], monkeypatch: pytest.MonkeyPatch) -> None:
+    there = bench("empty")
+    warm = ActuatorState(True, np.linspace(30.0, 41.0, 12), 0.75)
+    monkeypatch.setattr(there.body, "actuators", lambda: warm)
+    there.pass_time(0.01)
+    told = there.far.actuators()
+    assert told.temperature == pytest.approx(warm.temperature)
+    assert (told.supplied, told.left) == (True, 0.75)

@@ -8,6 +8,7 @@ from itertools import pairwise
 import pytest
 
 from actors import Child, GoalAborted, GoalRejected, ProcessDied, ServiceFailed, Supervisor
+from actors.interfaces.diagnostic_msgs.msg import DiagnosticStatus
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
@@ -15,6 +16,7 @@ from robot.contracts import (
     BATTERY_STATE,
     BATTERY_STATUS,
     CMD_VEL,
+    DIAGNOSTICS,
     MOTOR_POWER,
     NAVIGATE_TO_GOAL,
     STAND,
@@ -23,11 +25,14 @@ from robot.evaluate.battery import CONTRACT
 from robot.geometry.messages import pose_stamped
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
 from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
+from robot.model.actuators import ActuatorDesign
 from robot.nodes.battery import Battery
 from robot.planning.energy import EnergyGuard, walking_energy
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
-from tests.robot.stage import ahead, battery_status, robot
+from robot.sim.kinematic import KinematicBody
+from robot.sim.physics import PhysicsBody
+from tests.robot.stage import ahead, battery_status, robot, robot_around, without
 
 WALKING = 304.0
 """W of motor power at 1.0 m/s."""
@@ -188,3 +193,64 @@ async def test_Z_08_a_goal_that_runs_when_the_battery_gets_critical_ends_safely(
     await rig.advance(0.1)
     assert cmd.last is not None
     assert (cmd.last.linear.x, cmd.last.angular.z) == (0.0, 0.0)
+
+
+async def test_an_empty_pack_cuts_the_drives_off_and_only_a_charger_brings_them_back(rig: Rig) -> None:
+    await rig.start(battery(0.02))
+    await draw(rig, WALKING, 1.0)
+    assert status(rig).supply == pytest.approx((9.0 - 48.4 * 0.005) / 11.1, abs=0.005)  # 424 W through 5 mOhm
+    await draw(rig, WALKING, 5.0)
+    assert status(rig).supply == 0.0
+    await draw(rig, 0.0, 60.0)
+    assert status(rig).supply == 0.0
+    await draw(rig, 0.0, 2.0, charger=True)
+    assert status(rig).supply > 0.8
+    said = [line for line in map(str, rig.logs) if "have" in line and "current" in line]
+    assert [
+        "battery empty: the drives have no current" in said[0],
+        "charger: the drives have current again" in said[1],
+    ] == [True, True]
+    assert len(said) == 2
+
+
+async def test_a_battery_node_that_fails_does_not_forget_that_the_drives_are_cut_off(rig: Rig) -> None:
+    await rig.start(battery(0.01))
+    await draw(rig, WALKING, 5.0)
+    rig.crash(Battery)
+    await rig.settled()
+    rig.probe(BATTERY_STATUS).clear()
+    await draw(rig, 0.0, 2.0)
+    assert status(rig).supply == 0.0
+
+
+async def test_a_standing_robot_whose_drives_lose_their_current_sinks_and_says_so(rig: Rig) -> None:
+    body = KinematicBody(get_world("empty"), seed=1)
+    await rig.start(without(robot_around(body), "battery"))
+    await rig.call(STAND, Trigger.Request())
+    await rig.advance(3.0)
+    assert body.truth().position[2] > 0.45
+    rig.publish(BATTERY_STATUS, BatteryStatus(level="good", percent=50.0, supply=0.0))
+    told, diagnostics = rig.probe(MOTOR_POWER), rig.probe(DIAGNOSTICS)
+    await rig.advance(4.0)
+    assert body.truth().position[2] < 0.2
+    assert told.last is not None
+    assert not told.last.supplied
+    assert diagnostics.last is not None
+    motors = next(one for one in diagnostics.last.status if one.name == "robot: motors")
+    assert (motors.level, motors.message) == (DiagnosticStatus.ERROR, "no current: the battery is empty")
+
+
+async def test_the_temperatures_of_hot_drives_are_published_and_warned_of(rig: Rig) -> None:
+    body = PhysicsBody(get_world("empty"), seed=1, actuators=ActuatorDesign(derate_from=25.5, derate_to=200.0))
+    await rig.start(robot_around(body))
+    await rig.call(STAND, Trigger.Request())
+    told, diagnostics = rig.probe(MOTOR_POWER), rig.probe(DIAGNOSTICS)
+    await rig.advance(8.0)
+    assert told.last is not None
+    assert len(told.last.temperature) == 12
+    assert max(told.last.temperature) > 25.5
+    assert 0.9 < told.last.torque_left < 1.0
+    assert diagnostics.last is not None
+    motors = next(one for one in diagnostics.last.status if one.name == "robot: motors")
+    assert motors.level == DiagnosticStatus.WARN
+    assert "hot: 99% of the torque is left" in motors.message or "hot: 100% of the torque is left" in motors.message

@@ -14,9 +14,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy import ndimage
 
 from robot.evaluate import maps
 from robot.evaluate.jump_points import OctileSearch
+from robot.evaluate.landmarks import components
 from robot.planning.errors import GoalBlocked, StartBlocked, Unreachable
 from robot.planning.grid import Cell
 from robot.planning.path import line_cells, pull
@@ -70,13 +72,13 @@ mazes = arrays(np.bool_, st.tuples(st.integers(1, 14), st.integers(1, 14)), elem
 
 
 @settings(max_examples=300, deadline=None)
-@given(mazes, st.data())
-def test_the_path_is_as_short_as_any(free: np.ndarray, data: st.DataObject) -> None:
+@given(mazes, st.booleans(), st.data())
+def test_the_path_is_as_short_as_any(free: np.ndarray, landmarks: bool, data: st.DataObject) -> None:
     open_cells = [tuple(map(int, cell)) for cell in np.argwhere(free)]
     assume(len(open_cells) >= 2)
     start, goal = data.draw(st.sampled_from(open_cells)), data.draw(st.sampled_from(open_cells))
     expected = plain(np.where(free, 1.0, np.inf), start, goal)
-    search = OctileSearch(free)
+    search = OctileSearch(free, landmarks=landmarks)
     if math.isinf(expected):
         with pytest.raises(Unreachable, match="no passage joins"):
             search.solve(start, goal)
@@ -123,6 +125,47 @@ def test_blocked_ends_have_names() -> None:
     with pytest.raises(GoalBlocked, match=r"\(9, 0\)"):
         search.solve((0, 0), (9, 0))
     assert search.solve((2, 2), (2, 2)).cost == 0.0
+
+
+def test_cells_are_joined_as_scipy_labels_them() -> None:
+    free = np.pad(np.random.default_rng(3).random((60, 80)) > 0.42, 1)
+    labels, expected = components(free), ndimage.label(free)[0]
+    pairs = set(zip(labels[free].tolist(), expected[free].tolist(), strict=True))
+    assert len(pairs) == expected.max() == len(set(labels[free].tolist()))
+    assert (labels[~free] == -1).all()
+
+
+def test_cells_of_a_serpentine_are_all_joined() -> None:
+    free = np.ones((41, 21), dtype=bool)
+    free[1::4, :-1] = free[3::4, 1:] = False
+    assert len(set(components(np.pad(free, 1)).ravel().tolist())) == 2  # one way, and the walls
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3])
+def test_landmarks_leave_costs_as_they_are_and_most_cells_unopened(share: float) -> None:
+    free = np.random.default_rng(1).random((150, 150)) > share
+    plain_search, helped = OctileSearch(free), OctileSearch(free, landmarks=True)
+    opened = np.zeros(2)
+    random = np.random.default_rng(2)
+    open_cells = np.argwhere(free)
+    for _ in range(60):
+        start, goal = (tuple(map(int, open_cells[k])) for k in random.integers(0, len(open_cells), 2))
+        try:
+            one = plain_search.solve(start, goal)
+        except Unreachable:
+            with pytest.raises(Unreachable):
+                helped.solve(start, goal)
+            continue
+        other = helped.solve(start, goal)
+        assert other.cost == pytest.approx(one.cost, abs=1e-9)
+        assert check_walk(other.cells, free) == pytest.approx(one.cost, abs=1e-9)
+        opened += one.expanded, other.expanded
+    assert opened[1] < 0.7 * opened[0]
+
+
+def test_a_map_without_a_free_cell_has_no_landmarks() -> None:
+    with pytest.raises(StartBlocked):
+        OctileSearch(np.zeros((3, 3), dtype=bool), landmarks=True).solve((0, 0), (1, 1))
 
 
 def test_no_corner_is_cut() -> None:

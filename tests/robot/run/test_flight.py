@@ -191,3 +191,27 @@ async def test_a_full_disk_does_not_spoil_the_rest(
     assert shown.out == f"trace {words['trace']}\n"
     assert "robot run: --flight-record " in shown.err
     assert list(words) == ["trace"]
+
+
+def test_spans_of_a_run_are_given_to_the_provider_of_the_program() -> None:
+    program = """
+from opentelemetry import trace
+from opentelemetry.sdk.trace import TracerProvider
+from opentelemetry.sdk.trace.export import SimpleSpanProcessor
+from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
+
+exporter = InMemorySpanExporter()
+provider = TracerProvider()
+provider.add_span_processor(SimpleSpanProcessor(exporter))
+trace.set_tracer_provider(provider)
+
+from robot.run.command import main
+
+main(["--clock", "virtual", "--backend", "kinematic", "--seed", "1", "--duration", "10", "--spans"])
+print(*sorted({span.name for span in exporter.get_finished_spans()}))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, env=environment(), capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    assert {"/spot/stand", "/spot/walk", "/navigate_to_goal"} <= set(done.stdout.splitlines()[-1].split())

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from robot.model.actuators import ActuatorDesign
 from robot.run.arguments import parse_seed, seconds, whole, within
 from robot.run.errands import Crash, Fetch, UsageError, parse_fetch, parse_goal
 from robot.run.hardships import Push
@@ -22,7 +23,8 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "goal": None, "params": None, "log_format": "console", "log_level": "info", "report": None, "motor_delay": 0.004,
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "machines": None, "hangs": (), "security": None,
-        "replay": (), "journals": None, "ground": None, "pushes": (), "web": Web(),
+        "replay": (), "journals": None, "spans": False, "ground": None, "pushes": (), "web": Web(), "actuators": ActuatorDesign(), "map": None,
+        "sensors": "real",
     }  # fmt: skip
 
 
@@ -118,6 +120,7 @@ def test_who_fetches_has_an_arm() -> None:
         (["--seed", "1.5"], "argument --seed: 1.5 is no seed: give a whole number of at least 0 (see python -m robot run --help)"),
         (["--seed", "-1"], "argument --seed: -1 is no seed: give a whole number of at least 0 (see python -m robot run --help)"),
         (["--trace"], "--trace: two runs are equal on the virtual clock only; add --clock virtual"),
+        (["--spans", "--processes"], "--spans: they are made of nodes of this process; leave out --processes"),
         (["--crash", "gait"], "--crash gait: write NODE@SECONDS, such as navigation@10"),
         (["--crash", "@3"], "--crash @3: write NODE@SECONDS, such as navigation@10"),
         (["--crash", "gait@-1"], "--crash gait@-1: write NODE@SECONDS, such as navigation@10"),
@@ -167,3 +170,18 @@ def test_numbers_within_bounds_include_the_bounds() -> None:
 
 def test_a_seed_is_a_whole_number_and_seconds_are_positive() -> None:
     assert (parse_seed("0"), parse_seed("12"), seconds("0.5")) == (0, 12, 0.5)
+
+
+def test_the_drives_are_real_in_physics_unless_ideal_ones_are_asked_for() -> None:
+    assert parse([]).actuators == ActuatorDesign()
+    assert parse(["--actuators", "ideal"]).actuators is None
+    assert parse(["--backend", "kinematic"]).actuators is None
+    with pytest.raises(UsageError, match="--actuators real: the kinematic body has no torques to limit"):
+        parse(["--backend", "kinematic", "--actuators", "real"])
+
+
+def test_spans_ask_for_what_makes_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert parse(["--spans"]).spans
+    monkeypatch.setattr("robot.run.options.find_spec", lambda name: None)
+    with pytest.raises(UsageError, match=r"pip install \"robactor\[otel\]\""):
+        parse(["--spans"])

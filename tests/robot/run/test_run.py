@@ -13,6 +13,10 @@ from typing import Any
 
 import pytest
 
+from robot.planning.grid import Grid
+from robot.planning.map_files import Occupancy, write_map
+from robot.scenes.worlds import get_world
+
 ROOT = Path(__file__).parents[3]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
@@ -107,7 +111,18 @@ def test_one_goal_is_walked_to_and_ends_the_run(tmp_path: Path) -> None:
 @pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no device that is always full")
 def test_a_push_that_no_robot_survives_is_a_fall_and_exit_code_1(tmp_path: Path) -> None:
     done, report = run(
-        tmp_path, *VIRTUAL, "--duration", "6", "--world", "empty", "--push", "0,200@4", "--friction", "0.7"
+        tmp_path,
+        *VIRTUAL,
+        "--duration",
+        "6",
+        "--world",
+        "empty",
+        "--push",
+        "0,200@4",
+        "--friction",
+        "0.7",
+        "--sensors",
+        "ideal",
     )
     assert done.returncode == 1
     assert "robot run: the robot fell at 4." in done.stderr.splitlines()[-1]
@@ -138,6 +153,43 @@ def test_a_goal_that_is_not_reached_by_the_end_of_the_duration_is_exit_code_1_an
     failure = "--goal 8.8 6: not reached: the robot was 9.2 m away from it when the run ended"
     assert done.stderr.splitlines()[-1] == f"robot run: {failure}"
     assert report["failure"] == failure
+
+
+def test_a_robot_that_is_given_its_worlds_map_as_a_file_walks_to_its_goal_by_it(tmp_path: Path) -> None:
+    grid = Grid.from_scene(get_world("corridor"))
+    data = grid.to_occupancy().reshape(grid.height, grid.width)
+    file = write_map(Occupancy(data, grid.resolution, grid.origin_x, grid.origin_y), tmp_path / "corridor")
+    words = ("--duration", "40", "--world", "corridor", "--map", str(file), "--goal", "4", "0")
+    done, report = run(tmp_path, *KINEMATIC, *words)
+    assert done.returncode == 0, done.stderr
+    assert report["goals"][0]["true_error"] < 0.25
+    blocked = data.copy()
+    blocked[:, 60:70] = 100  # a wall across the corridor, of which the world knows nothing
+    file = write_map(Occupancy(blocked, grid.resolution, grid.origin_x, grid.origin_y), tmp_path / "blocked")
+    refused = robot("run", *KINEMATIC, "--world", "corridor", "--map", str(file), "--goal", "4", "0")
+    assert refused.returncode == 2
+    assert "--goal 4 0: " in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("resolution: 0", "m.yaml:1: resolution: 0 m a cell"),
+        (
+            "image: m.pgm\nresolution: 1\norigin: [900, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2",
+            "the start (0, 0)",
+        ),
+        (
+            "image: n.pgm\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2",
+            "n.pgm: No such file",
+        ),
+    ],
+)
+def test_a_map_that_is_none_or_none_of_this_world_is_one_line(tmp_path: Path, text: str, hint: str) -> None:
+    (tmp_path / "m.yaml").write_text(text)
+    (tmp_path / "m.pgm").write_bytes(b"P5 1 1 255\n\xff")
+    done = robot("run", *KINEMATIC, "--map", str(tmp_path / "m.yaml"))
+    assert (done.returncode, hint in done.stderr) == (2, True), done.stderr
 
 
 def test_the_help_names_every_world() -> None:

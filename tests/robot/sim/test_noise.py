@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robot.hardware.body import JointSample
+from robot.hardware.sensors import ContactErrors, EncoderErrors, ImuErrors, LidarErrors, Sensors
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise, sensor_generator
 
 ZERO = np.zeros(3)
@@ -68,9 +70,10 @@ def test_a_two_second_stand_averages_the_gyro_bias_to_3e_4_in_98_of_100_runs() -
 
 def test_encoders_scatter_by_their_two_standard_deviations() -> None:
     noise, position, velocity = EncoderNoise(2), np.linspace(-1, 1, 12), np.linspace(2, -2, 12)
-    samples = [noise.apply(position, velocity) for _ in range(5000)]
-    assert np.std([p - position for p, _ in samples]) == pytest.approx(5e-4, rel=0.02)
-    assert np.std([v - velocity for _, v in samples]) == pytest.approx(0.05, rel=0.02)
+    true = JointSample(position, velocity, np.zeros(12), np.ones(4, dtype=np.bool_))
+    samples = [noise.apply(true) for _ in range(5000)]
+    assert np.std([sample.position - position for sample in samples]) == pytest.approx(5e-4, rel=0.02)
+    assert np.std([sample.velocity - velocity for sample in samples]) == pytest.approx(0.05, rel=0.02)
 
 
 @settings(deadline=None)
@@ -95,20 +98,93 @@ def test_lidar_noise_of_a_beam_does_not_depend_on_what_other_beams_hit() -> None
 
 
 def test_contacts_arrive_late_by_the_delay() -> None:
-    noise = ContactNoise(0, 200.0, delay=0.010)
+    noise = ContactNoise(0, 200.0, ContactErrors(delay=0.010))
     down, up = np.ones(4, dtype=np.bool_), np.zeros(4, dtype=np.bool_)
     assert [bool(noise.apply(c)[0]) for c in (down, up, up, up)] == [True, True, True, False]
 
 
 def test_contacts_drop_out_as_often_as_asked_and_are_never_invented() -> None:
-    noise = ContactNoise(0, dropout=0.01)
+    noise = ContactNoise(0, errors=ContactErrors(dropout=0.01))
     seen = np.array([noise.apply(np.ones(4, dtype=np.bool_)) for _ in range(10_000)])
     assert 1.0 - seen.mean() == pytest.approx(0.01, rel=0.2)
-    assert not ContactNoise(0, dropout=0.5).apply(np.zeros(4, dtype=np.bool_)).any()
+    assert not ContactNoise(0, errors=ContactErrors(dropout=0.5)).apply(np.zeros(4, dtype=np.bool_)).any()
 
 
 def test_refusals_say_what_to_give() -> None:
     with pytest.raises(ValueError, match="positive number of hertz"):
         ImuNoise(0, 0.0)
     with pytest.raises(ValueError, match="dropout from 0 to 1"):
-        ContactNoise(0, dropout=1.5)
+        ContactErrors(dropout=1.5)
+    with pytest.raises(ValueError, match="mean time above 0"):
+        ImuErrors(step_every=0.0)
+    with pytest.raises(ValueError, match="dropout from 0 to below 1"):
+        LidarErrors(dropout=1.0)
+
+
+def test_an_ideal_robot_has_nothing_but_white_noise_and_walking_biases() -> None:
+    assert Sensors.ideal() == Sensors() == Sensors.of("ideal")
+    assert Sensors.of("real") == Sensors.real() != Sensors.ideal()
+    real = Sensors.real()
+    assert (real.lidar.sweep, real.lidar.bias, real.lidar.dropout) == (0.1, 0.03, 0.15)
+    assert (real.contacts.delay, real.contacts.dropout) == (0.01, 0.01)
+
+
+def test_axes_of_an_imu_have_scales_of_their_own_and_lean_towards_each_other() -> None:
+    errors = ImuErrors(scale_sd=0.01, misalignment_sd=0.02)
+    columns = []
+    for seed in range(300):
+        exact, wrong = ImuNoise(seed), ImuNoise(seed, errors=errors)
+        axis = np.array([0.0, 0.0, 1.0])
+        columns.append(wrong.apply(axis, ZERO).gyro - exact.apply(axis, ZERO).gyro)
+    leans, scales = np.array(columns)[:, :2], np.array(columns)[:, 2]
+    assert leans.std() == pytest.approx(0.02, rel=0.1)
+    assert scales.std() == pytest.approx(0.01, rel=0.1)
+    again = ImuNoise(7, errors=errors).apply(ZERO, np.ones(3)).accel - ImuNoise(7).apply(ZERO, np.ones(3)).accel
+    later = ImuNoise(7, errors=errors)
+    later.apply(ZERO, ZERO)
+    plain = ImuNoise(7)
+    plain.apply(ZERO, ZERO)
+    assert later.apply(ZERO, np.ones(3)).accel - plain.apply(ZERO, np.ones(3)).accel == pytest.approx(again, abs=1e-12)
+
+
+def test_biases_of_an_imu_jump_now_and_then_by_as_much_as_they_should() -> None:
+    errors = ImuErrors(gyro_step=0.01, step_every=0.5)
+    wrong, exact = ImuNoise(3, 200.0, errors), ImuNoise(3, 200.0)
+    offsets = np.array([wrong.apply(ZERO, ZERO).gyro - exact.apply(ZERO, ZERO).gyro for _ in range(40_000)])
+    jumps = np.abs(np.diff(offsets, axis=0)).max(axis=1) > 1e-9
+    assert jumps.sum() == pytest.approx(400, rel=0.2)  # 200 s, one in half a second
+    assert np.diff(offsets, axis=0)[jumps].std() == pytest.approx(0.01, rel=0.1)
+
+
+def test_the_zeros_of_encoders_stay_as_they_were_and_torques_scatter() -> None:
+    errors = EncoderErrors(position=0.0, velocity=0.0, zero_sd=0.01, effort=0.5)
+    true = JointSample(np.zeros(12), np.zeros(12), np.zeros(12), np.ones(4, dtype=np.bool_))
+    robots = [EncoderNoise(seed, errors) for seed in range(200)]
+    zeros = np.array([robot.apply(true).position for robot in robots])
+    assert zeros.std() == pytest.approx(0.01, rel=0.06)
+    assert np.array_equal(robots[3].apply(true).position, zeros[3])
+    assert np.std([robots[0].apply(true).effort for _ in range(500)]) == pytest.approx(0.5, rel=0.05)
+
+
+def test_a_lidar_measures_too_far_or_too_near_by_one_length_of_its_own() -> None:
+    true = np.full(4_000, 3.0)
+    means = [LidarNoise(seed, LidarErrors(bias=0.03)).apply(true, 10.0).mean() - 3.0 for seed in range(60)]
+    assert max(np.abs(means)) <= 0.031
+    assert max(means) > 0.02
+    assert min(means) < -0.02
+
+
+def test_beams_drop_out_without_changing_the_noise_of_the_others() -> None:
+    true = np.full(20_000, 3.0)
+    whole, holed = LidarNoise(5).apply(true, 10.0), LidarNoise(5, LidarErrors(dropout=0.15)).apply(true, 10.0)
+    lost = holed == 10.0
+    assert lost.mean() == pytest.approx(0.15, rel=0.05)
+    assert np.array_equal(whole[~lost], holed[~lost])
+
+
+def test_the_mount_of_a_lidar_leans_a_little_and_is_a_rotation() -> None:
+    assert np.array_equal(LidarNoise(5).mount, np.eye(3))
+    mounts = [LidarNoise(seed, LidarErrors(misalignment_sd=0.01)).mount for seed in range(200)]
+    assert mounts[0] @ mounts[0].T == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.std([mount[1, 0] for mount in mounts]) == pytest.approx(0.01, rel=0.15)
+    assert np.std([mount[0, 2] for mount in mounts]) == pytest.approx(0.01, rel=0.15)

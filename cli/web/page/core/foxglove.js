@@ -271,6 +271,7 @@ function seconds(view, place) {
 const HANDLERS = {
   serverInfo(self, message) {
     self.info = message;
+    if (self.connected) return; // the server can do something else than before
     self.connected = true;
     if (self.systemWanted) self.watchSystem();
     self.tell("open", message);

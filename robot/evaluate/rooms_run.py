@@ -1,0 +1,67 @@
+"""One walk through one room: the whole robot on the virtual clock, and a body that writes down what touches what."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from actors import Child, execute, run
+from robot.evaluate.room_worlds import Room
+from robot.evaluate.watched import WatchedBody
+from robot.hardware.sensors import SensorKind, Sensors
+from robot.run.judge import Judge, Score
+from robot.sim.battery import Pack
+from robot.tree import robot_tree
+
+__all__ = ["Outcome", "walk"]
+
+PATIENCE = 60.0
+"""Seconds a goal; the way to it is some ten metres at most."""
+RISING = 4.0
+"""Seconds until the robot walks."""
+MOTOR_DELAY = 0.004
+"""s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a walk went."""
+
+    seed: int
+    goals: int
+    reached: int
+    failures: list[str]
+    """Why goals were not reached at once."""
+    falls: int
+    bumps: dict[str, float]
+    """What any part but a foot touched while the robot was on its feet -> when, s."""
+    seconds: float
+    walked: float
+    fastest: float
+    """True speed over half a second, m/s."""
+
+
+def walk(room: Room, seed: int, speed: float, *, sight: bool = True, sensors: SensorKind = "ideal") -> Outcome:
+    """Walk to all goals of a room, at up to `speed` m/s."""
+    body = WatchedBody(room.scene, seed=seed, delay=MOTOR_DELAY, sensors=Sensors.of(sensors))
+    waypoints = [(f"goal_{number}", pose) for number, pose in enumerate(room.goals, start=1)]
+    tree = robot_tree(body, Pack(90.0), waypoints, laps=1, motor_delay=MOTOR_DELAY, sight=sight)
+    score = Score()
+    ended: list[float] = []
+
+    async def main() -> None:
+        async with run(tree, seed=seed, sinks=(), parameters={"/navigation": {"max_speed": speed}}) as system:
+            await system.join(Child(Judge, args=(body, score)))
+            body.watch(after=RISING)
+            while system.clock.now() < RISING + PATIENCE * len(waypoints) and score.falls == 0:
+                await system.clock.sleep(0.1)
+                if sum(goal.succeeded for goal in score.goals) == len(waypoints):
+                    break
+            body.watch(after=float("inf"))
+            ended.append(system.clock.now())
+
+    execute(main, clock="virtual")
+    return Outcome(
+        seed, len(waypoints), sum(goal.succeeded for goal in score.goals),
+        [goal.reason for goal in score.goals if not goal.succeeded], score.falls, dict(body.bumps), round(ended[0], 2),
+        round(score.walked, 2), round(body.fastest, 3),
+    )  # fmt: skip

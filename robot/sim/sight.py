@@ -1,0 +1,73 @@
+"""The ideal depth camera: exact distances along rays in any direction, to the floor with its pits and to all that stands or hangs on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import cos, hypot, sin
+
+import numpy as np
+
+from robot.geometry.vectors import Floats
+from robot.scenes.scene import Box, Cylinder, Obstacle, Pit
+
+__all__ = ["sight"]
+
+
+def sight(obstacles: Sequence[Obstacle], pits: Sequence[Pit], eye: Floats, rays: Floats, farthest: float) -> Floats:
+    """Length (m) of every ray from `eye` (3,) until it meets something, inf for nothing within `farthest`.
+
+    `rays` are unit vectors, shape (n, 3). Exact to rounding. The eye is above the floor, and in no obstacle.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        met = _floor(pits, eye, rays)
+        for one in obstacles:
+            if hypot(one.x - eye[0], one.y - eye[1]) - _reach(one) < farthest:
+                np.fmin(met, _box(one, eye, rays) if isinstance(one, Box) else _cylinder(one, eye, rays), out=met)
+    met[met > farthest] = np.inf
+    return met
+
+
+def _reach(obstacle: Obstacle) -> float:
+    return obstacle.radius if isinstance(obstacle, Cylinder) else hypot(obstacle.length, obstacle.width) / 2
+
+
+def _floor(pits: Sequence[Pit], eye: Floats, rays: Floats) -> Floats:
+    met = np.where(rays[:, 2] < 0.0, -eye[2] / rays[:, 2], np.inf)
+    for pit in pits:
+        with np.errstate(invalid="ignore"):
+            x, y = eye[0] + met * rays[:, 0] - pit.x, eye[1] + met * rays[:, 1] - pit.y
+        inside = np.flatnonzero((np.abs(x) < pit.length / 2) & (np.abs(y) < pit.width / 2))
+        if len(inside):
+            into = rays[inside]
+            wall_x = (np.copysign(pit.length / 2, into[:, 0]) + pit.x - eye[0]) / into[:, 0]
+            wall_y = (np.copysign(pit.width / 2, into[:, 1]) + pit.y - eye[1]) / into[:, 1]
+            met[inside] = np.fmin(np.fmin(wall_x, wall_y), -(eye[2] + pit.depth) / into[:, 2])
+    return met
+
+
+def _box(box: Box, eye: Floats, rays: Floats) -> Floats:
+    """The slab method in the box's own axes. A ray along a face gives inf; in its very plane NaN, which `fmin` passes by."""
+    c, s = cos(box.yaw), sin(box.yaw)
+    dx, dy = eye[0] - box.x, eye[1] - box.y
+    start = (c * dx + s * dy, c * dy - s * dx, eye[2] - (box.bottom + box.height) / 2)
+    along = (c * rays[:, 0] + s * rays[:, 1], c * rays[:, 1] - s * rays[:, 0], rays[:, 2])
+    half = (box.length / 2, box.width / 2, (box.height - box.bottom) / 2)
+    enter, leave = np.full(len(rays), -np.inf), np.full(len(rays), np.inf)
+    for p, u, h in zip(start, along, half, strict=True):
+        inverse = 1.0 / u
+        middle, wide = -p * inverse, h * np.abs(inverse)
+        np.fmax(enter, middle - wide, out=enter)
+        np.fmin(leave, middle + wide, out=leave)
+    return np.where((leave >= enter) & (enter >= 0.0), enter, np.inf)
+
+
+def _cylinder(cylinder: Cylinder, eye: Floats, rays: Floats) -> Floats:
+    dx, dy = eye[0] - cylinder.x, eye[1] - cylinder.y
+    flat = rays[:, 0] ** 2 + rays[:, 1] ** 2
+    along = dx * rays[:, 0] + dy * rays[:, 1]
+    under = along**2 - flat * (dx * dx + dy * dy - cylinder.radius**2)
+    root = np.sqrt(np.maximum(under, 0.0))
+    level = np.sort(np.stack([(edge - eye[2]) / rays[:, 2] for edge in (cylinder.bottom, cylinder.height)]), axis=0)
+    enter = np.fmax((-along - root) / flat, level[0])
+    leave = np.fmin((-along + root) / flat, level[1])
+    return np.where((under > 0.0) & (leave >= enter) & (enter >= 0.0), enter, np.inf)
