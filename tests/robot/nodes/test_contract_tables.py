@@ -63,6 +63,7 @@ IMU_RAW               topic    /imu/data_raw              sensor_msgs/msg/Imu   
 JOINT_STATES          topic    /joint_states              sensor_msgs/msg/JointState                         keep_last 10, reliable, volatile
 JOY_CMD               topic    /joy/cmd_vel               geometry_msgs/msg/Twist                            keep_last 10, reliable, volatile
 LIDAR_POINTS          topic    /lidar/points              sensor_msgs/msg/PointCloud2                        keep_last 5, best_effort, volatile
+LOCALIZATION          topic    /localization             std_msgs/msg/String                                keep_last 1, reliable, transient_local
 MAP                   topic    /map                       nav_msgs/msg/OccupancyGrid                         keep_last 1, reliable, transient_local
 MARKERS               topic    /markers                   visualization_msgs/msg/MarkerArray                 keep_last 10, reliable, volatile
 MOTOR_POWER           topic    /motor_power               robactor_msgs/msg/MotorPower                       keep_last 5, best_effort, volatile
@@ -75,6 +76,7 @@ ODOMETRY              topic    /odom                      nav_msgs/msg/Odometry 
 PATH                  topic    /plan                      nav_msgs/msg/Path                                  keep_last 1, reliable, transient_local
 PLAN_PATH             service  /plan_path                 humanoid_control_interfaces/srv/PlanPath           -
 POSE                  topic    /pose                      geometry_msgs/msg/PoseStamped                      keep_last 10, reliable, volatile
+RELOCALIZE            service  /relocalize               std_srvs/srv/Trigger                               -
 RESTORE_CONFIG        service  /robot/restore_config      std_srvs/srv/Trigger                               -
 ROBOT_DESCRIPTION     topic    /robot_description         std_msgs/msg/String                                keep_last 1, reliable, transient_local
 SAFETY_STATE          topic    /safety/state              robactor_msgs/msg/SafetyState                      keep_last 1, reliable, transient_local
