@@ -131,7 +131,8 @@ IMU_CALIBRATION = Topic(ImuCalibration, "/imu/calibration", qos.STATE)
 """What is taken off the samples of IMU."""
 MAP = Topic(OccupancyGrid, "/map", qos.MAP)
 RELIEF = Topic(OccupancyGrid, "/elevation", qos.SENSOR_DATA)
-"""10 Hz, 8 m around the robot, frame `map`: 0 is floor, 50 a step that can be crossed, 100 what cannot, -1 what was not seen."""
+"""10 Hz, 8 m around the robot, frame `map`: 0 is floor, 50 a step that can be crossed, 90 and 100 what cannot (90: the LiDAR sees
+it, too), -1 what was not seen."""
 ELEVATION_POINTS = Topic(PointCloud2, "/elevation/points", qos.SENSOR_DATA)
 """2 Hz, how high each cell is, frame `map`, z over the ground that the robot stands on; made only while somebody listens."""
 ODOMETRY = Topic(Odometry, "/odom", qos.DEFAULT)

@@ -81,8 +81,8 @@ class Navigation(Node):
     One goal at a time: a new one preempts, whichever of the three it comes by. The preempted goal ends with its result, canceled when it
     came by the same action, else aborted, and its reason says so. A goal that cannot be reached by the map is rejected with a named reason.
 
-    Takes pose, localization, odom,
-    lidar/scan, elevation, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel (20 Hz while it walks), plan.
+    Takes pose, localization, odom, lidar/scan, elevation, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel
+    (20 Hz while it walks), plan.
     Parameters: max_speed, max_turn, acceleration, position_tolerance, yaw_tolerance, blind_speed, patience.
     """
 
@@ -108,9 +108,10 @@ class Navigation(Node):
         description="How long to wait for something in the way before backing up, turning or another way.",
     )
 
-    def __init__(self, grid: Grid, dock: Pose2 | None = None) -> None:
-        """With a `dock`, no walk is made or gone on with that leaves no energy for the way there."""
+    def __init__(self, grid: Grid, dock: Pose2 | None = None, sight: bool = False) -> None:
+        """With a `dock`, no walk is made or gone on with that leaves no energy for the way there. With `sight` it takes elevation, too."""
         self._grid = grid
+        self._sight = sight
         self._dock = dock
 
     async def on_start(self) -> None:
@@ -125,6 +126,8 @@ class Navigation(Node):
             plan=lambda path: self.plan(self._path_message(path)),
         )
         self._retune(())
+        if self._sight:
+            self.on(RELIEF, self.relief)
 
     @post_set
     def _retune(self, changed: Sequence[Parameter]) -> None:
@@ -158,7 +161,6 @@ class Navigation(Node):
     def scan(self, message: LaserScan) -> None:
         self._heard.scan = message
 
-    @RELIEF.on()
     def relief(self, message: OccupancyGrid) -> None:
         """From the first one on the robot heeds steps and holes, and walks no faster than it sees the floor."""
         info = message.info

@@ -174,7 +174,7 @@ def test_a_robot_that_is_given_its_worlds_map_as_a_file_walks_to_its_goal_by_it(
 @pytest.mark.parametrize(
     ("text", "hint"),
     [
-        ("resolution: 0", "m.yaml: it does not say"),
+        ("resolution: 0", "m.yaml:1: resolution: 0 m a cell"),
         (
             "image: m.pgm\nresolution: 1\norigin: [900, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2",
             "the start (0, 0)",
