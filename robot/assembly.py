@@ -95,20 +95,9 @@ class Robot:
                 actuators=actuators,
                 sensors=sensors,
             )
-        self.body: Body = (
-            self.process.body
-            if self.process is not None
-            else make_body(
-                self.scene,
-                body,
-                seed=seed,
-                motor_delay=motor_delay,
-                arm=arm,
-                ground=ground,
-                actuators=actuators,
-                sensors=sensors,
-            )
-        )
+        self.body: Body = self.process.body if self.process is not None else make_body(
+            self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+        )  # fmt: skip
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
         try:
             tree = robot_tree(
