@@ -86,29 +86,11 @@ class Robot:
             )
         if processes:
             self.process = _body_process(
-                self.scene,
-                body,
-                seed=seed,
-                motor_delay=motor_delay,
-                arm=arm,
-                ground=ground,
-                actuators=actuators,
-                sensors=sensors,
-            )
-        self.body: Body = (
-            self.process.body
-            if self.process is not None
-            else make_body(
-                self.scene,
-                body,
-                seed=seed,
-                motor_delay=motor_delay,
-                arm=arm,
-                ground=ground,
-                actuators=actuators,
-                sensors=sensors,
-            )
-        )
+                self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+            )  # fmt: skip
+        self.body: Body = self.process.body if self.process is not None else make_body(
+            self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+        )  # fmt: skip
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
         try:
             tree = robot_tree(

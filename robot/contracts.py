@@ -121,6 +121,8 @@ DRIVE_STATUS = Topic(DriveStatus, "/drive_status", qos.STATE)
 """At every change, and once a second."""
 SAFETY_STATE = Topic(SafetyState, "/safety/state", qos.STATE)
 """20 Hz, and at once when it changes. While `stopped`, nobody may start a motion."""
+RELOCALIZE = Service(Trigger, "/relocalize")
+"""Looks on the whole map for the place where the newest scan was taken, and takes it for the robot's own if there is no second one like it."""
 DOCK_STATUS = Topic(DockStatus, "/dock_status", qos.STATE)
 """At every change."""
 GAIT_STATUS = Topic(GaitStatus, "/gait_status", qos.STATE)
@@ -198,8 +200,6 @@ PLAN_PATH = Service(PlanPath, "/plan_path")
 """A path by the map alone, frame `map`; nothing moves."""
 GET_ROBOT_POSE = Service(GetRobotPose, "/get_robot_pose")
 """The latest of POSE, answered at once, whatever else the robot does."""
-RELOCALIZE = Service(Trigger, "/relocalize")
-"""Looks on the whole map for the place where the newest scan was taken, and takes it for the robot's own if there is no second one like it."""
 NAVIGATE_TO_GOAL = Action(NavigateToGoal, "/navigate_to_goal")
 """Walks to a pose, frame `map`. It shares one navigator with the next two: a goal of one preempts those of the others."""
 MOVE_TO_POSITION = Action(MoveToPosition, "/move_to_position")

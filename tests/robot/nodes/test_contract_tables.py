@@ -65,6 +65,7 @@ IMU_RAW               topic    /imu/data_raw              sensor_msgs/msg/Imu   
 JOINT_STATES          topic    /joint_states              sensor_msgs/msg/JointState                         keep_last 10, reliable, volatile
 JOY_CMD               topic    /joy/cmd_vel               geometry_msgs/msg/Twist                            keep_last 10, reliable, volatile
 LIDAR_POINTS          topic    /lidar/points              sensor_msgs/msg/PointCloud2                        keep_last 5, best_effort, volatile
+LOCALIZATION          topic    /localization             std_msgs/msg/String                                keep_last 1, reliable, transient_local
 MAP                   topic    /map                       nav_msgs/msg/OccupancyGrid                         keep_last 1, reliable, transient_local
 MARKERS               topic    /markers                   visualization_msgs/msg/MarkerArray                 keep_last 10, reliable, volatile
 MOTOR_POWER           topic    /motor_power               robactor_msgs/msg/MotorPower                       keep_last 5, best_effort, volatile
@@ -78,6 +79,7 @@ PATH                  topic    /plan                      nav_msgs/msg/Path     
 PLAN_PATH             service  /plan_path                 humanoid_control_interfaces/srv/PlanPath           -
 POSE                  topic    /pose                      geometry_msgs/msg/PoseStamped                      keep_last 10, reliable, volatile
 RELIEF                topic    /elevation                 nav_msgs/msg/OccupancyGrid                         keep_last 5, best_effort, volatile
+RELOCALIZE            service  /relocalize               std_srvs/srv/Trigger                               -
 RESTORE_CONFIG        service  /robot/restore_config      std_srvs/srv/Trigger                               -
 ROBOT_DESCRIPTION     topic    /robot_description         std_msgs/msg/String                                keep_last 1, reliable, transient_local
 SAFETY_STATE          topic    /safety/state              robactor_msgs/msg/SafetyState                      keep_last 1, reliable, transient_local
@@ -187,7 +189,7 @@ def test_the_robots_own_contracts_come_first_and_use_no_type_of_the_tutorials() 
     sections = [
         "tutorials" if described(one)[2].split("/")[0] in theirs else "own" for one in contracts_of(contracts).values()
     ]
-    assert (sections.count("own"), sections.count("tutorials")) == (58, 12)
+    assert (sections.count("own"), sections.count("tutorials")) == (60, 12)
     assert sections == sorted(sections)
 
 
