@@ -14,9 +14,12 @@ from actors.interfaces.naming import full_name
 from cli.command import CommandFailed
 
 if TYPE_CHECKING:
+    from actors import Node, System
     from cli.graph import Seen
 
-__all__ = ["INVALID", "Uses", "action_type", "learn_folders", "message_type", "resolved", "service_type"]
+__all__ = [
+    "INVALID", "Uses", "action_type", "fetched", "foreign_uses", "learn_folders", "message_type", "resolved", "service_type",
+]  # fmt: skip
 
 T = TypeVar("T")
 Uses = Callable[[], Iterable[tuple[str, Any]]]
@@ -76,20 +79,39 @@ async def resolved(graph: Seen, get: Callable[[str], T], word: str, wanted: str 
 
 async def _found(graph: Seen, get: Callable[[str], T], name: str, asked: str, uses: list[tuple[str, Any]]) -> T:
     try:
-        return get(asked)
+        return await fetched(graph.node, graph.system, get, asked, uses, name)
     except UnknownInterface as error:
-        same = [(node, kind) for node, kind in uses if isinstance(kind, ForeignType) and kind.__ros_type__ == asked]
-        if not same:
+        nodes = ", ".join(dict.fromkeys(node for node, _ in foreign_uses(asked, uses)))
+        if not nodes:
             raise
-        from actors.node.remote_types import action_parts, fetch
-
-        parts = action_parts(graph.system.graph, name, asked) if get is get_action else [(asked, same[0][1].type_hash)]
-        if await fetch(graph.node, asked, parts, (node for node, _ in same)):
-            return get(asked)
-        nodes = ", ".join(dict.fromkeys(node for node, _ in same))
         raise CommandFailed(
             f"{error} {nodes} did not describe it either: give the folder of its definition with --interfaces DIR"
         ) from None
+
+
+def foreign_uses(asked: str, uses: Iterable[tuple[str, Any]]) -> list[tuple[str, ForeignType]]:
+    """Those of the nodes that use a name with the type `asked`, of which this process has only the name and the hash."""
+    return [(node, kind) for node, kind in uses if isinstance(kind, ForeignType) and kind.__ros_type__ == asked]
+
+
+async def fetched(
+    node: Node, system: System, get: Callable[[str], T], asked: str, uses: Iterable[tuple[str, Any]], name: str
+) -> T:
+    """The type `asked` as it is known here, or described by those who use the topic, service or action `name` with it.
+
+    Raises `UnknownInterface` if nobody describes it, and `InterfaceError` if the description cannot be read.
+    """
+    try:
+        return get(asked)
+    except UnknownInterface:
+        foreign = foreign_uses(asked, uses)
+        if not foreign:
+            raise
+    from actors.node.remote_types import action_parts, fetch
+
+    parts = action_parts(system.graph, name, asked) if get is get_action else [(asked, foreign[0][1].type_hash)]
+    await fetch(node, asked, parts, (user for user, _ in foreign))
+    return get(asked)
 
 
 def _warn(name: str, kind: Any, uses: list[tuple[str, Any]]) -> None:

@@ -54,9 +54,10 @@ __all__ = [
     "CAMERA_DEPTH", "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DEPTH_POINTS", "DETECTIONS",
     "DIAGNOSTICS", "DOCK", "DOCK_STATUS", "DRIVE_STATUS", "ELEVATION_POINTS", "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS",
     "GET_BATTERY_STATUS", "GET_CURRENT_POSITION", "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HUMANOID_NAVIGATE",
-    "IMU", "IMU_CALIBRATION", "IMU_RAW", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "MAP", "MARKERS", "MOTOR_POWER", "MOTOR_TARGETS", "MOVE_ARM",
-    "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RELIEF", "RESTORE_CONFIG", "ROBOT_DESCRIPTION",
-    "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE", "WALK",
+    "IMU", "IMU_CALIBRATION", "IMU_RAW", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "LOCALIZATION", "MAP", "MARKERS", "MOTOR_POWER", "MOTOR_TARGETS",
+    "MOVE_ARM", "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RELIEF", "RELOCALIZE", "RESTORE_CONFIG",
+    "ROBOT_DESCRIPTION", "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE",
+    "WALK",
 ]  # fmt: skip
 
 # -- the robot's own ---------------------------------------------------------------------------------------------------------------
@@ -138,6 +139,9 @@ ODOMETRY = Topic(Odometry, "/odom", qos.DEFAULT)
 """50 Hz, frame `odom`: from legs and IMU alone."""
 POSE = Topic(PoseStamped, "/pose", qos.DEFAULT)
 """50 Hz, frame `map`: odometry corrected by matching scans to the map."""
+LOCALIZATION = Topic(String, "/localization", qos.STATE)
+"""What POSE is worth, told when it changes: `tracking`, which it is before anything is told, `blind` while the LiDAR sees nothing where the map has
+walls, and `lost` while scans do not fit the map there, until the robot has been found on it."""
 PATH = Topic(Path, "/plan", qos.STATE)
 """The path being followed, frame `map`; without poses when a walk has ended."""
 MARKERS = Topic(MarkerArray, "/markers", qos.DEFAULT)
@@ -194,6 +198,8 @@ PLAN_PATH = Service(PlanPath, "/plan_path")
 """A path by the map alone, frame `map`; nothing moves."""
 GET_ROBOT_POSE = Service(GetRobotPose, "/get_robot_pose")
 """The latest of POSE, answered at once, whatever else the robot does."""
+RELOCALIZE = Service(Trigger, "/relocalize")
+"""Looks on the whole map for the place where the newest scan was taken, and takes it for the robot's own if there is no second one like it."""
 NAVIGATE_TO_GOAL = Action(NavigateToGoal, "/navigate_to_goal")
 """Walks to a pose, frame `map`. It shares one navigator with the next two: a goal of one preempts those of the others."""
 MOVE_TO_POSITION = Action(MoveToPosition, "/move_to_position")

@@ -39,7 +39,7 @@ SECONDS: Final = 20.0
 EACH: Final = 0.1
 """Seconds from picture to picture."""
 STILL: Final = 7.0
-WALK_WIDTH, SIZE = 640, (1280, 720)
+WALK_WIDTH, WALK_SIZE, STILL_SIZE = 640, (800, 560), (1280, 720)
 QUALITY: Final = 55
 
 
@@ -96,7 +96,7 @@ class Playing:
 
 
 @asynccontextmanager
-async def playing(file: Path) -> AsyncIterator[tuple[Playing, Page]]:
+async def playing(file: Path, size: tuple[int, int]) -> AsyncIterator[tuple[Playing, Page]]:
     """The robot pane in three dimensions, of a bag that has not begun."""
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     tree = Supervisor("bag", children=[Child(EmergencyStop), Child(Player, args=(file, PlayOptions(paused=True)))])
@@ -106,7 +106,7 @@ async def playing(file: Path) -> AsyncIterator[tuple[Playing, Page]]:
         browser = await playwright.chromium.launch(
             executable_path=chromium, args=["--no-sandbox", "--enable-unsafe-swiftshader"]
         )
-        page = await browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]}, color_scheme="light")
+        page = await browser.new_page(viewport={"width": size[0], "height": size[1]}, color_scheme="light")
         await page.goto(f"{server.url}#robot")
         await page.locator("#status.on").wait_for()
         await page.get_by_role("button", name="3D", exact=True).click()
@@ -117,7 +117,7 @@ async def playing(file: Path) -> AsyncIterator[tuple[Playing, Page]]:
 async def walk(file: Path) -> bytes:
     """The animation, as WebP."""
     frames: list[Image.Image] = []
-    async with playing(file) as (bag, page):
+    async with playing(file, WALK_SIZE) as (bag, page):
         for number in range(round(SECONDS / EACH)):
             await bag.until(BEGIN + number * EACH)
             shot = await page.locator(".view3d").screenshot(type="png")
@@ -132,7 +132,7 @@ async def walk(file: Path) -> bytes:
 
 async def still(file: Path) -> bytes:
     """One instant, as PNG."""
-    async with playing(file) as (bag, page):
+    async with playing(file, STILL_SIZE) as (bag, page):
         await page.get_by_role("button", name="Camera", exact=True).click()
         for second in range(round(STILL) + 1):  # the trail grows, and the camera follows
             await bag.until(second)

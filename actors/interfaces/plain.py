@@ -2,28 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, cast
 
 from actors.interfaces.errors import MessageTypeError
-from actors.interfaces.fields import Field
+from actors.interfaces.fields import Field, FieldType
 from actors.interfaces.message import Message
 from actors.interfaces.naming import closest
 
 M = TypeVar("M", bound=Message)
 
 
-def to_plain(message: Message) -> dict[str, Any]:
-    """The message as nested dicts in field order; arrays and sequences as lists. Nothing is shared with the message."""
-    return {field.name: _plain(getattr(message, field.name)) for field in message.__ros_fields__}
+def to_plain(message: Message, array: Callable[[FieldType, Any], Any] | None = None) -> dict[str, Any]:
+    """The message as nested dicts in field order; arrays and sequences as lists. Nothing is shared with the message.
+
+    An array of numbers is what `array` makes of its type and its numpy array, if that is given.
+    """
+    return {
+        field.name: _plain(getattr(message, field.name), field.type, array or _listed)
+        for field in message.__ros_fields__
+    }
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, kind: FieldType, array: Callable[[FieldType, Any], Any]) -> Any:
     if isinstance(value, Message):
-        return to_plain(value)
+        return to_plain(value, array)
     if isinstance(value, tuple):
-        return [_plain(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
-    return value.tolist() if hasattr(value, "dtype") else value
+        return [_plain(item, kind, array) for item in value]  # pyright: ignore[reportUnknownVariableType]
+    return array(kind, value) if kind.is_numeric_array else value
+
+
+def _listed(kind: FieldType, values: Any) -> Any:
+    return values.tolist()
 
 
 def from_plain(cls: type[M], mapping: Mapping[str, Any] | None) -> M:

@@ -101,6 +101,15 @@ class ParameterClient:
             raise ParameterUninitialized.of(self.remote, ", ".join(wanted), "their type")
         return found
 
+    async def get_present(self, names: Iterable[str]) -> tuple[Parameter, ...]:
+        """Those of several parameters that are declared and have a value: all at one instant if they are all of them."""
+        wanted = tuple(names)
+        found = await self._values(wanted)
+        if len(found) == len(wanted):
+            return found
+        alone = [await self._values([name]) for name in wanted]  # one without a value empties the whole answer
+        return tuple(chain.from_iterable(alone))
+
     async def list(self, prefixes: Sequence[str] = (), depth: int = 0) -> ParameterNames:
         """The names of the parameters and of their groups, as `ParameterStore.list` gives them."""
         request = srv.ListParameters.Request(prefixes=tuple(prefixes), depth=depth)
@@ -118,11 +127,7 @@ class ParameterClient:
     async def dump(self) -> str:
         """All parameters that have a value, as the text of a parameter file that `load` and every node of ROS 2 reads."""
         known = (await self.list()).names
-        found = await self._values(known)
-        if len(found) != len(known):  # one without a value empties the whole answer
-            alone = [await self._values([name]) for name in known]
-            found = tuple(chain.from_iterable(alone))
-        return parameter_file(self.remote, found)
+        return parameter_file(self.remote, await self.get_present(known))
 
     # -- setting ------------------------------------------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from actors.logs import NodeLog
 
-__all__ = ["Client", "Session"]
+__all__ = ["Client", "Session", "farewell"]
 
 MOST_MISTAKES: Final = 100
 """Malformed frames after which a connection is closed."""
@@ -44,6 +44,11 @@ class Session(Protocol):
     async def closed(self) -> None:
         """Give back all that this client holds."""
         ...
+
+
+def farewell(why: str) -> str:
+    """A reason as the frame that closes a connection can have it: at most 123 bytes of UTF-8."""
+    return why.encode("utf-8", "replace")[:123].decode("utf-8", "ignore")
 
 
 class Client:
@@ -118,7 +123,7 @@ class Client:
             self._log.warning("web client disconnected", client=self.address, protocol=self.protocol, because=why)
             # its frames are read to the end, or the farewell of the client would never be seen behind them
             rest = asyncio.ensure_future(self._discard())
-            await self._socket.close(code, why[:100])
+            await self._socket.close(code, farewell(why))
             await asyncio.gather(rest, return_exceptions=True)
 
     def _note(self, outcome: BaseException | None) -> None:

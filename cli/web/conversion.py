@@ -5,46 +5,35 @@ from __future__ import annotations
 import base64
 import binascii
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 import msgspec
 
-from actors.interfaces import Field, Message, MessageTypeError, MessageValueError, from_plain
+from actors.interfaces import Field, Message, MessageTypeError, MessageValueError, from_plain, to_plain
 from actors.interfaces.fields import FLOATS
 from cli.web.errors import BadRequest, Refused
 
 if TYPE_CHECKING:
+    from actors.interfaces import FieldType
     from actors.interfaces.builtin_interfaces.msg import Time
 
-__all__ = ["message_of", "object_of", "plain", "read_json", "to_json", "write_json"]
+__all__ = ["BYTES", "message_of", "object_of", "plain", "read_json", "to_json", "write_json"]
 
 M = TypeVar("M", bound=Message)
 
-_BYTES: Final = ("uint8", "char", "byte")
+BYTES: Final = ("uint8", "char", "byte")
+"""The numbers whose arrays are bytes."""
 HEADER: Final = "std_msgs/msg/Header"
 
-Binary = Callable[[bytes], Any]
-"""What becomes of an array of bytes."""
 
-
-def _base64(data: bytes) -> str:
-    return base64.b64encode(data).decode()
-
-
-def plain(message: Message, binary: Binary = _base64) -> dict[str, Any]:
+def plain(message: Message) -> dict[str, Any]:
     """The message as nested dicts in the order of its fields. Floats are as they are, also those that JSON lacks."""
-    return {field.name: _plain(field, getattr(message, field.name), binary) for field in message.__ros_fields__}
+    return to_plain(message, _array)
 
 
-def _plain(field: Field, value: Any, binary: Binary) -> Any:
-    if isinstance(value, Message):
-        return plain(value, binary)
-    if field.type.is_numeric_array:
-        return binary(value.tobytes()) if field.type.base in _BYTES else value.tolist()
-    if isinstance(value, tuple):
-        return [plain(item, binary) if isinstance(item, Message) else item for item in _items(value)]
-    return value
+def _array(kind: FieldType, values: Any) -> Any:
+    return base64.b64encode(values.tobytes()).decode() if kind.base in BYTES else values.tolist()
 
 
 def to_json(message: Message) -> bytes:
@@ -124,12 +113,12 @@ def _pairs(value: Any) -> Iterable[tuple[Any, Any]]:
 def _value(field: Field, value: Any) -> Any:
     base = field.type.base
     if field.type.is_numeric_array:
-        if base in _BYTES and isinstance(value, str):
+        if base in BYTES and isinstance(value, str):
             try:
                 return list(base64.b64decode(value, validate=True))
             except (binascii.Error, ValueError) as error:
                 raise Refused(f"{field.name}: {field.type} is written in base64: {error}") from None
-        if base in _BYTES and isinstance(value, bytes):
+        if base in BYTES and isinstance(value, bytes):
             return list(value)
         if base in FLOATS and isinstance(value, list):
             return [float("nan") if item is None else item for item in _items(value)]

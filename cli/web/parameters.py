@@ -6,13 +6,13 @@ import asyncio
 import base64
 import binascii
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
-from actors import ActorError, Parameter, Service
+from actors import ActorError, Parameter
 from actors.interfaces import InterfaceError
-from actors.interfaces.rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from actors.names.names import is_hidden, validate_full_name
-from actors.parameters.messages import from_value, to_parameter
+from actors.parameters.client import ParameterClient
+from actors.parameters.messages import from_value
 from actors.parameters.values import ParameterType
 from cli.web.errors import Refused
 
@@ -43,12 +43,9 @@ class Parameters:
     async def names(self, node: str) -> list[str]:
         """The names of a node's parameters; none if it does not answer."""
         try:
-            answer = await self._node.call(
-                Service(ListParameters, f"{node}/list_parameters"), ListParameters.Request(), timeout=PATIENCE
-            )
+            return list((await self._of(node).list()).names)
         except ActorError:
             return []
-        return list(answer.result.names)
 
     async def all_names(self) -> list[tuple[str, str]]:
         """Every parameter with its node."""
@@ -58,32 +55,22 @@ class Parameters:
 
     async def values(self, node: str, names: Iterable[str]) -> dict[str, Parameter]:
         """The parameters of a node that are set, of these; none if it does not answer."""
-        wanted = list(names)
-        service = Service(GetParameters, f"{node}/get_parameters")
-        found: dict[str, Parameter] = {}
         try:
-            answer = await self._node.call(service, GetParameters.Request(names=tuple(wanted)), timeout=PATIENCE)
-            if len(answer.values) != len(wanted) and len(wanted) > 1:  # one of them is missing or has no value
-                for name in wanted:
-                    found |= await self.values(node, [name])
-                return found
-            for name, value in zip(wanted, answer.values, strict=False):
-                found[name] = from_value(name, value)
+            return {one.name: one for one in await self._of(node).get_present(names)}
         except (ActorError, InterfaceError, ValueError):
-            return found
-        return found
+            return {}
 
     async def put(self, node: str, name: str, value: Any) -> str | None:
         """Set a parameter to plain data; returns why the node refuses, or None. Raises `Refused` for a node that does not answer."""
         present = (await self.values(node, [name])).get(name)
-        service = Service(SetParameters, f"{node}/set_parameters")
         try:
-            request = SetParameters.Request(parameters=(to_parameter(typed(name, value, present)),))
-            answer = await self._node.call(service, request, timeout=PATIENCE)
+            result = await self._of(node).set(name, meant(value, present))
         except (ActorError, InterfaceError, TypeError, ValueError, OverflowError) as error:
             raise Refused(f"{node}.{name}: {error}") from None
-        result = answer.results[0]
         return None if result.successful else result.reason or "the node refuses it"
+
+    def _of(self, node: str) -> ParameterClient:
+        return ParameterClient(self._node, node, timeout=PATIENCE)
 
     async def described(self, wanted: Iterable[str]) -> list[dict[str, Any]]:
         """Parameters as the protocol shows them, by their full names; all there are if none is named."""
@@ -107,31 +94,19 @@ def split(full: object) -> tuple[str, str]:
     return node, name
 
 
-def typed(name: str, value: Any, present: Parameter | None) -> Parameter:
-    """Plain data as a parameter: of its present type where JSON does not tell the difference. Raises TypeError or ValueError."""
+def meant(value: Any, present: Parameter | None) -> Any:
+    """Data of JSON as a value of the parameter's present type, where JSON does not tell the difference. Raises TypeError or ValueError."""
     kind = None if present is None else present.type
-    if value is None:
-        return Parameter(name)
-    if kind is ParameterType.DOUBLE and type(value) is int:
-        value = float(value)
-    elif kind is ParameterType.INTEGER and type(value) is float and value.is_integer():
-        value = int(value)
-    elif kind is ParameterType.BYTE_ARRAY and isinstance(value, str):
-        try:
-            value = tuple(bytes([byte]) for byte in base64.b64decode(value, validate=True))
-        except binascii.Error as error:
-            raise ValueError(f"an array of bytes is written in base64: {error}") from None
-    elif kind is ParameterType.DOUBLE_ARRAY and isinstance(value, list):
-        value = [float(item) if type(item) is int else item for item in _items(value)]
-    if isinstance(value, list) and not value and kind is not None and kind.is_array:
-        return Parameter(name, [], kind)
     if isinstance(value, Mapping):
         raise TypeError("a parameter has no fields")
-    return Parameter(name, value)
-
-
-def _items(value: Any) -> Iterable[Any]:
-    return cast("Iterable[Any]", value)
+    if kind is ParameterType.INTEGER and type(value) is float and value.is_integer():
+        return int(value)
+    if kind is ParameterType.BYTE_ARRAY and isinstance(value, str):
+        try:
+            return tuple(bytes([byte]) for byte in base64.b64decode(value, validate=True))
+        except binascii.Error as error:
+            raise ValueError(f"an array of bytes is written in base64: {error}") from None
+    return value
 
 
 def plain_value(parameter: Parameter) -> Any:

@@ -20,7 +20,7 @@ from cli.web import figures
 from cli.web.admission import host_refusal, origin_refusal, token_refusal
 from cli.web.audience import Audience
 from cli.web.bags import Bags
-from cli.web.client import Client
+from cli.web.client import Client, farewell
 from cli.web.errors import Refused
 from cli.web.feeds import Feeds
 from cli.web.foxglove.session import SUBPROTOCOLS
@@ -193,7 +193,7 @@ class WebServer(Node):
                 async with self._recordings.watching(recording) as audience:
                     await audience.serve(client)
         except Refused as error:
-            await socket.close(UNPLAYABLE, str(error)[:100])
+            await socket.close(UNPLAYABLE, farewell(str(error)))
         finally:
             del self._clients[client.number]
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from struct import pack
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-from actors.interfaces import Message
+from actors.interfaces import Message, to_plain
+from cli.web.conversion import BYTES
+
+if TYPE_CHECKING:
+    from actors.interfaces import FieldType
 
 __all__ = ["cbor", "cbor_joined", "cbor_message"]
 
@@ -14,29 +18,19 @@ _TYPED: Final = {
     "int8": 72, "uint16": 69, "uint32": 70, "uint64": 71, "int16": 77, "int32": 78, "int64": 79, "float32": 85, "float64": 86,
 }  # fmt: skip
 """The tags of arrays in little-endian order."""
-_BYTES: Final = ("uint8", "char", "byte")
 
 
 def cbor_message(message: Message) -> dict[str, Any]:
     """A message as data that `cbor` writes."""
-    found: dict[str, Any] = {}
-    for field in message.__ros_fields__:
-        value: Any = getattr(message, field.name)
-        if isinstance(value, Message):
-            value = cbor_message(value)
-        elif field.type.is_numeric_array:
-            base = field.type.base
-            if base in _BYTES:
-                value = value.tobytes()
-            elif base in _TYPED:
-                value = _Tagged(_TYPED[base], value.astype(value.dtype.newbyteorder("<")).tobytes())
-            else:
-                value = value.tolist()
-        elif isinstance(value, tuple):
-            items: Any = value  # pyright: ignore[reportUnknownVariableType]
-            value = [cbor_message(item) if isinstance(item, Message) else item for item in items]
-        found[field.name] = value
-    return found
+    return to_plain(message, _array)
+
+
+def _array(kind: FieldType, values: Any) -> Any:
+    if kind.base in BYTES:
+        return values.tobytes()
+    if kind.base in _TYPED:
+        return _Tagged(_TYPED[kind.base], values.astype(values.dtype.newbyteorder("<")).tobytes())
+    return values.tolist()
 
 
 def cbor_joined(pairs: Mapping[str, bytes]) -> bytes:

@@ -177,14 +177,20 @@ class Bridge(Socket):
 
 
 @asynccontextmanager
-async def serving(settings: WebSettings | None = None) -> AsyncIterator[Stage]:
-    """A system with a talker and a worker, and a web server on a free port."""
-    tree = Supervisor("tree", children=[Child(Talker), Child(Worker)])
+async def served_beside(tree: Supervisor, settings: WebSettings | None = None) -> AsyncIterator[Stage]:
+    """A system, and a web server on a free port."""
     async with run(tree, signals=False, sinks=()) as system:
         joined = await system.join(Child(WebServer, name="_web", args=(settings or WebSettings(port=0),)))
         server = joined.node
         assert isinstance(server, WebServer)
         yield Stage(system, server)
+
+
+@asynccontextmanager
+async def serving(settings: WebSettings | None = None) -> AsyncIterator[Stage]:
+    """A system with a talker and a worker, and a web server on a free port."""
+    async with served_beside(Supervisor("tree", children=[Child(Talker), Child(Worker)]), settings) as stage:
+        yield stage
 
 
 async def until(condition: Any) -> None:

@@ -129,13 +129,14 @@ async def test_a_client_that_never_reads_loses_its_messages_and_nobody_else_does
             sleeper.socket.transport.abort()
 
 
-async def test_a_client_that_sends_nothing_but_garbage_is_shown_the_door() -> None:
+@pytest.mark.parametrize("garbage", ["garbage", '{"op": "' + 90 * "\N{SNOWMAN}" + '"}'], ids=["text", "wide letters"])
+async def test_a_client_that_sends_nothing_but_garbage_is_shown_the_door(garbage: str) -> None:
     async with serving() as stage:
         for opened in (stage.foxglove, stage.rosbridge):
             async with opened() as client:
                 with pytest.raises(ConnectionClosed) as closed:
                     for _ in range(200):
-                        await client.socket.send("garbage")
+                        await client.socket.send(garbage)
                     while True:
                         await client.next()
                 assert closed.value.rcvd is not None and closed.value.rcvd.code == 1008
