@@ -99,7 +99,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 3
     many, began = asked.rooms or (ROOMS // 10 if asked.quick else ROOMS), time.monotonic()
     told = trials(
-        partial(run, speed=asked.speed, sight=not asked.blind, sensors=asked.sensors), range(asked.seed, asked.seed + many), jobs=asked.jobs, file=asked.resume, tell=tell,
+        partial(run, speed=asked.speed, sight=not asked.blind, sensors=asked.sensors), range(asked.seed, asked.seed + many),
+        jobs=asked.jobs, file=asked.resume, tell=tell,
         what=f"rooms at {asked.speed:g} m/s, sensors {asked.sensors}{', blind' if asked.blind else ''}",
     )  # fmt: skip
     result = summary([Outcome(**held) for held in told]) | {
