@@ -74,7 +74,8 @@ class Deskew:
         stamps = table[:, 0]
         table[:, 6] = np.unwrap(table[:, 6])
         times = start + np.arange(count) * (sweep / count)
-        x, y, z, roll, pitch, yaw = (np.interp(times, stamps, column) for column in table.T[1:])
+        lay: list[Floats] = [np.interp(times, stamps, table[:, column]) for column in range(1, 7)]
+        x, y, z, roll, pitch, yaw = lay
         x1, y1, yaw1 = (float(np.interp(at, stamps, table[:, column])) for column in (1, 2, 6))
         reach = np.where(np.isfinite(ranges), ranges, UNKNOWN)
         forward, left, up = _leveled(reach, beam_angles(count), roll, pitch)

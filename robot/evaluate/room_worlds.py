@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count
-from math import hypot, pi
+from math import exp, hypot, log, pi
 from typing import Final
 
 import numpy as np
@@ -81,7 +81,7 @@ def _furniture(random: np.random.Generator) -> Iterator[Box]:
 def _unmapped(random: np.random.Generator) -> Iterator[Obstacle]:
     """Things on the floor; as many of each factor of height."""
     for _ in range(_UNMAPPED):
-        height = float(np.exp(random.uniform(np.log(_LOWEST), np.log(_HIGHEST))))
+        height = exp(random.uniform(log(_LOWEST), log(_HIGHEST)))
         x, y = _place(random)
         if random.random() < 0.3:
             yield Cylinder(x, y, float(random.uniform(0.04, 0.25)), height, mapped=False)

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from robot.geometry.planar import Pose2
-from robot.geometry.vectors import Vector, rotation_of
+from robot.geometry.vectors import Floats, Vector, rotation_of
 from robot.hardware.arm import ArmBusy, ArmDevice, ArmState, GripperState
 from robot.hardware.beams import BEAMS, MAX_RANGE
 from robot.hardware.body import (
@@ -206,7 +206,7 @@ class LinkedBody:
         truth, now, groups = state.truth, time.monotonic(), groups_of(taken)
         attitude = rotation_of(truth.quaternion)
         turning, mount = attitude @ truth.angular_velocity, attitude @ self._noise.mount
-        seen = []
+        seen: list[Floats] = []
         for number, angles in enumerate(groups):
             passed = now - state.at - taken * (1.0 - (number + 0.5) / len(groups))
             rays = beam_directions(angles) @ mount.T
