@@ -95,7 +95,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         partial(run, seconds=SECONDS), range(asked.seed, asked.seed + many), jobs=asked.jobs, file=asked.resume, tell=tell,
         what=f"crowd of {WALKERS}, {SECONDS:g} s",
     )  # fmt: skip
-    result = summary([Outcome(**held) for held in told]) | {
+    result: dict[str, Any] = summary([Outcome(**held) for held in told]) | {
         "backend": "physics", "seed": asked.seed, "date": date.today().isoformat(), "machine": machine(),
         "wall_seconds": round(time.monotonic() - began, 1),
     }  # fmt: skip

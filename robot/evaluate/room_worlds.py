@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count
-from math import hypot, pi
+from math import exp, hypot, log, pi
 from typing import Final
 
 import numpy as np
@@ -74,14 +74,14 @@ def _place(random: np.random.Generator) -> tuple[float, float]:
 def _furniture(random: np.random.Generator) -> Iterator[Box]:
     for _ in range(_FURNITURE):
         x, y = _place(random)
-        length, width = random.uniform(0.4, 1.6, 2).tolist()
-        yield Box(x, y, length, width, float(random.uniform(-pi, pi)), float(random.uniform(0.7, 2.0)))
+        length, width, turn = (float(v) for v in random.uniform((0.4, 0.4, -pi), (1.6, 1.6, pi)))
+        yield Box(x, y, length, width, turn, float(random.uniform(0.7, 2.0)))
 
 
 def _unmapped(random: np.random.Generator) -> Iterator[Obstacle]:
     """Things on the floor; as many of each factor of height."""
     for _ in range(_UNMAPPED):
-        height = float(np.exp(random.uniform(np.log(_LOWEST), np.log(_HIGHEST))))
+        height = exp(random.uniform(log(_LOWEST), log(_HIGHEST)))
         x, y = _place(random)
         if random.random() < 0.3:
             yield Cylinder(x, y, float(random.uniform(0.04, 0.25)), height, mapped=False)

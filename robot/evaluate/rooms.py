@@ -103,7 +103,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         jobs=asked.jobs, file=asked.resume, tell=tell,
         what=f"rooms at {asked.speed:g} m/s, sensors {asked.sensors}{', blind' if asked.blind else ''}",
     )  # fmt: skip
-    result = summary([Outcome(**held) for held in told]) | {
+    result: dict[str, Any] = summary([Outcome(**held) for held in told]) | {
         "backend": "physics", "seed": asked.seed, "speed": asked.speed, "sight": not asked.blind, "sensors": asked.sensors, "date": date.today().isoformat(),
         "machine": machine(), "wall_seconds": round(time.monotonic() - began, 1),
     }  # fmt: skip
