@@ -44,7 +44,8 @@ _NOISE, _SLANT = 0.006, 0.006
 _FADING = 0.01
 """Doubt about a height grows so fast while the cell is not seen, m per square root of a second."""
 _GATE = 0.02
-"""A picture contradicts what is known when it lies this far (m), and three sigma, from it."""
+_SIGMAS = 3.0
+"""A picture contradicts what is known when it lies so far (m), and so many sigma, from it."""
 _CONFIRMED_UP, _CONFIRMED_DOWN = 2, 3
 """Pictures that must say so: that something is there, and that it is gone."""
 _MEMORY = 30.0
@@ -222,7 +223,7 @@ class ElevationMap:
         known = height[cells]
         before = self._variance_at(now).reshape(-1)[cells]
         differs = measured - known
-        contrary = np.abs(differs) > _GATE + 3.0 * np.sqrt(before + variance)
+        contrary = np.abs(differs) > _GATE + _SIGMAS * np.sqrt(before + variance)
         odd[cells] = np.where(contrary, odd[cells] + 1, 0)
         fresh = np.isnan(known) | (odd[cells] >= np.where(differs > 0.0, _CONFIRMED_UP, _CONFIRMED_DOWN))
         odd[cells[fresh]] = 0

@@ -74,8 +74,8 @@ def _place(random: np.random.Generator) -> tuple[float, float]:
 def _furniture(random: np.random.Generator) -> Iterator[Box]:
     for _ in range(_FURNITURE):
         x, y = _place(random)
-        length, width = random.uniform(0.4, 1.6, 2).tolist()
-        yield Box(x, y, length, width, float(random.uniform(-pi, pi)), float(random.uniform(0.7, 2.0)))
+        length, width, turn = (float(v) for v in random.uniform((0.4, 0.4, -pi), (1.6, 1.6, pi)))
+        yield Box(x, y, length, width, turn, float(random.uniform(0.7, 2.0)))
 
 
 def _unmapped(random: np.random.Generator) -> Iterator[Obstacle]:

@@ -65,8 +65,9 @@ def rays(pattern: int) -> Floats:
     for camera, (down, left) in zip(CAMERAS, shifts, strict=True):
         step = 2 * _HALF_WIDTH / camera.columns
         azimuths = camera.yaw + _HALF_WIDTH - step * (np.arange(camera.columns) + 0.5 + left)
-        grids: list[Floats] = np.meshgrid(_rows(camera, down), azimuths, indexing="ij")
-        elevation, azimuth = (part.ravel() for part in grids)
+        rows = _rows(camera, down)
+        elevation: Floats = np.repeat(rows, len(azimuths))
+        azimuth: Floats = np.tile(azimuths, len(rows))
         level = np.cos(elevation)
         parts.append(np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=1))
     together = np.concatenate(parts)
