@@ -45,8 +45,8 @@ async def keep_journal(graph: Seen, node: str, options: argparse.Namespace) -> N
 
 async def _begin(graph: Seen, node: str, options: argparse.Namespace) -> None:
     got = await ask(graph, PUBLISHER, GET, srv.GetParameters.Request(names=["nodes"]), options)
-    wanted = msg.ParameterValue(type=msg.ParameterType.PARAMETER_STRING_ARRAY)
-    wanted.string_array_value = [*(name for one in got.values for name in one.string_array_value), node]
+    nodes = [*(name for one in got.values for name in one.string_array_value), node]
+    wanted = msg.ParameterValue(type=msg.ParameterType.PARAMETER_STRING_ARRAY, string_array_value=nodes)
     request = srv.SetParameters.Request(parameters=[msg.Parameter(name="nodes", value=wanted)])
     (result,) = (await ask(graph, PUBLISHER, SET, request, options)).results
     if not result.successful:

@@ -53,7 +53,7 @@ class Robot:
     A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
 
     Raises `UnknownWorld`, `BackendMissing` when MuJoCo is not installed, and `ValueError` for a kinematic body in a process or on
-    a `ground`, and for `hosts` of a concern that must stay on the robot.
+    a `ground`, for walkers who meet any but a physical body in this process, and for `hosts` of a concern that must stay on the robot.
     """
 
     def __init__(
@@ -80,31 +80,17 @@ class Robot:
         arm = arm or isinstance(mission, Delivery)
         self.process: BodyProcess | None = None
         """That of the body, with `processes`. It starts at once."""
+        if self.scene.walkers and (processes or body != "physics"):
+            raise ValueError(
+                f"the world {self.scene.name!r} has walkers: only the physics body in this process meets them"
+            )
         if processes:
             self.process = _body_process(
-                self.scene,
-                body,
-                seed=seed,
-                motor_delay=motor_delay,
-                arm=arm,
-                ground=ground,
-                actuators=actuators,
-                sensors=sensors,
-            )
-        self.body: Body = (
-            self.process.body
-            if self.process is not None
-            else make_body(
-                self.scene,
-                body,
-                seed=seed,
-                motor_delay=motor_delay,
-                arm=arm,
-                ground=ground,
-                actuators=actuators,
-                sensors=sensors,
-            )
-        )
+                self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+            )  # fmt: skip
+        self.body: Body = self.process.body if self.process is not None else make_body(
+            self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+        )  # fmt: skip
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
         try:
             tree = robot_tree(

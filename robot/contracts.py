@@ -54,9 +54,10 @@ __all__ = [
     "CAMERA_DEPTH", "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DEPTH_POINTS", "DETECTIONS",
     "DIAGNOSTICS", "DOCK", "DOCK_STATUS", "DRIVE_STATUS", "ELEVATION_POINTS", "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS",
     "GET_BATTERY_STATUS", "GET_CURRENT_POSITION", "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HUMANOID_NAVIGATE",
-    "IMU", "IMU_CALIBRATION", "IMU_RAW", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "MAP", "MARKERS", "MOTOR_POWER", "MOTOR_TARGETS", "MOVE_ARM",
-    "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RELIEF", "RESTORE_CONFIG", "ROBOT_DESCRIPTION",
-    "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE", "WALK",
+    "IMU", "IMU_CALIBRATION", "IMU_RAW", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "LOCALIZATION", "MAP", "MARKERS", "MOTOR_POWER", "MOTOR_TARGETS",
+    "MOVE_ARM", "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RELIEF", "RELOCALIZE", "RESTORE_CONFIG",
+    "ROBOT_DESCRIPTION", "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE",
+    "WALK",
 ]  # fmt: skip
 
 # -- the robot's own ---------------------------------------------------------------------------------------------------------------
@@ -120,6 +121,8 @@ DRIVE_STATUS = Topic(DriveStatus, "/drive_status", qos.STATE)
 """At every change, and once a second."""
 SAFETY_STATE = Topic(SafetyState, "/safety/state", qos.STATE)
 """20 Hz, and at once when it changes. While `stopped`, nobody may start a motion."""
+RELOCALIZE = Service(Trigger, "/relocalize")
+"""Looks on the whole map for the place where the newest scan was taken, and takes it for the robot's own if there is no second one like it."""
 DOCK_STATUS = Topic(DockStatus, "/dock_status", qos.STATE)
 """At every change."""
 GAIT_STATUS = Topic(GaitStatus, "/gait_status", qos.STATE)
@@ -130,13 +133,17 @@ IMU_CALIBRATION = Topic(ImuCalibration, "/imu/calibration", qos.STATE)
 """What is taken off the samples of IMU."""
 MAP = Topic(OccupancyGrid, "/map", qos.MAP)
 RELIEF = Topic(OccupancyGrid, "/elevation", qos.SENSOR_DATA)
-"""10 Hz, 8 m around the robot, frame `map`: 0 is floor, 50 a step that can be crossed, 100 what cannot, -1 what was not seen."""
+"""10 Hz, 8 m around the robot, frame `map`: 0 is floor, 50 a step that can be crossed, 90 and 100 what cannot (90: the LiDAR sees
+it, too), -1 what was not seen."""
 ELEVATION_POINTS = Topic(PointCloud2, "/elevation/points", qos.SENSOR_DATA)
 """2 Hz, how high each cell is, frame `map`, z over the ground that the robot stands on; made only while somebody listens."""
 ODOMETRY = Topic(Odometry, "/odom", qos.DEFAULT)
 """50 Hz, frame `odom`: from legs and IMU alone."""
 POSE = Topic(PoseStamped, "/pose", qos.DEFAULT)
 """50 Hz, frame `map`: odometry corrected by matching scans to the map."""
+LOCALIZATION = Topic(String, "/localization", qos.STATE)
+"""What POSE is worth, told when it changes: `tracking`, which it is before anything is told, `blind` while the LiDAR sees nothing where the map has
+walls, and `lost` while scans do not fit the map there, until the robot has been found on it."""
 PATH = Topic(Path, "/plan", qos.STATE)
 """The path being followed, frame `map`; without poses when a walk has ended."""
 MARKERS = Topic(MarkerArray, "/markers", qos.DEFAULT)

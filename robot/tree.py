@@ -106,7 +106,7 @@ def robot_tree(
         _control(body, motor_delay),
         _safety(pack),
         _perception(body, grid, sight),
-        _navigation(body, grid),
+        _navigation(body, grid, sight),
         *_handling(body),
         _mission(body, grid, waypoints, laps, delivery),
     ]
@@ -207,10 +207,10 @@ def _lidar(body: Body) -> list[Child]:
     return [Child(TurningLidar, name="lidar", args=(body,)), Child(ScanCorrection)]
 
 
-def _navigation(body: Body, grid: Grid) -> Supervisor:
+def _navigation(body: Body, grid: Grid, sight: bool) -> Supervisor:
     return _concern(
         "navigation",
-        Child(Navigation, args=(grid, body.scene.dock)),
+        Child(Navigation, args=(grid, body.scene.dock, sight)),
         Child(Docking, args=(body.scene.dock, has_station(body.scene))),
     )
 

@@ -74,6 +74,13 @@ class Driver:
             self.edge.over = True
             self.over.set_exception(error)
 
+    def give_up(self, starting: asyncio.Future[None]) -> None:
+        """End the replay if the node could not be started the first time: no supervisor starts it again."""
+        if not (starting.cancelled() or starting.exception() is None or self.over.done()):
+            self.edge.end()
+            self.edge.over = True
+            self.over.set_result(None)
+
     def _drive(self) -> None:
         edge = self.edge
         while not (edge.over or self.inputs.lacking or self.over.done()):
@@ -103,7 +110,10 @@ class Driver:
             edge.missed(entry)
             return True
         if entry[0] == "start" and not self.played.waiting:
-            return False
+            if not self.played.alive:
+                return False
+            edge.stray()  # the recorded node could not be made, and this one could
+            return True
         edge.at += 1
         self._at(entry[1])
         edge.look_ahead()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.actions.peers import Outcome
 from actors.errors import CallTimeout
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from actors.time.deadlines import Deadlines
 
 __all__ = ["Inputs"]
+
+OF_A_LIFE: Final = frozenset({"crash", "parameters", "stop"})
+"""What is done to a life of the node, not by way of the graph."""
 
 
 class Inputs:
@@ -55,6 +58,8 @@ class Inputs:
     def apply(self, entry: tuple[Any, ...]) -> None:
         """Give the node one thing that came in."""
         kind, details = entry[0], entry[3:]
+        if kind in OF_A_LIFE and self._played.present is None:
+            return  # the changed node has never been made
         unkept = next((str(one) for one in details if isinstance(one, Unkept)), "")
         if kind == "unknown" or unkept:
             if not self._edge.astray:

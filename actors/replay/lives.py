@@ -66,33 +66,42 @@ class PlayedNode:
         """One life of the node, from the moment at which the tape begins it."""
         self._gate = asyncio.get_running_loop().create_future()
         start = await self._gate
-        edge, self._gate, self.alive, self.failure = self._edge, None, True, ""
-        if (
-            record.incarnation != start.incarnation - 1
-        ):  # it had lived before the tape began, or was removed and added again
-            self._system.runtime.renew(record)
-            record.incarnation, record.saved = start.incarnation - 1, thawed(start.saved, trust=edge.tape.trusted)
-            record.asked_state = start.state
-        record.inbox.border = edge
-        task = asyncio.current_task()
-        assert isinstance(task, OwnedTask)
-        token = INSIDE.set(edge)
+        self._gate, self.failure = None, ""
+        self._prepare(record, start)
+        child = self._change(thawed(start.child, trust=self._edge.tape.trusted))
+        token = INSIDE.set(self._edge)
         try:
-            self.present = self._system.runtime.incarnate(
-                self._change(thawed(start.child, trust=edge.tape.trusted)), record
-            )
-            edge.begin(task)
-            await self.present.run(started_outside(started))
+            self.present = self._system.runtime.incarnate(child, record)
+            self.alive = True
+            await self._run(self.present, started)
         except BaseException as error:
-            if not edge.over:  # else it is the end of the replay that ends it
+            if not self._edge.over:  # else it is the end of the replay that ends it
                 self.failure = described(error)
-            edge.send("end", type(error).__name__, described(error))
             raise
-        else:
-            edge.send("end", "", "")
         finally:
             INSIDE.reset(token)
             self.alive = False
+
+    def _prepare(self, record: NodeRecord, start: Start) -> None:
+        """Let the record be as it was when the life began."""
+        if (
+            record.incarnation != start.incarnation - 1
+        ):  # it had lived before the tape, or was forgotten and added again
+            self._system.runtime.renew(record)
+            record.incarnation, record.saved = start.incarnation - 1, thawed(start.saved, trust=self._edge.tape.trusted)
+            record.asked_state = start.state
+        record.inbox.border = self._edge
+
+    async def _run(self, life: Incarnation, started: Callable[[], None]) -> None:
+        edge, task = self._edge, asyncio.current_task()
+        assert isinstance(task, OwnedTask)
+        edge.begin(task)
+        try:
+            await life.run(started_outside(started))
+        except BaseException as error:
+            edge.send("end", type(error).__name__, described(error))
+            raise
+        edge.send("end", "", "")
 
 
 class _PlayedLife:

@@ -124,6 +124,7 @@ async def _play(
     )
     tree = Supervisor(start.path[-2], children=(child,), intensity=Intensity(1_000_000, within=1.0))
     starting = asyncio.ensure_future(system.start(tree, ("replay", *start.path[1:-1])))
+    starting.add_done_callback(driver.give_up)
     loop.call_soon(driver.drive)
     try:
         await driver.over

@@ -49,6 +49,8 @@ class Recording(Edge):
         self._entries = spool.entries
         self._put: Callable[[Entry], None] = spool.entries.append
         self._out = self._in = 0
+        self._main: asyncio.Task[Any] | None = None
+        """The task of the present or last life."""
         self._names: dict[ServerEntry[Any], Any] = {}
         self._peers: dict[PublisherPeer | SubscriptionPeer, int] = {}
         self._met = 0
@@ -69,6 +71,11 @@ class Recording(Edge):
     def begins(self, start: Start) -> None:
         """Write down that a life begins."""
         self._note("start", start)
+
+    def runs(self, task: OwnedTask) -> None:
+        """Note the task in which the life that has begun runs."""
+        self._main = task
+        self.begin(task)
 
     def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
         if INSIDE.get() is self and kind != "deliver":
@@ -162,7 +169,10 @@ class Recording(Edge):
         self._note("done", number, *outcome_of(future))
 
     def _note(self, kind: str, *details: Any) -> None:
-        place = BACK if self._out or self._in else APART
+        within = (
+            self._out or self._in or asyncio.current_task() is self._main
+        )  # whose first step no callback has counted
+        place = BACK if within else APART
         if INSIDE.get() is self:
             place = WITHIN
         self._put((kind, self._seam.time(), place, *details))
@@ -257,7 +267,7 @@ class RecordedLife:
         recording = self._recording
         task = asyncio.current_task()
         assert isinstance(task, OwnedTask)
-        recording.begin(task)
+        recording.runs(task)
         token = INSIDE.set(recording)
         try:
             await self._life.run(started_outside(started))

@@ -182,20 +182,23 @@ class Replaying(Edge):
 
     def look_ahead(self) -> None:
         """Put into the graph what the step that begins now will find there."""
-        for place, entry in self._step_entries():
-            if entry[0] in GRAPH and entry[2] == WITHIN and place not in self._ahead:
+        for place, entry, sent in self._step_entries():
+            met = entry[2] == WITHIN or not sent  # what others do at something that the node sends comes back with that
+            if entry[0] in GRAPH and met and place not in self._ahead:
                 self._ahead.add(place)
                 self.apply(entry)
 
-    def _step_entries(self) -> Iterator[tuple[int, tuple[Any, ...]]]:
-        entries = self.tape.entries
+    def _step_entries(self) -> Iterator[tuple[int, tuple[Any, ...], bool]]:
+        """What comes in during the step that begins now, with its place on the tape, and whether the node has sent something before."""
+        entries, sent = self.tape.entries, False
         for place in range(self.at, len(entries)):
             entry = entries[place]
             if not isinstance(entry, tuple) or entry[0] in ("out", "result"):
+                sent = sent or isinstance(entry, tuple)
                 continue
             if entry[0] in ("step", "start") or entry[2] == APART:
                 return
-            yield place, entry
+            yield place, entry, sent
 
     def compute(self, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
         entry = None if self.astray else self.entry()

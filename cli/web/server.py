@@ -61,6 +61,8 @@ class WebServer(Node):
     Invariant: `_clients` holds every client, by its number, whatever it looks at: the graph, or a recording.
     """
 
+    no_replay = "serves a port, and files, which no journal carries"
+
     def __init__(self, settings: WebSettings, teller: str | None = None) -> None:
         self._settings = settings
         self._teller = teller

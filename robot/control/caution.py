@@ -12,6 +12,8 @@ __all__ = ["cautious_speed"]
 
 _STEP = 0.05
 """Speeds are multiples of this, m/s: limits that change at every step would cost more than they bring."""
+_ROUNDING = 1e-9
+"""0.4 / 0.05 is no less than 8."""
 
 
 def cautious_speed(limits: Limits, config: NavigatorConfig, seen: float, *, stepping: bool) -> Limits:
@@ -23,4 +25,4 @@ def cautious_speed(limits: Limits, config: NavigatorConfig, seen: float, *, step
     speed = max(min(stops, config.step_speed) if stepping else stops, config.groping_speed)
     if speed >= limits.vx_max:
         return limits
-    return replace(limits, vx_max=max(_STEP, math.floor(speed / _STEP) * _STEP))
+    return replace(limits, vx_max=max(_STEP, math.floor(speed / _STEP + _ROUNDING) * _STEP))

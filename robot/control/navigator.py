@@ -164,7 +164,7 @@ class Navigator:
             self.around.integrate_scan(now, scanned_at or pose, scan)
         self.around.advance(now)
         if relief is not None:
-            self.around.integrate_relief(pose, relief)
+            self.around.integrate_relief(now, pose, relief)
         if not self.state.running:
             return self._motion(ZERO_TWIST)
         if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):

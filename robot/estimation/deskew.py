@@ -29,6 +29,8 @@ _STEP = 0.3
 """Two ends beside each other lie on one face if their ranges differ by less than this, m, or by `_STEEP`; chosen."""
 _STEEP = 0.05
 """Relative difference of two ranges on one face: half a degree of a wall that is seen under 10 degrees; chosen."""
+_LEAST_GAP = 1e-12
+"""Two ends in the very same direction count as so far apart, rad."""
 _BESIDE = 1.5
 """A regular beam is read only from ends at most so many beams away on both sides."""
 
@@ -107,7 +109,7 @@ class Deskew:
         hits = (ra > NEAREST) & (rb > NEAREST) & (ra < self._max_range) & (rb < self._max_range)
         together = hits & (np.abs(ra - rb) < np.maximum(_STEP, _STEEP * np.minimum(ra, rb)))
         # A straight line in polar coordinates: 1 / r runs like a sine of the angle, over half a degree like the angle itself.
-        share = before / np.maximum(before + behind, 1e-12)
+        share = before / np.maximum(before + behind, _LEAST_GAP)
         inverse = (1.0 - share) / np.maximum(ra, NEAREST) + share / np.maximum(rb, NEAREST)
         result = np.where(together, 1.0 / inverse, nearer)
         return np.asarray(np.where(gap > _BESIDE * tau / count, UNKNOWN, result), dtype=np.float64)

@@ -9,21 +9,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 
-__all__ = ["CEILING", "CROSSABLE", "FREE", "LOW", "UNSEEN", "WALL", "ElevationMap", "Relief"]
+__all__ = ["CEILING", "CROSSABLE", "FREE", "LOW", "UNSEEN", "UPRIGHT", "WALL", "ElevationMap", "Relief"]
 
 FREE: Final = 0
 """Floor, as far as is known."""
 LOW: Final = 50
 """A step that can be crossed slowly."""
+UPRIGHT: Final = 90
+"""What cannot be crossed either, but stands in the LiDAR's plane: its scans show it, and when it has gone, at once and all round."""
 WALL: Final = 100
-"""Whatever can neither be crossed nor passed under."""
+"""Whatever else can neither be crossed nor passed under."""
 UNSEEN: Final = -1
 
 CROSSABLE: Final = 0.12
@@ -47,6 +49,10 @@ _CONFIRMED_UP, _CONFIRMED_DOWN = 2, 3
 """Pictures that must say so: that something is there, and that it is gone."""
 _MEMORY = 30.0
 """What has not been seen for longer is not known any more, s; that of the LiDAR's marks."""
+_SCANNED, _PASSED = 5.0, 0.15
+"""Beams of the LiDAR count up to here, m, and have passed what is nearer than what they meet by so much, m: three cells."""
+_UNDER, _OVER = (0.2, 0.05), 0.08
+"""A cell in which something is seen between these depths under the LiDAR's plane, m, and so far over it, m, holds what the LiDAR sees."""
 _DEEP = 0.05
 """Points so far under the floor lie in a hole, m."""
 _BOUND = 1.0
@@ -59,9 +65,12 @@ _SLACK = 0.015
 """By so much may a step be measured higher than it is, m."""
 
 
+_Kind = TypeVar("_Kind", bound=np.generic)
+
+
 @dataclass(frozen=True, slots=True)
 class Relief:
-    """What may be trodden on: `cells` holds `FREE`, `LOW`, `WALL` or `UNSEEN`, shape (rows, columns), row 0 at the lowest y."""
+    """What may be trodden on: `cells` holds `FREE`, `LOW`, `UPRIGHT`, `WALL` or `UNSEEN`, shape (rows, columns), row 0 at the lowest y."""
 
     cells: NDArray[np.int8]
     resolution: float
@@ -83,6 +92,8 @@ class ElevationMap:
         self._variance: Floats = np.zeros(shape)
         self._seen: Floats = np.full(shape, -np.inf)
         self._odd: NDArray[np.int8] = np.zeros(shape, dtype=np.int8)
+        self._upright: NDArray[np.bool_] = np.zeros(shape, dtype=np.bool_)
+        """Which cells hold something that stands in the LiDAR's plane: only of these a beam that passes shows that it is gone."""
         dx, dy = self.centres()
         near = np.hypot(dx - x, dy - y) < standing
         self._height[self._rolled(near)] = 0.0
@@ -106,7 +117,7 @@ class ElevationMap:
         steps: Floats = (np.arange(_CELLS, dtype=np.float64) + 0.5) * _CELL
         return (column * _CELL + steps)[None, :], (row * _CELL + steps)[:, None]
 
-    def _unrolled(self, layer: NDArray[np.float64]) -> Floats:
+    def _unrolled(self, layer: NDArray[_Kind]) -> NDArray[_Kind]:
         """A layer with its lowest corner first. Cell (r, c) of the world lies at (r mod n, c mod n)."""
         row, column = self._first
         return np.roll(layer, (-(row % _CELLS), -(column % _CELLS)), axis=(0, 1))
@@ -147,20 +158,40 @@ class ElevationMap:
             else:
                 fresh = np.arange(new - _CELLS // 2, old - _CELLS // 2) % _CELLS
             part = (fresh, slice(None)) if axis == 0 else (slice(None), fresh)
-            self._height[part], self._seen[part], self._odd[part] = np.nan, -np.inf, 0
+            self._height[part], self._seen[part], self._odd[part], self._upright[part] = np.nan, -np.inf, 0, False
         self._row, self._column = row, column
 
-    def integrate(self, now: float, points: Floats, eyes: Floats) -> None:
-        """Take in one picture: `points` (n, 3) and the `eyes` (n, 3) they were seen from, m; x and y on the map, z over the ground stood on."""
+    def integrate(self, now: float, points: Floats, eyes: Floats, plane: float = math.inf) -> None:
+        """Take in one picture: `points` (n, 3) and the `eyes` (n, 3) they were seen from, m; x and y on the map, z over the ground stood on.
+
+        `plane` is the height at which a LiDAR looks round, m: inf without one.
+        """
         holes = points[:, 2] < -_DEEP
         self._forget(now)
-        self._measured(now, points[points[:, 2] < CEILING], eyes[points[:, 2] < CEILING])
+        self._measured(now, points[points[:, 2] < CEILING], eyes[points[:, 2] < CEILING], plane)
         if holes.any():
             self._passed_over(now, points[holes], eyes[holes])
 
+    def integrate_scan(self, now: float, x: float, y: float, height: float, angles: Floats, ranges: Floats) -> None:
+        """Take in one revolution of a level LiDAR at (x, y) and so high, m: beams to `angles` on the map (rad) that met something at `ranges`,
+        or nothing, which is inf. What stood in their way and does not any more is forgotten.
+        """
+        ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        far = np.arange(_CELL, _SCANNED, _CELL)
+        passed = far < ranges[:, None] - _PASSED
+        through_x, through_y = (start + way[:, None] * far for start, way in zip((x, y), ways.T, strict=True))
+        _, places = self._places(through_x[passed], through_y[passed])
+        flat = self._upright.reshape(-1)
+        gone = places[flat[places]]
+        self._height.reshape(-1)[gone], flat[gone] = np.nan, False
+        met = ranges < _SCANNED
+        points = np.column_stack((np.array([x, y]) + ways[met] * ranges[met, None], np.full(int(met.sum()), height)))
+        self.integrate(now, points, np.broadcast_to(np.array([x, y, height]), points.shape))
+        self._upright.reshape(-1)[self._places(points[:, 0], points[:, 1])[1]] = True
+
     def _forget(self, now: float) -> None:
         old = now - self._seen > _MEMORY
-        self._height[old], self._seen[old], self._odd[old] = np.nan, -np.inf, 0
+        self._height[old], self._seen[old], self._odd[old], self._upright[old] = np.nan, -np.inf, 0, False
 
     def _places(self, x: Floats, y: Floats) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
         """Which points lie in the square, and the places of those in a flat layer."""
@@ -169,11 +200,13 @@ class ElevationMap:
         inside = (rows >= top) & (rows < top + _CELLS) & (columns >= left) & (columns < left + _CELLS)
         return inside, (rows[inside] % _CELLS) * _CELLS + columns[inside] % _CELLS
 
-    def _measured(self, now: float, points: Floats, eyes: Floats) -> None:
+    def _measured(self, now: float, points: Floats, eyes: Floats, plane: float) -> None:
         inside, places = self._places(points[:, 0], points[:, 1])
         z, far = points[inside, 2], np.hypot(*(points - eyes)[inside, :2].T)
         highest = np.full(_CELLS * _CELLS, -np.inf)
         np.maximum.at(highest, places, z)
+        under = places[(z > plane - _UNDER[0]) & (z < plane - _UNDER[1])]
+        self._upright.reshape(-1)[under[highest[under] > plane + _OVER]] = True
         top = z > highest[places] - _BAND
         places, z, far = places[top], z[top], far[top]
         count = np.bincount(places, minlength=_CELLS * _CELLS)
@@ -195,6 +228,7 @@ class ElevationMap:
         odd[cells[fresh]] = 0
         share = before / (before + variance)
         filtered = np.where(contrary, known, known + share * differs)
+        self._upright.reshape(-1)[cells[fresh & (measured < known)]] = False
         height[cells] = np.where(fresh, measured, filtered)
         left = np.where(fresh, variance, np.where(contrary, before, (1.0 - share) * before))
         self._variance.reshape(-1)[cells] = left
@@ -237,5 +271,7 @@ class ElevationMap:
                 np.maximum(cells[part], np.where(counts, kind, UNSEEN), out=cells[part], casting="unsafe")
         bounded = variance >= _BOUND
         cells[bounded] = np.where(height[bounded] < -CROSSABLE, WALL, LOW)
+        upright = self._unrolled(self._upright)
+        cells[upright & (cells == WALL)] = UPRIGHT
         row, column = self._first
         return Relief(cells, _CELL, column * _CELL, row * _CELL)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.estimation.elevation import FREE, LOW, UNSEEN, WALL, Relief
+from robot.estimation.elevation import FREE, LOW, UNSEEN, UPRIGHT, WALL, Relief
 from robot.estimation.movers import Mover
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
@@ -50,8 +50,13 @@ class Footing:
         """Start anew."""
         self._cells.fill(UNSEEN)
 
-    def integrate(self, relief: Relief, pose: Pose2, footprint: Footprint, movers: Sequence[Mover]) -> bool:
-        """Take in what is seen from `pose`, but the body itself, what the map explains, and what moves; True if walls or steps changed."""
+    def integrate(
+        self, relief: Relief, pose: Pose2, footprint: Footprint, movers: Sequence[Mover], *, scanned: bool
+    ) -> bool:
+        """Take in what is seen from `pose`, but the body itself, what the map explains, and what moves; True if walls or steps changed.
+
+        `scanned` says that the LiDAR shows what stands in its plane: then that is left to it.
+        """
         grid = self._grid
         x: Floats = grid.origin_x + (np.arange(grid.width, dtype=np.float64) + 0.5) * grid.resolution
         y: Floats = grid.origin_y + (np.arange(grid.height, dtype=np.float64) + 0.5) * grid.resolution
@@ -70,6 +75,7 @@ class Footing:
         for mover in movers:
             lag_x, lag_y = mover.x - _TRAIL * mover.vx - at_x, mover.y - _TRAIL * mover.vy - at_y
             harmless |= np.hypot(lag_x, lag_y) < mover.radius + _TRAIL
+        seen = np.where(seen == UPRIGHT, FREE if scanned else WALL, seen)
         new = np.where(harmless & (seen > FREE), FREE, seen)
         old = self._cells[part]
         new = np.where(new == UNSEEN, np.where(old > FREE, old, UNSEEN), new)

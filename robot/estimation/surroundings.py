@@ -36,6 +36,8 @@ _SLACK = 0.1
 """A beam must pass a mark by this much to clear it, m: five sigma of the LiDAR."""
 _SETTLED = 0.4
 """A place marked for longer than this holds something that stands, s."""
+_SILENT = 0.5
+"""A LiDAR from which nothing has come for longer shows nothing, s: five scans."""
 _FAR = 10.0
 """Stands for 'nothing near', m."""
 
@@ -55,6 +57,7 @@ class Surroundings:
         self.max_range = max_range
         self.memory = memory
         self.movers = Movers()
+        self._scanned = -math.inf
         self.footing = Footing(grid)
         self.crossing = False
         """Whether steps that can be crossed count as floor now: there is no way round them."""
@@ -93,9 +96,10 @@ class Surroundings:
             self.crossing = crossing
             self.changes += 1
 
-    def integrate_relief(self, pose: Pose2, relief: Relief) -> None:
+    def integrate_relief(self, now: float, pose: Pose2, relief: Relief) -> None:
         """Take in where an elevation map shows steps, holes and things that hang low, as seen from `pose`."""
-        if self.footing.integrate(relief, pose, self.footprint, self.movers.moving):
+        scanned = now - self._scanned <= _SILENT
+        if self.footing.integrate(relief, pose, self.footprint, self.movers.moving, scanned=scanned):
             self.changes += 1
 
     def _standing(self) -> NDArray[np.bool_]:
@@ -111,6 +115,7 @@ class Surroundings:
         """Take in one scan from `pose`: beam i looks along yaw - pi + i 2 pi / n; ranges at or over the maximum are no
         return.
         """
+        self._scanned = now
         angles = beam_angles(len(ranges)) + pose.yaw
         valid = returns(ranges, self.max_range, nearest=0.0)
         self._clear_seen_through(pose, np.where(np.isfinite(ranges), ranges, self.max_range))

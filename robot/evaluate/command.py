@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from typing import Final
@@ -19,6 +20,8 @@ MEASUREMENTS: Final = {
     "sensitivity": "what each number of navigation decides: every one 20 % down and up, on worlds that none was chosen on",
     "battery": "the gauge's formula, the run time estimate, charging and levels, against the simulated pack",
     "odometry": "odometry without a map, pose with one, and the gyro's calibration, in physics",
+    "rooms": "rooms with things of 5 cm to 2 m, holes and steps down that no map shows, in physics",
+    "crowd": "goals among ten people who walk about, in physics: whom the robot touches",
     "rates": "the whole robot on the real clock: the rate of every stream, the control loop's punctuality, and its share of a core",
     "stops": "what stops a walk, at every phase and speed, and sensors that fail: falls, and how soon each is known",
     "maps": "MovingAI benchmark maps: exact path lengths and search speed",
@@ -37,6 +40,8 @@ def main(argv: Sequence[str]) -> int:
         hint = did_you_mean(name, MEASUREMENTS, quoted=False) or f"; there are: {', '.join(MEASUREMENTS)}"
         print(f"robot evaluate: nothing is called {name!r}{hint}", file=sys.stderr)
         return 2
+    # One thread for BLAS: small matrices gain nothing from more, and trials in several processes would fight for the cores.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         code: int = importlib.import_module(f"robot.evaluate.{name}").main(rest)
     except UsageError as error:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from actors import Child, execute, run
 from robot.evaluate.room_worlds import Room
 from robot.evaluate.watched import WatchedBody
-from robot.nodes.patrol import Patrol
+from robot.hardware.sensors import SensorKind, Sensors
 from robot.run.judge import Judge, Score
 from robot.sim.battery import Pack
 from robot.tree import robot_tree
@@ -29,7 +29,7 @@ class Outcome:
     seed: int
     goals: int
     reached: int
-    failures: tuple[str, ...]
+    failures: list[str]
     """Why goals were not reached at once."""
     falls: int
     bumps: dict[str, float]
@@ -40,9 +40,9 @@ class Outcome:
     """True speed over half a second, m/s."""
 
 
-def walk(room: Room, seed: int, speed: float, *, sight: bool = True) -> Outcome:
+def walk(room: Room, seed: int, speed: float, *, sight: bool = True, sensors: SensorKind = "ideal") -> Outcome:
     """Walk to all goals of a room, at up to `speed` m/s."""
-    body = WatchedBody(room.scene, seed=seed, delay=MOTOR_DELAY)
+    body = WatchedBody(room.scene, seed=seed, delay=MOTOR_DELAY, sensors=Sensors.of(sensors))
     waypoints = [(f"goal_{number}", pose) for number, pose in enumerate(room.goals, start=1)]
     tree = robot_tree(body, Pack(90.0), waypoints, laps=1, motor_delay=MOTOR_DELAY, sight=sight)
     score = Score()
@@ -51,8 +51,6 @@ def walk(room: Room, seed: int, speed: float, *, sight: bool = True) -> Outcome:
     async def main() -> None:
         async with run(tree, seed=seed, sinks=(), parameters={"/navigation": {"max_speed": speed}}) as system:
             await system.join(Child(Judge, args=(body, score)))
-            patrol = system.node("patrol")
-            assert isinstance(patrol, Patrol)
             body.watch(after=RISING)
             while system.clock.now() < RISING + PATIENCE * len(waypoints) and score.falls == 0:
                 await system.clock.sleep(0.1)
@@ -64,6 +62,6 @@ def walk(room: Room, seed: int, speed: float, *, sight: bool = True) -> Outcome:
     execute(main, clock="virtual")
     return Outcome(
         seed, len(waypoints), sum(goal.succeeded for goal in score.goals),
-        tuple(goal.reason for goal in score.goals if not goal.succeeded), score.falls, dict(body.bumps), round(ended[0], 2),
+        [goal.reason for goal in score.goals if not goal.succeeded], score.falls, dict(body.bumps), round(ended[0], 2),
         round(score.walked, 2), round(body.fastest, 3),
     )  # fmt: skip

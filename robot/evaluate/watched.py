@@ -26,7 +26,7 @@ class WatchedBody(PhysicsBody):
         self.fastest = 0.0
         """Highest speed over half a second, m/s."""
         self._feet = {self._model.geom(f"{leg}_foot").id for leg in LEGS}
-        self._world = {i for i in range(self._model.ngeom) if self._model.geom_bodyid[i] == 0}
+        self._world = {i for i in range(self._model.ngeom) if self._model.body_weldid[self._model.geom_bodyid[i]] == 0}
         self._places: deque[tuple[float, float, float]] = deque()
 
     def watch(self, after: float) -> None:

@@ -20,7 +20,7 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.beams import BEAMS, MAX_RANGE
 from robot.hardware.sensors import Sensors
-from robot.scenes.scene import Scene, Thing
+from robot.scenes.scene import Obstacle, Scene, Thing
 
 if TYPE_CHECKING:
     from robot.hardware.arm import ArmDevice
@@ -181,6 +181,10 @@ class Body(Protocol):
 
     def things(self) -> tuple[Thing, ...]:
         """The scene's things where they are now, for cameras and judges; without an arm they stay where the scene has them."""
+        ...
+
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """What stands, hangs or walks in the scene, where it is now: for depth cameras and judges."""
         ...
 
     def advance(self, until: float) -> None:

@@ -44,7 +44,7 @@ from robot.link.records import (
 )
 from robot.link.segment import CALL, Segment, attached
 from robot.model.arm import check_angles
-from robot.scenes.scene import Scene, Thing
+from robot.scenes.scene import Obstacle, Scene, Thing
 from robot.sim.mjcf import obstacle_names
 from robot.sim.noise import LidarNoise
 from robot.sim.rays import cast
@@ -137,6 +137,10 @@ class LinkedBody:
     def things(self) -> tuple[Thing, ...]:
         """Where they were last seen."""
         return things_of(self.scenery(), self._scene.things)
+
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The scene's."""
+        return self._scene.obstacles
 
     def advance(self, until: float) -> None:
         """Learn how the caller's clock goes: `until` is its present."""

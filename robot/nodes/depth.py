@@ -50,11 +50,11 @@ class DepthCameras(Node):
     def _picture(self) -> PointCloud2 | None:
         now = self.clock.now()
         self._body.advance(now)
-        truth, scene = self._body.truth(), self._body.scene
+        truth, pits = self._body.truth(), self._body.scene.pits
         pattern = self._taken % PATTERNS
         self._taken += 1
         rotation = rotation_of(truth.quaternion)
-        depths = self._noise.apply(look(scene.obstacles, scene.pits, truth.position, rotation, pattern))
+        depths = self._noise.apply(look(self._body.obstacles(), pits, truth.position, rotation, pattern))
         if depths is None:
             return None
         return pack_points(Header(stamp=self.clock.stamp(now), frame_id="base_link"), seen(depths, pattern))

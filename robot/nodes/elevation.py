@@ -26,8 +26,6 @@ __all__ = ["Elevation"]
 
 STANDING = 0.8
 """The floor under the robot at the start is taken to be level so far around it, m: its corners are 0.6 m away."""
-LIDAR_REACH = 3.0
-"""Returns of the LiDAR are taken up to here, m: farther away no depth camera would see that a thing has gone."""
 
 
 class Elevation(Node):
@@ -69,13 +67,8 @@ class Elevation(Node):
         if self._map is None or not self._up or here is None or lay is None:
             return
         ranges = message.ranges.astype(float)
-        angles = beam_angles(len(ranges)) + here.yaw
-        met = returns(ranges, LIDAR_REACH)
-        eye = np.array([here.x, here.y, lay[1]])
-        ways = (
-            np.stack([np.cos(angles[met]), np.sin(angles[met]), np.zeros(int(met.sum()))], axis=1) * ranges[met, None]
-        )
-        self._map.integrate(stamp, eye + ways, np.broadcast_to(eye, ways.shape))
+        met = np.where(returns(ranges), ranges, np.inf)
+        self._map.integrate_scan(stamp, here.x, here.y, lay[1], beam_angles(len(ranges)) + here.yaw, met)
 
     @DEPTH_POINTS.on()
     def depth(self, message: PointCloud2) -> None:
@@ -87,7 +80,7 @@ class Elevation(Node):
         had = np.isfinite(points[:, 0])
         rotation, place = _turned(lay[0], here.yaw), np.array([here.x, here.y, lay[1]])
         self._map.move(here.x, here.y)
-        self._map.integrate(stamp, points[had] @ rotation.T + place, eyes()[had] @ rotation.T + place)
+        self._map.integrate(stamp, points[had] @ rotation.T + place, eyes()[had] @ rotation.T + place, lay[1])
         self.relief(self._message(stamp, message.header))
 
     @every(hz=2)

@@ -57,6 +57,8 @@ class Heard:
     gait: str = ""
     gait_goal: str = ""
     charge: float = 1.0
+    lost: bool = False
+    """Whether the localizer says that its pose is wrong."""
     stopped: str = ""
     """The reasons of a safety stop; empty when there is none."""
     poses: PoseHistory = field(default_factory=PoseHistory)
@@ -114,6 +116,9 @@ class GoalWalk:
         """Step the navigator and publish its command, while a walk is under way."""
         if self._owner is None or self._heard.pose is None or self._heard.gait != Mode.WALK:
             return
+        if self._heard.lost:
+            self._cmd(STANDSTILL)
+            return
         now = self._node.clock.now()
         scan, scanned_at = self._heard.take_scan()
         self._heed(now, seen=scan is not None)
@@ -167,9 +172,13 @@ class GoalWalk:
             await self._ensure_walking()
             assert self._heard.pose is not None
             self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
-            home, walked = self._home(goal), self._node.clock.now()
+            home, walked, lost = self._home(goal), self._node.clock.now(), False
             while self._owner is me:
                 await self._node.clock.sleep(0.1)
+                if lost and not self._heard.lost:  # what was marked, and the way, were of another place
+                    self._navigator.around.forget()
+                    self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
+                lost = self._heard.lost
                 if self._heard.stopped:
                     raise Reject(f"safety stop: {self._heard.stopped}")
                 if self._heard.gait == Mode.WALK:

@@ -14,7 +14,7 @@ from actors import Aborted, Done, Node, Parameter, Reject, Steps, every, paramet
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, LaserScan
-from actors.interfaces.std_msgs.msg import Header
+from actors.interfaces.std_msgs.msg import Header, String
 from actors.parameters import post_set
 from robot.contracts import (
     AUTONOMY_CMD,
@@ -22,6 +22,7 @@ from robot.contracts import (
     BATTERY_STATUS,
     GAIT_STATUS,
     HUMANOID_NAVIGATE,
+    LOCALIZATION,
     MOVE_TO_POSITION,
     NAVIGATE_TO_GOAL,
     ODOMETRY,
@@ -36,6 +37,7 @@ from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion
 from robot.control.navigator_config import NavigatorConfig
 from robot.estimation.elevation import Relief
+from robot.estimation.fit_watch import LOST
 from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, Twist2
@@ -79,7 +81,8 @@ class Navigation(Node):
     One goal at a time: a new one preempts, whichever of the three it comes by. The preempted goal ends with its result, canceled when it
     came by the same action, else aborted, and its reason says so. A goal that cannot be reached by the map is rejected with a named reason.
 
-    Takes pose, odom, lidar/scan, elevation, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel (20 Hz while it walks), plan.
+    Takes pose, localization, odom, lidar/scan, elevation, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel
+    (20 Hz while it walks), plan.
     Parameters: max_speed, max_turn, acceleration, position_tolerance, yaw_tolerance, blind_speed, patience.
     """
 
@@ -105,9 +108,10 @@ class Navigation(Node):
         description="How long to wait for something in the way before backing up, turning or another way.",
     )
 
-    def __init__(self, grid: Grid, dock: Pose2 | None = None) -> None:
-        """With a `dock`, no walk is made or gone on with that leaves no energy for the way there."""
+    def __init__(self, grid: Grid, dock: Pose2 | None = None, sight: bool = False) -> None:
+        """With a `dock`, no walk is made or gone on with that leaves no energy for the way there. With `sight` it takes elevation, too."""
         self._grid = grid
+        self._sight = sight
         self._dock = dock
 
     async def on_start(self) -> None:
@@ -122,6 +126,8 @@ class Navigation(Node):
             plan=lambda path: self.plan(self._path_message(path)),
         )
         self._retune(())
+        if self._sight:
+            self.on(RELIEF, self.relief)
 
     @post_set
     def _retune(self, changed: Sequence[Parameter]) -> None:
@@ -146,11 +152,15 @@ class Navigation(Node):
         twist = message.twist.twist
         self._heard.velocity = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
 
+    @LOCALIZATION.on()
+    def localization(self, message: String) -> None:
+        """A robot that does not know where it is stands still, and goes on when it does."""
+        self._heard.lost = message.data == LOST
+
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
         self._heard.scan = message
 
-    @RELIEF.on()
     def relief(self, message: OccupancyGrid) -> None:
         """From the first one on the robot heeds steps and holes, and walks no faster than it sees the floor."""
         info = message.info

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args
 
@@ -89,15 +90,15 @@ def _cells(picture: _Picture, mode: str, negate: bool, occupied: float, free: fl
     """The values of the cells, row 0 on top, as map_server's documentation defines them."""
     shade, alpha = picture.shade, picture.alpha
     if mode == "raw":
-        value = np.round(shade * 255.0)
+        value = np.round(shade * 255)
         return np.where(value <= OCCUPIED, value, UNKNOWN).astype(np.int8)
     if mode == "trinary" and alpha is not None:
-        shade = (3.0 * shade + alpha) / 4.0  # map_server has always counted opacity as a fourth colour here
+        shade = (3 * shade + alpha) / 4  # map_server has always counted opacity as a fourth colour here
     taken = shade if negate else 1.0 - shade
     between = np.full(taken.shape, float(UNKNOWN))
     if mode == "scale":
         between = (
-            np.rint(100.0 * (taken - free) / (occupied - free))
+            np.rint(100 * (taken - free) / (occupied - free))
             if occupied > free
             else np.full(taken.shape, float(OCCUPIED))
         )
@@ -111,24 +112,22 @@ class _Said:
     """What a YAML file says, with the lines where it does."""
 
     def __init__(self, file: Path) -> None:
-        import yaml
-
+        yaml: Any = import_module("yaml")  # it has no types
         self._file = file
         self._lines: dict[str, int] = {}
-        self._values: dict[str, Any] = {}
         try:
-            root = yaml.compose(file.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
-            if not isinstance(root, yaml.MappingNode):
-                raise InvalidMap(f"{file}:1: a map file is a list of keys and values, such as resolution: 0.05")
-            for key, value in root.value:
-                name = str(key.value)
-                self._lines[name] = key.start_mark.line + 1
-                self._values[name] = yaml.safe_load(yaml.serialize(value))
+            text = file.read_text(encoding="utf-8")
+            root, values = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
         except yaml.MarkedYAMLError as error:
             line = error.problem_mark.line + 1 if error.problem_mark is not None else 1
             raise InvalidMap(f"{file}:{line}: {error.problem}") from None
         except (yaml.YAMLError, UnicodeDecodeError) as error:
             raise InvalidMap(f"{file}: {error}") from None
+        if not isinstance(values, dict) or not isinstance(root, yaml.MappingNode):
+            raise InvalidMap(f"{file}:1: a map file is a list of keys and values, such as resolution: 0.05")
+        self._values: dict[Any, Any] = values
+        for key, _ in root.value:
+            self._lines[str(key.value)] = key.start_mark.line + 1
 
     def wrong(self, key: str, what: str) -> InvalidMap:
         return InvalidMap(f"{self._file}:{self._lines.get(key, 1)}: {key}: {what}")
@@ -190,7 +189,7 @@ def _read_picture(path: Path) -> _Picture:
     try:
         with Image.open(path) as opened:
             has_alpha = "A" in opened.getbands() or "transparency" in opened.info
-            channels = np.asarray(opened.convert("RGBA"), dtype=np.float64) / 255.0
+            channels = np.asarray(opened.convert("RGBA"), dtype=np.float64) / 255
     except (UnidentifiedImageError, SyntaxError, ValueError, OSError) as error:
         raise InvalidMap(f"{path}: no picture: {error}") from None
     return _Picture(channels[..., :3].mean(axis=2), channels[..., 3] if has_alpha else None)
@@ -284,10 +283,10 @@ def _shades(
     if mode == "raw":
         return np.where(known, data, 255).astype(np.uint8)
     if mode == "scale":
-        return np.where(known, np.rint(255.0 * (100.0 - data) / 100.0), 127).astype(np.uint8)
+        return np.where(known, np.rint(255 * (1 - data / 100)), 127).astype(np.uint8)
     shade = np.full(data.shape, _GREY, dtype=np.uint8)
-    shade[known & (data <= round(100.0 * free))] = _WHITE
-    shade[known & (data >= round(100.0 * occupied))] = _BLACK
+    shade[known & (data <= round(100 * free))] = _WHITE
+    shade[known & (data >= round(100 * occupied))] = _BLACK
     return shade
 
 

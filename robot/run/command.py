@@ -96,7 +96,7 @@ class Session:
             return Robot(
                 scene, map=grid, body=options.backend, mission=get_mission(options.goal, options.fetch, scene, grid), seed=options.seed,
                 battery=options.battery, arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, actuators=options.actuators,
-                sensors=Sensors.of(options.sensors), publish_clock=options.publish_clock, processes=options.processes,
+                sight=options.sight, sensors=Sensors.of(options.sensors), publish_clock=options.publish_clock, processes=options.processes,
                 hosts=None if options.machines is None else options.machines.hosts,
             )  # fmt: skip
         except BackendMissing as error:

@@ -20,7 +20,7 @@ __all__ = ["Flight"]
 class Flight:
     """Records from before the tree starts until after it has stopped. The record ends at the first fall, if there is one."""
 
-    def __init__(self, options: Options, score: Score, *, reachable: bool) -> None:
+    def __init__(self, options: Options, score: Score, *, reachable: bool = False) -> None:
         self._path = options.flight_record
         self._score = score
         self._recorder = FlightRecorder() if options.flight_record is not None else None

@@ -83,6 +83,8 @@ class Options:
     ground: Ground | None = None
     """What the physical body stands on and carries, if it was said."""
     pushes: tuple[Push, ...] = ()
+    sight: bool = False
+    """Whether it has depth cameras and an elevation map."""
     actuators: ActuatorDesign | None = None
     """The drives of the physical body as they are; None: with their torque limit at any speed and temperature."""
     map: str | None = None
@@ -143,6 +145,7 @@ def parse(argv: Sequence[str]) -> Options:
         ground=ground,
         pushes=tuple(parse_push(text, duration) for text in given.push),
         map=given.map,
+        sight=given.sight,
         actuators=ActuatorDesign() if real else None,
         sensors=given.sensors,
         web=_web(given),

@@ -74,6 +74,11 @@ def _add_circumstances(add: Any) -> None:
         help="real: a LiDAR that turns and tilts with the body, with bias and drop-outs, an IMU, encoders and contacts with theirs; "
         "ideal: white noise only (default real)",
     )
+    add(
+        "--sight",
+        action="store_true",
+        help="depth cameras and an elevation map: walk round low things, holes and what hangs low, no faster than the floor is seen",
+    )
 
 
 def _add_ground(add: Any) -> None:

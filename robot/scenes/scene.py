@@ -12,7 +12,7 @@ from typing import Any
 
 from robot.geometry.planar import Pose2
 
-__all__ = ["Box", "Cylinder", "Obstacle", "Pit", "Scene", "Thing"]
+__all__ = ["Box", "Cylinder", "Obstacle", "Pit", "Scene", "Thing", "Walker"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +63,22 @@ class Pit:
 
 
 @dataclass(frozen=True, slots=True)
+class Walker:
+    """Somebody who walks about, or something that is wheeled about or appears. The physics body moves it by force; no map shows it."""
+
+    shape: Obstacle
+    """As it is at the start."""
+    way: tuple[tuple[float, float], ...] = ()
+    """Where it goes, from place to place in straight lines, m, and then round again; without any it stays where it is."""
+    speed: float = 1.0
+    """m/s."""
+    appears: float = 0.0
+    """When, s; before that it is nowhere."""
+    room: float = 0.4
+    """It stands still while the robot's outline is nearer than this ahead of it, m; 0: it stops for nobody."""
+
+
+@dataclass(frozen=True, slots=True)
 class Thing:
     """A small coloured object that a camera sees and an arm may take; the LiDAR looks over it, and no leg is stopped by it."""
 
@@ -98,6 +114,8 @@ class Scene:
     """Small objects at the start. A body whose arm carries them off tells by a method ``things()`` where they are now."""
     pits: tuple[Pit, ...] = ()
     """Where the floor lies deeper; no two of them overlap."""
+    walkers: tuple[Walker, ...] = ()
+    """Who and what moves; in the physics body only, and not in one of another process."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A read-only view of places is not copied to other processes, the places are."""
@@ -125,6 +143,7 @@ def _scene(
     places: dict[str, Pose2],
     things: tuple[Thing, ...],
     pits: tuple[Pit, ...],
+    walkers: tuple[Walker, ...],
 ) -> Scene:
     """A scene from its fields."""
-    return Scene(name, bounds, obstacles, start, dock, patrol, MappingProxyType(places), things, pits)
+    return Scene(name, bounds, obstacles, start, dock, patrol, MappingProxyType(places), things, pits, walkers)

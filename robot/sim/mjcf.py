@@ -7,6 +7,7 @@ under it, capsules for thighs and calves, balls for the feet. Robot parts collid
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import pairwise
 from math import cos, sin
 
@@ -39,7 +40,7 @@ from robot.scenes.scene import Box, Obstacle, Scene
 from robot.sim.arm_mjcf import arm_body, drives, thing_bodies, welds
 from robot.sim.ground import Ground
 
-__all__ = ["FLOOR_GROUP", "OBSTACLE_GROUP", "ROBOT_GROUP", "obstacle_names", "write_model"]
+__all__ = ["FLOOR_GROUP", "OBSTACLE_GROUP", "ROBOT_GROUP", "obstacle_names", "walker_names", "write_model"]
 
 SKID_DEPTH = 0.17
 """Underside of the landing skid below the hip plane, m: sitting without power the robot rests on it, 16 mm below `sit`."""
@@ -50,6 +51,11 @@ FLOOR_GROUP, ROBOT_GROUP, OBSTACLE_GROUP = 0, 1, 2
 def obstacle_names(scene: Scene) -> tuple[str, ...]:
     """The name of every obstacle, in scene order: its kind and its index, such as ``box_0`` and ``cylinder_3``."""
     return tuple(f"{type(obstacle).__name__.lower()}_{index}" for index, obstacle in enumerate(scene.obstacles))
+
+
+def walker_names(scene: Scene) -> tuple[str, ...]:
+    """The name of every walker, such as ``walker_0``."""
+    return tuple(f"walker_{index}" for index in range(len(scene.walkers)))
 
 
 def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = False) -> str:
@@ -68,7 +74,7 @@ def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = Fa
   </default>
   <worldbody>
     {_floor(scene, ground)}
-    {_obstacles(scene)}
+    {_obstacles(scene)}{_walkers(scene)}
     <body name="body" pos="0 0 0.486" childclass="robot">
       <freejoint name="body"/>
       {_inertial(BODY_MASS, (0.0, 0.0, 0.0), BODY_INERTIA)}
@@ -129,6 +135,15 @@ def _obstacles(scene: Scene) -> str:
     return "\n    ".join(
         f'<geom name="{name}" class="scene" group="{OBSTACLE_GROUP}" {_shape(obstacle)}/>'
         for name, obstacle in zip(obstacle_names(scene), scene.obstacles, strict=True)
+    )
+
+
+def _walkers(scene: Scene) -> str:
+    """Bodies that are put where they are, whatever pushes them; theirs is a place on the floor."""
+    return "".join(
+        f'<body name="{name}" mocap="true"><geom name="{name}" class="scene" group="{OBSTACLE_GROUP}" '
+        f"{_shape(replace(walker.shape, x=0.0, y=0.0))}/></body>"
+        for name, walker in zip(walker_names(scene), scene.walkers, strict=True)
     )
 
 

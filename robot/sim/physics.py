@@ -23,13 +23,14 @@ from robot.model.kinematics import inverse
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
 from robot.model.power import motor_power
 from robot.model.stance import nominal_feet
-from robot.scenes.scene import Scene
+from robot.scenes.scene import Obstacle, Scene
 from robot.sim.actuators import Actuators
 from robot.sim.ground import Ground
-from robot.sim.mjcf import FLOOR_GROUP, OBSTACLE_GROUP, ROBOT_GROUP, obstacle_names, write_model
+from robot.sim.mjcf import FLOOR_GROUP, OBSTACLE_GROUP, ROBOT_GROUP, obstacle_names, walker_names, write_model
 from robot.sim.physics_arm import PhysicsArm
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
 from robot.sim.spin import beam_directions
+from robot.sim.walkers import Walkers
 
 __all__ = ["BackendMissing", "PhysicsBody", "check_engine"]
 
@@ -88,6 +89,7 @@ class PhysicsBody(BodyShell):
         self._actuators = Actuators(actuators) if actuators is not None else None
         self._model: Any = self._mujoco.MjModel.from_xml_string(write_model(scene, self._ground, timestep, arm=arm))
         self._data: Any = self._mujoco.MjData(self._model)
+        self._walkers = Walkers(scene) if scene.walkers else None
         self._bind()
         self._arm = PhysicsArm(self._mujoco, self._model, self._data, scene, lambda: self.time) if arm else None
         self.place(scene.start)
@@ -102,6 +104,10 @@ class PhysicsBody(BodyShell):
     @property
     def arm(self) -> PhysicsArm | None:
         return self._arm
+
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The scene's obstacles, and its walkers where they are now."""
+        return self._scene.obstacles + (self._walkers.shapes if self._walkers is not None else ())
 
     def supply(self, voltage: float) -> None:
         """Without current the drives brake by their shorted windings, and the robot sinks."""
@@ -187,6 +193,7 @@ class PhysicsBody(BodyShell):
         self._release()
         if self._arm is not None:
             self._arm.reset()
+        self._move_walkers()
         self._mujoco.mj_forward(self._model, self._data)
         self._accel_window[:] = axes.T @ np.array([0.0, 0.0, GRAVITY])
         self._forget_samples()
@@ -218,7 +225,8 @@ class PhysicsBody(BodyShell):
         self._foot_geoms = [model.geom(f"{leg}_foot").id for leg in LEGS]
         self._floor = model.geom("floor").id
         self._upper = {model.geom(name).id for name in ("trunk", "skid", *(f"{leg}_thigh" for leg in LEGS))}
-        self._obstacles = {model.geom(name).id: name for name in obstacle_names(self._scene)}
+        names = obstacle_names(self._scene) + walker_names(self._scene)
+        self._obstacles = {model.geom(name).id: name for name in names}
         self._knee_angles, self._knee_torques = (np.array(column) for column in zip(*KNEE_TORQUE, strict=True))
         self._peak = np.full(12, TORQUE_LIMIT)
         self._travelling: deque[tuple[int, MotorTargets]] = deque()
@@ -249,6 +257,7 @@ class PhysicsBody(BodyShell):
         """One physics step of so many ticks."""
         self._limit_torques()
         self._option.timestep = ticks * TICK
+        self._move_walkers()
         if self._arm is not None:
             self._arm.drive()
         self._mujoco.mj_step(self._model, self._data)
@@ -259,6 +268,12 @@ class PhysicsBody(BodyShell):
             self._actuators.warm(ticks * TICK, self._torque)
         if self._arm is not None:
             self._arm.step(ticks * TICK)
+
+    def _move_walkers(self) -> None:
+        if self._walkers is not None:
+            x, y = self._qpos[:2].tolist()
+            self._walkers.advance(self.time, Pose2(x, y, _yaw(self._qpos[3:7])))
+            self._data.mocap_pos[:] = self._walkers.places
 
     def _limit_torques(self) -> None:
         """Tell MuJoCo what each drive can give in the coming step; those without current brake by their windings alone."""

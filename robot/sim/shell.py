@@ -14,7 +14,7 @@ from robot.hardware.arm import ArmDevice
 from robot.hardware.beams import BEAMS, MAX_RANGE
 from robot.hardware.body import NO_REPLAY, ActuatorState, ImuSample, JointSample, Sample, Sweep, Truth
 from robot.hardware.sensors import Sensors
-from robot.scenes.scene import Scene, Thing
+from robot.scenes.scene import Obstacle, Scene, Thing
 from robot.sim.charger import charger_connected
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.sim.sampling import ROUNDING, Sampling
@@ -82,6 +82,10 @@ class BodyShell(ABC):
     def things(self) -> tuple[Thing, ...]:
         """The scene's things, where they are now."""
         return self.arm.things() if self.arm is not None else self._scene.things
+
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        """The scene's obstacles: nothing moves them."""
+        return self._scene.obstacles
 
     def advance(self, until: float) -> None:
         """Move up to `until`, to the last tick that is not later."""

@@ -13,6 +13,7 @@ from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -112,9 +113,9 @@ def system_of(meeting: int) -> SystemOf:
     """``async with system_of(Child(Talker)) as system``: nodes of this process, which commands find."""
 
     @asynccontextmanager
-    async def started(*tree: Child | type[Node]) -> AsyncGenerator[System]:
+    async def started(*tree: Child | type[Node], observers: tuple[Any, ...] = ()) -> AsyncGenerator[System]:
         transport = ZenohTransport(ZenohConfig(gossip_port=meeting))
-        async with run(*tree, transport=transport, signals=False, sinks=()) as system:
+        async with run(*tree, transport=transport, signals=False, sinks=(), observers=observers) as system:
             yield system
 
     return started

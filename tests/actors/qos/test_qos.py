@@ -223,6 +223,29 @@ def test_best_available_takes_what_every_publisher_offers() -> None:
     assert all(qos.compatible(qos.resolve_publisher(one), resolved) for one in mixed)
 
 
+def test_best_available_of_a_publisher_suits_every_subscription_that_it_knows() -> None:
+    requests = [
+        qos.DEFAULT.replace(deadline=2.0, liveliness_lease=4.0),
+        qos.SENSOR_DATA.replace(deadline=3.0, liveliness=Liveliness.MANUAL_BY_TOPIC),
+    ]
+    resolved = qos.resolve_publisher(qos.BEST_AVAILABLE, requests)
+
+    assert (resolved.reliability, resolved.durability) == ("reliable", "transient_local")
+    assert (resolved.liveliness, resolved.deadline, resolved.liveliness_lease) == ("manual_by_topic", 2.0, 4.0)
+    assert all(qos.compatible(resolved, one) for one in requests)
+
+
+def test_best_available_of_a_publisher_without_subscriptions_promises_no_times() -> None:
+    resolved = qos.resolve_publisher(qos.BEST_AVAILABLE)
+
+    assert (resolved.reliability, resolved.durability, resolved.liveliness) == (
+        "reliable",
+        "transient_local",
+        "automatic",
+    )
+    assert (resolved.deadline, resolved.liveliness_lease) == (None, None)
+
+
 def test_best_available_is_never_used_by_services() -> None:
     assert qos.resolve_service(qos.BEST_AVAILABLE) == qos.resolve_service(qos.SERVICES)
 

@@ -39,11 +39,13 @@ CAPTURE_PHOTO         service  /capture_photo             std_srvs/srv/Trigger  
 CMD_VEL               topic    /cmd_vel                   geometry_msgs/msg/Twist                            keep_last 10, reliable, volatile
 CONFIRM_OBJECT        service  /confirm_object_detection  robactor_msgs/srv/ConfirmObject                    -
 CONTACTS              topic    /foot_contacts             robactor_msgs/msg/FootContacts                     keep_last 5, best_effort, volatile
+DEPTH_POINTS          topic    /depth/points              sensor_msgs/msg/PointCloud2                        keep_last 5, best_effort, volatile
 DETECTIONS            topic    /camera/detections         robactor_msgs/msg/Detection                        keep_last 10, reliable, volatile
 DIAGNOSTICS           topic    /diagnostics               diagnostic_msgs/msg/DiagnosticArray                keep_last 10, reliable, volatile
 DOCK                  action   /dock                      robactor_msgs/action/Dock                          -
 DOCK_STATUS           topic    /dock_status               robactor_msgs/msg/DockStatus                       keep_last 1, reliable, transient_local
 DRIVE_STATUS          topic    /drive_status              robactor_msgs/msg/DriveStatus                      keep_last 1, reliable, transient_local
+ELEVATION_POINTS      topic    /elevation/points          sensor_msgs/msg/PointCloud2                        keep_last 5, best_effort, volatile
 EMERGENCY_STOP        service  /emergency_stop            std_srvs/srv/SetBool                               -
 ENABLE                service  /robot/enable              std_srvs/srv/SetBool                               -
 FETCH_AND_CARRY       action   /fetch_and_carry           robactor_msgs/action/FetchAndCarry                 -
@@ -63,6 +65,7 @@ IMU_RAW               topic    /imu/data_raw              sensor_msgs/msg/Imu   
 JOINT_STATES          topic    /joint_states              sensor_msgs/msg/JointState                         keep_last 10, reliable, volatile
 JOY_CMD               topic    /joy/cmd_vel               geometry_msgs/msg/Twist                            keep_last 10, reliable, volatile
 LIDAR_POINTS          topic    /lidar/points              sensor_msgs/msg/PointCloud2                        keep_last 5, best_effort, volatile
+LOCALIZATION          topic    /localization             std_msgs/msg/String                                keep_last 1, reliable, transient_local
 MAP                   topic    /map                       nav_msgs/msg/OccupancyGrid                         keep_last 1, reliable, transient_local
 MARKERS               topic    /markers                   visualization_msgs/msg/MarkerArray                 keep_last 10, reliable, volatile
 MOTOR_POWER           topic    /motor_power               robactor_msgs/msg/MotorPower                       keep_last 5, best_effort, volatile
@@ -75,6 +78,8 @@ ODOMETRY              topic    /odom                      nav_msgs/msg/Odometry 
 PATH                  topic    /plan                      nav_msgs/msg/Path                                  keep_last 1, reliable, transient_local
 PLAN_PATH             service  /plan_path                 humanoid_control_interfaces/srv/PlanPath           -
 POSE                  topic    /pose                      geometry_msgs/msg/PoseStamped                      keep_last 10, reliable, volatile
+RELIEF                topic    /elevation                 nav_msgs/msg/OccupancyGrid                         keep_last 5, best_effort, volatile
+RELOCALIZE            service  /relocalize               std_srvs/srv/Trigger                               -
 RESTORE_CONFIG        service  /robot/restore_config      std_srvs/srv/Trigger                               -
 ROBOT_DESCRIPTION     topic    /robot_description         std_msgs/msg/String                                keep_last 1, reliable, transient_local
 SAFETY_STATE          topic    /safety/state              robactor_msgs/msg/SafetyState                      keep_last 1, reliable, transient_local
@@ -184,7 +189,7 @@ def test_the_robots_own_contracts_come_first_and_use_no_type_of_the_tutorials() 
     sections = [
         "tutorials" if described(one)[2].split("/")[0] in theirs else "own" for one in contracts_of(contracts).values()
     ]
-    assert (sections.count("own"), sections.count("tutorials")) == (55, 12)
+    assert (sections.count("own"), sections.count("tutorials")) == (60, 12)
     assert sections == sorted(sections)
 
 

@@ -24,7 +24,7 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "machines": None, "hangs": (), "security": None,
         "replay": (), "journals": None, "spans": False, "ground": None, "pushes": (), "web": Web(), "actuators": ActuatorDesign(), "map": None,
-        "sensors": "real",
+        "sensors": "real", "sight": False,
     }  # fmt: skip
 
 

@@ -111,7 +111,18 @@ def test_one_goal_is_walked_to_and_ends_the_run(tmp_path: Path) -> None:
 @pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no device that is always full")
 def test_a_push_that_no_robot_survives_is_a_fall_and_exit_code_1(tmp_path: Path) -> None:
     done, report = run(
-        tmp_path, *VIRTUAL, "--duration", "6", "--world", "empty", "--push", "0,200@4", "--friction", "0.7"
+        tmp_path,
+        *VIRTUAL,
+        "--duration",
+        "6",
+        "--world",
+        "empty",
+        "--push",
+        "0,200@4",
+        "--friction",
+        "0.7",
+        "--sensors",
+        "ideal",
     )
     assert done.returncode == 1
     assert "robot run: the robot fell at 4." in done.stderr.splitlines()[-1]
@@ -163,7 +174,7 @@ def test_a_robot_that_is_given_its_worlds_map_as_a_file_walks_to_its_goal_by_it(
 @pytest.mark.parametrize(
     ("text", "hint"),
     [
-        ("resolution: 0", "m.yaml: it does not say"),
+        ("resolution: 0", "m.yaml:1: resolution: 0 m a cell"),
         (
             "image: m.pgm\nresolution: 1\norigin: [900, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2",
             "the start (0, 0)",

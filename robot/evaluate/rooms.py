@@ -1,0 +1,118 @@
+"""Random rooms with things on the floor that no map shows: does the robot see what it would walk into, or fall into?
+
+`python -m robot evaluate rooms`. The whole robot in physics, with sight: depth cameras and LiDAR with their noise. Each room has three goals; a
+goal counts that was reached within a minute.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from datetime import date
+from functools import partial
+from typing import Any
+
+from robot.evaluate.levels import machine
+from robot.evaluate.room_worlds import room
+from robot.evaluate.rooms_run import Outcome, walk
+from robot.evaluate.trials import trial_parser, trials
+from robot.hardware.sensors import SensorKind
+from robot.run.arguments import whole, within
+from robot.sim.physics import BackendMissing, check_engine
+
+__all__ = ["ENOUGH", "main", "show", "summary"]
+
+ROOMS = 100
+SPEED = 1.0
+ENOUGH = 97.0
+"""Per cent of the goals that have to be reached."""
+
+
+def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """The figures of all rooms together, as JSON can hold them."""
+    goals, reached = sum(one.goals for one in outcomes), sum(one.reached for one in outcomes)
+    return {
+        "rooms": len(outcomes),
+        "goals": goals,
+        "reached": reached,
+        "reached_percent": 100.0 * reached / goals,
+        "falls": sum(one.falls for one in outcomes),
+        "contacts": sum(bool(one.bumps) for one in outcomes),
+        "metres": sum(one.walked for one in outcomes),
+        "fastest": max(one.fastest for one in outcomes),
+        "outcomes": [asdict(one) for one in outcomes],
+    }
+
+
+def run(seed: int, speed: float, sight: bool, sensors: SensorKind) -> dict[str, Any]:
+    """One room by its seed, as JSON can hold how it went."""
+    return asdict(walk(room(seed), seed, speed, sight=sight, sensors=sensors))
+
+
+def show(result: Mapping[str, Any]) -> str:
+    """What was measured, as text."""
+    here = result["machine"]
+    return "\n".join(
+        [
+            f"rooms, at up to {result['speed']:g} m/s, {'with' if result['sight'] else 'without'} sight, sensors {result['sensors']}, back end physics",
+            f"seeds {result['seed']} to {result['seed'] + result['rooms'] - 1}; {result['date']}; {here['processor']}, {here['cores']} cores, "
+            f"Python {here['python']}, MuJoCo {here['mujoco']}; {result['wall_seconds']:.0f} s",
+            "",
+            f"rooms {result['rooms']}; walked {result['metres']:.0f} m; highest true speed over half a second {result['fastest']:.2f} m/s",
+            f"goals reached  {result['reached']} of {result['goals']} ({result['reached_percent']:.1f} %, wanted {ENOUGH:g})",
+            f"falls          {result['falls']}",
+            f"rooms in which anything but a foot touched anything  {result['contacts']}",
+        ]
+    )
+
+
+def tell(held: Mapping[str, Any]) -> str:
+    """One line of an outcome that JSON holds."""
+    outcome = Outcome(**held)
+    bumps = "".join(f"; touched {name} at {at:g} s" for name, at in outcome.bumps.items())
+    failures = "".join(f"; {reason}" for reason in outcome.failures)
+    return f"room {outcome.seed}: {outcome.reached} of {outcome.goals} goals in {outcome.seconds:.0f} s, {outcome.falls} falls{bumps}{failures}"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the figures; 0 without a fall or a contact and with enough goals, 1 otherwise, 3 without MuJoCo. Raises `UsageError`."""
+    parser = trial_parser("rooms", (__doc__ or "").split("\n")[0], "half an hour on an idle core")
+    parser.add_argument("--rooms", type=whole(1, 10000), metavar="N", help=f"how many (default {ROOMS})")
+    parser.add_argument(
+        "--speed", type=within(0.1, 1.6, "m/s"), default=SPEED, help="the fastest walk, m/s (default 1)"
+    )
+    parser.add_argument("--blind", action="store_true", help="without depth cameras and elevation map, to compare")
+    parser.add_argument(
+        "--sensors",
+        choices=("ideal", "real"),
+        default="ideal",
+        help="of LiDAR, IMU and legs (default ideal: white noise)",
+    )
+    asked = parser.parse_args(argv)
+    try:
+        check_engine()
+    except BackendMissing as error:
+        print(error, file=sys.stderr)
+        return 3
+    many, began = asked.rooms or (ROOMS // 10 if asked.quick else ROOMS), time.monotonic()
+    told = trials(
+        partial(run, speed=asked.speed, sight=not asked.blind, sensors=asked.sensors), range(asked.seed, asked.seed + many),
+        jobs=asked.jobs, file=asked.resume, tell=tell,
+        what=f"rooms at {asked.speed:g} m/s, sensors {asked.sensors}{', blind' if asked.blind else ''}",
+    )  # fmt: skip
+    result = summary([Outcome(**held) for held in told]) | {
+        "backend": "physics", "seed": asked.seed, "speed": asked.speed, "sight": not asked.blind, "sensors": asked.sensors, "date": date.today().isoformat(),
+        "machine": machine(), "wall_seconds": round(time.monotonic() - began, 1),
+    }  # fmt: skip
+    print(json.dumps(result, indent=2) if asked.json else show(result))
+    good = result["falls"] == result["contacts"] == 0 and result["reached_percent"] >= ENOUGH
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    from robot.evaluate.command import main as command
+
+    raise SystemExit(command(["rooms", *sys.argv[1:]]))

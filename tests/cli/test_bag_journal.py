@@ -1,0 +1,97 @@
+"""`bag record --replay NODE --restart`: the journal of a node of a running robot, begun from another terminal, and its replay."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from actors import Child
+from actors.replay import Journal, journals_in, load
+from tests.actors.replay.story import OTHERS, Hero
+from tests.cli.conftest import Command, SystemOf
+
+ABSENT = (
+    "no journal of /hero is kept. A journal begins with a life of its node: with --restart the node is restarted now"
+)
+
+
+@asynccontextmanager
+async def walking(environment: dict[str, str], robot: Command) -> AsyncGenerator[None]:
+    """A robot that runs in another process, and can be seen from here."""
+    words = ("run", "--backend", "kinematic", "--log-level", "error")
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "robot", *words, env=environment, stdout=-3, stderr=-3
+    )
+    try:
+        async with asyncio.timeout(60):
+            while "/navigation" not in (await robot("node", "list")).out.split():
+                await asyncio.sleep(0)
+        yield
+    finally:
+        process.terminate()
+        await process.wait()
+
+
+async def test_a_journal_of_a_running_robot_is_begun_from_another_terminal_and_replayed_in_a_third(
+    environment: dict[str, str], robot: Command, tmp_path: Path
+) -> None:
+    bag = tmp_path / "walk"
+    async with walking(environment, robot):
+        words = ("bag", "record", "--replay", "navigation", "--restart", "-o", str(bag))
+        recording = await asyncio.create_subprocess_exec(
+            sys.executable, "-m", "robot", *words, env=environment, stderr=-1
+        )
+        assert recording.stderr is not None
+        assert await recording.stderr.readline() == b"/navigation is restarted, and its journal begins\n"
+        assert (await recording.stderr.readline()).startswith(b"Recording into")
+        part = await robot("topic", "echo", "--once", "/navigation/_journal", "std_msgs/msg/UInt8MultiArray")
+        assert part.code == 0, part.err
+        for _ in range(2):  # what is published now has been heard by the recorder, which began before
+            await robot("topic", "echo", "--once", "--qos-durability", "volatile", "/navigation/_journal")
+        recording.send_signal(signal.SIGINT)
+        assert await recording.wait() == 0
+        refused = await robot("bag", "record", "--replay", "motors", "--restart", "-o", str(tmp_path / "none"))
+        assert refused.code == 1
+        assert "KinematicBody is the robot's body" in refused.err
+    replayed = await robot("bag", "replay", str(bag), "--node", "navigation")
+    assert replayed.code == 0, replayed.out + replayed.err
+    assert replayed.out.startswith("/navigation: equal; ")
+
+
+async def test_what_keeps_a_journal_from_being_recorded_is_told_with_the_remedy(
+    command: Command, robot: Command, system_of: SystemOf, tmp_path: Path
+) -> None:
+    path = str(tmp_path / "walk")
+    async with system_of(OTHERS, Child(Hero)):
+        refused = await command("bag", "record", "--replay", "hero", "-o", path)
+        assert (refused.code, refused.out) == (1, "")
+        assert (
+            "the program of /hero keeps no journals, and begins none: start it with `run --replay hero`" in refused.err
+        )
+        later = await robot("bag", "record", "--replay", "ghost", "-o", path, "--duration", "0")
+        assert later.code == 0
+        assert "/ghost is not there; its journal is recorded if its program keeps one" in later.err
+    assert journals_in(path) == set()
+
+
+async def test_a_node_is_not_restarted_unless_that_is_asked_for_nor_if_its_journal_is_kept(
+    command: Command, robot: Command, system_of: SystemOf, tmp_path: Path
+) -> None:
+    journal = Journal(on_request=True, folder=tmp_path / "journals")
+    async with system_of(OTHERS, Child(Hero), observers=(journal,)) as system:
+        refused = await command("bag", "record", "--replay", "hero", "-o", str(tmp_path / "none"))
+        assert (refused.code, system.node(Hero).incarnation) == (1, 1)
+        assert ABSENT in refused.err
+        ghost = await command("bag", "record", "--replay", "heroe", "--restart", "-o", str(tmp_path / "none"))
+        assert ghost.code == 1
+        assert "did you mean '/hero'?" in ghost.err
+        for number in range(2):
+            words = ("--replay", "/hero", "--restart", "--duration", "1", "-o", str(tmp_path / f"walk{number}"))
+            done = await robot("bag", "record", *words)
+            assert done.code == 0, done.err
+            assert system.node(Hero).incarnation == 2
+    assert load(tmp_path / "journals" / "hero.journal").start.incarnation == 2
