@@ -39,8 +39,8 @@ SECONDS: Final = 20.0
 EACH: Final = 0.1
 """Seconds from picture to picture."""
 STILL: Final = 7.0
-WALK_WIDTH, WALK_SIZE, STILL_SIZE = 640, (800, 560), (1280, 720)
-QUALITY: Final = 55
+WALK_WIDTH, WALK_SIZE, STILL_SIZE = 480, (800, 560), (1280, 720)
+QUALITY: Final = 40
 
 
 def recorded(folder: Path) -> Path:

@@ -29,7 +29,7 @@ SOURCES = {
     "actors": WHEEL["actors"],
     "cli": WHEEL["cli"],
     "robot": WHEEL["robot"],
-    "docs": {".md", ".png", ".svg", ".toml", ".css", ".js"},
+    "docs": {".md", ".png", ".svg", ".toml", ".css", ".js", ".json", ".webp"},
     "tests": {".py", ".md", ".txt", ".json", ".toml", ".msg", ".srv", ".action", ".mjs", ".map", ".scen"},
     ".ci": {"run", "nightly", "vendor"},
     ".": {"README.md", "CHANGELOG.md", "LICENSE", "pyproject.toml", ".gitignore", "PKG-INFO"},

@@ -10,6 +10,7 @@ from cli.web.conversion import message_of, object_of
 from cli.web.errors import BadRequest, Refused
 from cli.web.fields import entries, number, objects, text
 from cli.web.guests import Publications
+from cli.web.names import interface
 
 if TYPE_CHECKING:
     from actors import Publisher
@@ -41,7 +42,7 @@ class Publishing:
             encoding = text(channel, "encoding")
             if encoding not in ENCODINGS:
                 raise Refused(f"encoding {encoding!r:.40}: messages come in {' or '.join(ENCODINGS)}")
-            topic, name = text(channel, "topic"), text(channel, "schemaName")
+            topic, name = text(channel, "topic"), interface(text(channel, "schemaName"), "msg")
             entry = self._hub.system.graph.topics.get(topic)
             ends: list[Any] = [] if entry is None else [*entry.publishers, *entry.subscriptions]
             kind = await self._hub.types.message(name, [(end.node.fqn, end.type) for end in ends])

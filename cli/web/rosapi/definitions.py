@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors.interfaces import Message, known_names, schema_text, to_plain
 from cli.web.errors import Refused
-from cli.web.rosbridge.names import interface
+from cli.web.names import interface
 
 if TYPE_CHECKING:
     from cli.web.hub import Hub

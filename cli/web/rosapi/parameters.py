@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from cli.web.conversion import read_json, write_json
 from cli.web.errors import BadRequest, Refused
+from cli.web.names import absolute
 from cli.web.parameters import plain_value
-from cli.web.rosbridge.names import absolute
 
 if TYPE_CHECKING:
     from cli.web.hub import Hub

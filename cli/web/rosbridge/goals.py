@@ -9,7 +9,7 @@ from actors.contracts.contracts import Action
 from cli.web.conversion import message_of, plain
 from cli.web.errors import Refused
 from cli.web.fields import flag, optional_number, text
-from cli.web.rosbridge.names import absolute, interface
+from cli.web.names import absolute, interface
 
 if TYPE_CHECKING:
     from cli.web.hub import Hub

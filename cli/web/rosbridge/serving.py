@@ -15,7 +15,7 @@ from cli.web.conversion import message_of, plain
 from cli.web.errors import BadRequest, Refused
 from cli.web.fields import flag, text
 from cli.web.guests import MOST
-from cli.web.rosbridge.names import absolute, interface
+from cli.web.names import absolute, interface
 
 if TYPE_CHECKING:
     from actors import Action, Service

@@ -12,12 +12,12 @@ from cli.web.conversion import message_of, object_of, plain, write_json
 from cli.web.errors import BadRequest, Refused
 from cli.web.fields import by_name, flag, optional_number, text
 from cli.web.guests import Publications
+from cli.web.names import absolute, interface
 from cli.web.operations import Op, perform
 from cli.web.outbox import Frame
 from cli.web.rosapi import Rosapi
 from cli.web.rosbridge.fragments import Fragments, fragments_of
 from cli.web.rosbridge.goals import Goals
-from cli.web.rosbridge.names import absolute, interface
 from cli.web.rosbridge.png import png_text
 from cli.web.rosbridge.serving import ActionsServed, ServicesServed
 from cli.web.rosbridge.subscriptions import Subscriptions

@@ -12,10 +12,10 @@ from actors.interfaces import Message
 from cli.web.conversion import to_json, write_json
 from cli.web.errors import Refused
 from cli.web.fields import optional_number, text
+from cli.web.names import absolute, interface
 from cli.web.outbox import DEPTH, Packet
 from cli.web.rosbridge.cbor import cbor, cbor_joined, cbor_message
 from cli.web.rosbridge.fragments import fragments_of
-from cli.web.rosbridge.names import absolute, interface
 from cli.web.rosbridge.png import png_text
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Names as rosbridge clients write them: without the first slash, types in two or three parts."""
+"""Names as clients write them: without the first slash, types in two or three parts."""
 
 from __future__ import annotations
 
