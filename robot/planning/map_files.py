@@ -10,7 +10,7 @@ import os
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,7 +151,7 @@ class _Said:
     def origin(self) -> tuple[float, float]:
         """x and y of the lower left corner. A turned map is refused: a grid's rows run along x."""
         value = self._value("origin")
-        parts: list[Any] = value if isinstance(value, list) else []
+        parts = cast("list[object]", value if isinstance(value, list) else [])
         if len(parts) != 3:
             raise self.wrong("origin", f"{value!r} is not [x, y, yaw]")
         x, y, yaw = (self._finite("origin", one) for one in parts)

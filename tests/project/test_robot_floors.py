@@ -92,8 +92,8 @@ def test_worlds_can_be_named_without_numpy() -> None:
 
 
 def test_only_the_nodes_of_simulated_devices_know_the_simulation() -> None:
-    """A real robot brings a body, a camera and a battery of its own, and changes nothing else."""
+    """A real robot brings a body, cameras and a battery of its own, and changes nothing else."""
     knowing = {
         edge.source for edge in edges(ROBOT) if room_of(edge.source) == "nodes" and room_of(edge.target) == "sim"
     }
-    assert knowing == {"robot.nodes.battery", "robot.nodes.camera"}
+    assert knowing == {"robot.nodes.battery", "robot.nodes.camera", "robot.nodes.depth"}

@@ -30,6 +30,7 @@ TOPICS = """\
 /battery_status robactor_msgs/msg/BatteryStatus
     <- battery reliable latched 1
     -> diagnostics reliable latched 1
+    -> motors reliable latched 1
     -> navigation reliable latched 1
     -> robot_status reliable latched 1
     -> safety_monitor reliable latched 1
@@ -96,6 +97,9 @@ TOPICS = """\
     -> docking best_effort 5
     -> localizer best_effort 5
     -> navigation best_effort 5
+/localization std_msgs/msg/String
+    <- localizer reliable latched 1
+    -> navigation reliable latched 1
 /map nav_msgs/msg/OccupancyGrid
     <- map_server reliable latched 1
 /markers visualization_msgs/msg/MarkerArray
@@ -175,6 +179,7 @@ SERVICES = """\
 /navigate_and_grab proposed_interfaces/action/NavigateAndGrab <- fetch
 /navigate_to_goal humanoid_control_interfaces/action/NavigateToGoal <- navigation
 /plan_path humanoid_control_interfaces/srv/PlanPath <- navigation
+/relocalize std_srvs/srv/Trigger <- localizer
 /robot/enable std_srvs/srv/SetBool <- robot_controller
 /robot/get_status std_srvs/srv/Trigger <- robot_status
 /robot/restore_config std_srvs/srv/Trigger <- robot_status
