@@ -58,7 +58,9 @@ class Heard:
     gait_goal: str = ""
     charge: float = 1.0
     lost: bool = False
-    """Whether the localizer says that its pose is wrong."""
+    """Whether the localizer says that its pose is wrong,"""
+    blind: bool = False
+    """and whether, that the LiDAR sees nothing where there are walls."""
     stopped: str = ""
     """The reasons of a safety stop; empty when there is none."""
     poses: PoseHistory = field(default_factory=PoseHistory)
@@ -121,7 +123,7 @@ class GoalWalk:
             return
         now = self._node.clock.now()
         scan, scanned_at = self._heard.take_scan()
-        self._heed(now, seen=scan is not None)
+        self._heed(now, seen=scan is not None and not self._heard.blind)
         motion = self._navigator.step(
             now, self._heard.pose, self._heard.velocity, scan, scanned_at, self._heard.take_relief()
         )
@@ -133,7 +135,7 @@ class GoalWalk:
                 self._plan(self._shown)
 
     def _heed(self, now: float, *, seen: bool) -> None:
-        """Slow down while no scans come: what is not on the map would be walked into."""
+        """Slow down while no scans come, or such as see nothing: what is not on the map would be walked into."""
         if seen:
             self._seen = now
         blind = now - self._seen > BLIND_AFTER

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from actors import Child, GoalAborted, GoalCanceled, GoalRejected, GoalStatus, Node, QoS, every
@@ -17,6 +18,7 @@ from robot.contracts import (
     GET_PLACE,
     GET_ROBOT_POSE,
     HUMANOID_NAVIGATE,
+    LOCALIZATION,
     MOVE_TO_POSITION,
     NAVIGATE_TO_GOAL,
     ODOMETRY,
@@ -120,6 +122,20 @@ async def test_without_a_lidar_the_robot_walks_slowly_says_so_and_is_as_fast_as_
     assert (await handle).success
     said = [line.event for line in rig.logs if line.node == "/navigation" and "LiDAR" in line.event]
     assert said == ["no LiDAR: walking slowly", "LiDAR again: walking as before"]
+
+
+async def test_with_a_lidar_that_sees_no_wall_where_the_map_has_them_the_robot_walks_slowly(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = await standing_robot(rig)
+    states = rig.probe(LOCALIZATION)
+    await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
+    await rig.advance(2.0)
+    assert speed(body) == pytest.approx(0.7, abs=0.02)
+    monkeypatch.setattr(body, "lidar", lambda beams, reach: np.full(beams, reach))  # its window is covered
+    await rig.advance(3.5)
+    assert states.newest.data == "blind"
+    assert speed(body) == pytest.approx(0.2, abs=0.02)
 
 
 async def test_A_25_the_robot_ends_with_the_heading_that_was_asked_for(rig: Rig) -> None:
