@@ -6,7 +6,7 @@ Frames follow REP-103: x forward, y left, z up. A yaw of zero looks along +x.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from types import MappingProxyType
 from typing import Any
 
@@ -119,31 +119,10 @@ class Scene:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A read-only view of places is not copied to other processes, the places are."""
-        places = dict(self.places)
-        return _scene, (
-            self.name,
-            self.bounds,
-            self.obstacles,
-            self.start,
-            self.dock,
-            self.patrol,
-            places,
-            self.things,
-            self.pits,
-        )
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return _scene, (values | {"places": dict(self.places)},)
 
 
-def _scene(
-    name: str,
-    bounds: tuple[float, float, float, float],
-    obstacles: tuple[Obstacle, ...],
-    start: Pose2,
-    dock: Pose2,
-    patrol: tuple[Pose2, ...],
-    places: dict[str, Pose2],
-    things: tuple[Thing, ...],
-    pits: tuple[Pit, ...],
-    walkers: tuple[Walker, ...],
-) -> Scene:
+def _scene(values: dict[str, Any]) -> Scene:
     """A scene from its fields."""
-    return Scene(name, bounds, obstacles, start, dock, patrol, MappingProxyType(places), things, pits, walkers)
+    return Scene(**values | {"places": MappingProxyType(values["places"])})

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import itertools
 import math
+import pickle
+from dataclasses import replace
 
 import pytest
 
 from robot.geometry.planar import Pose2
 from robot.planning.grid import Grid
 from robot.planning.planner import Planner
+from robot.scenes.scene import Cylinder, Pit, Walker
 from robot.scenes.worlds import WORLDS, UnknownWorld, get_world
 from tests.robot.control.navigation_sim import body_clearance
 from tests.robot.stage import apart
@@ -70,3 +73,12 @@ def test_in_the_warehouse_a_straight_line_to_some_stop_is_blocked_and_paths_are_
 
 def test_worlds_are_values_that_compare_equal() -> None:
     assert get_world("pillars").obstacles == get_world("pillars").obstacles
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_a_scene_can_be_copied_to_another_process_with_all_that_is_in_it(name: str) -> None:
+    person = Walker(Cylinder(1.0, 1.0, 0.2, mapped=False), way=((1.0, 1.0), (2.0, 1.0)))
+    scene = replace(get_world(name), pits=(Pit(3.0, 0.0, 0.3, 0.3, 0.2),), walkers=(person,))
+    copy = pickle.loads(pickle.dumps(scene))
+    assert copy == scene
+    assert type(copy.places) is type(scene.places)
