@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from actors.hosts import Hosts
     from actors.transport import Transport
     from robot.assembly import Robot
-    from robot.hardware.body import Body
+    from robot.hardware.body import Body, BodySilent
     from robot.planning.grid import Grid
     from robot.run.flight import Flight
     from robot.run.judge import Score
@@ -68,14 +68,24 @@ class Session:
         except (SupervisorGaveUp, StartFailed) as error:
             print(f"robot run: {error}", file=sys.stderr)
             return 3
-        except BodySilent as error:  # the first of them, as whatever asks for the body's last state fails by it, too
-            first = error.__context__ if isinstance(error.__context__, BodySilent) else error
-            print(f"robot run: {first}", file=sys.stderr)
+        except BodySilent as error:
+            print(f"robot run: {self._why_silent(error)}", file=sys.stderr)
             return 3
         except KeyboardInterrupt:  # before the first await, or on a platform without signal handlers
             return 130
         finally:
             self.robot.close()
+
+    def _why_silent(self, error: BodySilent) -> BaseException:
+        """That the body's process has ended, or else the first that was noticed: whatever asks for the body's last state fails by it, too."""
+        from robot.hardware.body import BodySilent
+
+        if self.robot.process is not None:
+            try:
+                self.robot.process.check()
+            except BodySilent as ended:
+                return ended
+        return error.__context__ if isinstance(error.__context__, BodySilent) else error
 
     # -- what can be wrong with it, found before anything runs --------------------------------------------------------------
 
