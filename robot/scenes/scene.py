@@ -125,4 +125,5 @@ class Scene:
 
 def _scene(values: dict[str, Any]) -> Scene:
     """A scene from its fields."""
-    return Scene(**values | {"places": MappingProxyType(values["places"])})
+    values["places"] = MappingProxyType(values["places"])
+    return Scene(**values)
