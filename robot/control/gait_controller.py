@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, hypot, inf, sin
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from robot.control.catch import SLOW, STEADY
 from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import Targets
+from robot.control.gait_state import GaitState
 from robot.control.gaits import GAITS, Gait
 from robot.control.safe_stop import SafeStop
 from robot.control.stand import StandController
@@ -26,7 +26,7 @@ from robot.model.modes import GOALS, Mode
 from robot.model.parameters import HIPS, SIDES, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
 
-__all__ = ["GaitController", "GaitState"]
+__all__ = ["GaitController"]
 
 RISE_TIME = 2.0
 """Seconds from sitting to standing and back."""
@@ -61,27 +61,6 @@ STOP_TIME = 2.5
 
 BLIND_STOP_TIME = 0.2
 """The same without an IMU: every step is one in the dark."""
-
-
-@dataclass(frozen=True, slots=True)
-class GaitState:
-    """What the controller knows of the robot; estimated, in the `odom` frame that starts under the robot."""
-
-    mode: Mode
-    position: Vector
-    """Body origin, shape (3,), m; z is its height over the standing feet's soles."""
-    quaternion: Vector
-    """Attitude body to odom, shape (4,), w first."""
-    velocity: Vector
-    """Body origin's velocity in the heading frame (forward, left, up), shape (3,), m/s."""
-    angular_velocity: Vector
-    """Body axes, gyro bias removed, shape (3,), rad/s."""
-    contact: tuple[bool, ...]
-    """Feet on the ground, fl, fr, rl, rr."""
-    gyro_bias: Vector
-    """Learned while the robot stands still, shape (3,), rad/s."""
-    slope: tuple[float, float]
-    """The ground's rise per metre along odom x and y."""
 
 
 class GaitController:

@@ -12,13 +12,11 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from datetime import date
 from functools import partial
 from typing import Any
 
 from robot.evaluate.crowd_run import WALKERS, Outcome, walk
-from robot.evaluate.levels import machine
-from robot.evaluate.trials import trial_parser, trials
+from robot.evaluate.trials import circumstances, heading, trial_parser, trials
 from robot.run.arguments import whole
 from robot.sim.physics import BackendMissing, check_engine
 
@@ -55,12 +53,10 @@ def run(seed: int, seconds: float) -> dict[str, Any]:
 
 def show(result: Mapping[str, Any]) -> str:
     """What was measured, as text."""
-    here = result["machine"]
     return "\n".join(
         [
             f"crowd of {WALKERS}, 0.5 to 1.5 m/s, back end physics",
-            f"seeds {result['seed']} to {result['seed'] + result['trials'] - 1}; {result['date']}; {here['processor']}, {here['cores']} cores, "
-            f"Python {here['python']}, MuJoCo {here['mujoco']}; {result['wall_seconds']:.0f} s",
+            f"seeds {result['seed']} to {result['seed'] + result['trials'] - 1}; {heading(result)}",
             "",
             f"{result['minutes']:.1f} minutes, walked {result['metres']:.0f} m",
             f"goals reached  {result['reached']} of {result['goals']} ({result['reached_percent']:.1f} %, wanted {ENOUGH:g})",
@@ -95,10 +91,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         partial(run, seconds=SECONDS), range(asked.seed, asked.seed + many), jobs=asked.jobs, file=asked.resume, tell=tell,
         what=f"crowd of {WALKERS}, {SECONDS:g} s",
     )  # fmt: skip
-    result: dict[str, Any] = summary([Outcome(**held) for held in told]) | {
-        "backend": "physics", "seed": asked.seed, "date": date.today().isoformat(), "machine": machine(),
-        "wall_seconds": round(time.monotonic() - began, 1),
-    }  # fmt: skip
+    result: dict[str, Any] = summary([Outcome(**held) for held in told]) | circumstances(asked, began)
     print(json.dumps(result, indent=2) if asked.json else show(result))
     good = result["falls"] == result["caused"] == 0 and result["reached_percent"] >= ENOUGH
     return 0 if good else 1

@@ -11,14 +11,12 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from datetime import date
 from functools import partial
 from typing import Any
 
-from robot.evaluate.levels import machine
 from robot.evaluate.room_worlds import room
 from robot.evaluate.rooms_run import Outcome, walk
-from robot.evaluate.trials import trial_parser, trials
+from robot.evaluate.trials import circumstances, heading, trial_parser, trials
 from robot.hardware.sensors import SensorKind
 from robot.run.arguments import whole, within
 from robot.sim.physics import BackendMissing, check_engine
@@ -54,12 +52,10 @@ def run(seed: int, speed: float, sight: bool, sensors: SensorKind) -> dict[str, 
 
 def show(result: Mapping[str, Any]) -> str:
     """What was measured, as text."""
-    here = result["machine"]
     return "\n".join(
         [
             f"rooms, at up to {result['speed']:g} m/s, {'with' if result['sight'] else 'without'} sight, sensors {result['sensors']}, back end physics",
-            f"seeds {result['seed']} to {result['seed'] + result['rooms'] - 1}; {result['date']}; {here['processor']}, {here['cores']} cores, "
-            f"Python {here['python']}, MuJoCo {here['mujoco']}; {result['wall_seconds']:.0f} s",
+            f"seeds {result['seed']} to {result['seed'] + result['rooms'] - 1}; {heading(result)}",
             "",
             f"rooms {result['rooms']}; walked {result['metres']:.0f} m; highest true speed over half a second {result['fastest']:.2f} m/s",
             f"goals reached  {result['reached']} of {result['goals']} ({result['reached_percent']:.1f} %, wanted {ENOUGH:g})",
@@ -103,10 +99,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         jobs=asked.jobs, file=asked.resume, tell=tell,
         what=f"rooms at {asked.speed:g} m/s, sensors {asked.sensors}{', blind' if asked.blind else ''}",
     )  # fmt: skip
-    result: dict[str, Any] = summary([Outcome(**held) for held in told]) | {
-        "backend": "physics", "seed": asked.seed, "speed": asked.speed, "sight": not asked.blind, "sensors": asked.sensors, "date": date.today().isoformat(),
-        "machine": machine(), "wall_seconds": round(time.monotonic() - began, 1),
-    }  # fmt: skip
+    how = {"speed": asked.speed, "sight": not asked.blind, "sensors": asked.sensors}
+    result: dict[str, Any] = summary([Outcome(**held) for held in told]) | circumstances(asked, began) | how
     print(json.dumps(result, indent=2) if asked.json else show(result))
     good = result["falls"] == result["contacts"] == 0 and result["reached_percent"] >= ENOUGH
     return 0 if good else 1

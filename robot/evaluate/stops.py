@@ -10,20 +10,17 @@ import json
 import statistics
 import sys
 import time
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass
-from datetime import date
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from robot.evaluate.levels import machine
 from robot.evaluate.stops_run import CAUSES, FAULTY, Case, Outcome, run
-from robot.run.arguments import Parser, parse_seed, whole, within
+from robot.evaluate.trials import circumstances, each, heading, trial_parser
+from robot.run.arguments import within
 from robot.run.errands import UsageError
 from robot.sim.physics import BackendMissing, check_engine
 
@@ -84,35 +81,21 @@ def _drawn(seed: int, delay: float, speed: float, number: int) -> Case:
 # -- measuring --------------------------------------------------------------------------------------------------------
 
 
-def measure(
-    chosen: Sequence[Row], jobs: int, done: Mapping[Case, Outcome], keep: Callable[[Case, Outcome], None]
-) -> list[dict[str, Any]]:
-    """Run what is not `done`, handing each outcome to `keep`; says on stderr how far it is. One dict that JSON can hold for each row."""
+def measure(chosen: Sequence[Row], jobs: int, file: Path | None) -> list[dict[str, Any]]:
+    """Run what `file` has not kept; says on stderr how far it is. One dict that JSON can hold for each row."""
     told: list[dict[str, Any]] = []
-    with _pool(jobs) as walk:
-        outcomes = walk([case for row in chosen for case in row.cases if case not in done])
+    cases = [case for row in chosen for case in row.cases]
+    with closing(each(_run, cases, jobs=jobs, file=file, what="stops", name=asdict)) as outcomes:
         for number, row in enumerate(chosen, start=1):
-            began, met = time.perf_counter(), list[tuple[Case, Outcome]]()
-            for case in row.cases:
-                outcome = done.get(case)
-                if outcome is None:
-                    outcome = next(outcomes)
-                    keep(case, outcome)
-                met.append((case, outcome))
-            told.append(_told(row, met))
-            seconds = time.perf_counter() - began
+            began = time.monotonic()
+            told.append(_told(row, [(case, Outcome(**next(outcomes))) for case in row.cases]))
+            seconds = time.monotonic() - began
             print(f"[{number}/{len(chosen)}] {_line(told[-1])} ({seconds:.0f} s)", file=sys.stderr, flush=True)
     return told
 
 
-@contextmanager
-def _pool(jobs: int) -> Generator[Callable[[Sequence[Case]], Iterator[Outcome]]]:
-    """What runs many cases, in their order: in so many processes, or in this one."""
-    if jobs == 1:
-        yield lambda cases: map(run, cases)
-        return
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        yield lambda cases: pool.map(run, cases)
+def _run(case: Case) -> dict[str, Any]:
+    return asdict(run(case))
 
 
 def _told(row: Row, met: Sequence[tuple[Case, Outcome]]) -> dict[str, Any]:
@@ -140,12 +123,11 @@ def _told(row: Row, met: Sequence[tuple[Case, Outcome]]) -> dict[str, Any]:
 
 def show(result: Mapping[str, Any]) -> str:
     """What `measure` gave, as text."""
-    here, told = result["machine"], result["rows"]
+    told = result["rows"]
     return "\n".join(
         [
             f"stops and sensor faults, motor delay {result['delay_ms']:g} ms, seed {result['seed']}, back end physics",
-            f"{result['date']}; {here['processor']}, {here['cores']} cores, Python {here['python']}, MuJoCo {here['mujoco']}; "
-            f"{result['seconds']:.0f} s",
+            heading(result),
             "",
             f"{'cause':<32}{'falls':>10}{'known, median':>16}{'worst':>9}{'never':>7}{'late':>6}",
             *(_line(row) for row in told),
@@ -171,22 +153,12 @@ def _line(row: Mapping[str, Any]) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 0 without a fall and with every fault known in time, 1 otherwise, 3 without the physics back end. Raises `UsageError`."""
-    parser = Parser(
-        prog="python -m robot evaluate stops",
-        description=(__doc__ or "").split("\n")[0],
-        epilog="All of it takes half an hour on an idle core.",
-    )
-    parser.add_argument("--seed", type=parse_seed, default=1, help="of all robots (default 1)")
-    parser.add_argument(
-        "--quick", action="store_true", help="4 phases a row instead of 32, 40 sensor faults instead of 200"
-    )
+    parser = trial_parser(
+        "stops", (__doc__ or "").split("\n")[0], "half an hour on an idle core",
+        quick="4 phases a row instead of 32, 40 sensor faults instead of 200", seed="of all robots",
+    )  # fmt: skip
     parser.add_argument("--only", default="", help="only rows whose name contains this")
     parser.add_argument("--delay", type=within(0.0, 20.0, "milliseconds"), default=8.0, help="motor delay, ms")
-    parser.add_argument("--jobs", type=whole(1, 256), default=1, metavar="N", help="processes (default 1)")
-    parser.add_argument(
-        "--resume", type=Path, metavar="FILE", help="keep each outcome here, and do not run again what is kept"
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     asked = parser.parse_args(argv)
     try:
         check_engine()
@@ -200,37 +172,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         raise UsageError(
             f"--only {asked.only}: no row's name contains that; there are: {', '.join(row.name for row in every)}"
         )
-    began = time.perf_counter()
-    done, keep = _kept(asked.resume)
-    told = measure(chosen, asked.jobs, done, keep)
-    result = {
-        "backend": "physics", "seed": asked.seed, "delay_ms": asked.delay, "date": date.today().isoformat(),
-        "seconds": time.perf_counter() - began, "machine": machine(), "rows": told,
-    }  # fmt: skip
+    began = time.monotonic()
+    told = measure(chosen, asked.jobs, asked.resume)
+    result = circumstances(asked, began) | {"delay_ms": asked.delay, "rows": told}
     print(json.dumps(result, indent=2) if asked.json else show(result))
     return 1 if any(row["falls"] or row["known_late"] for row in told) else 0
-
-
-def _kept(file: Path | None) -> tuple[dict[Case, Outcome], Callable[[Case, Outcome], None]]:
-    """What a file holds of an earlier run, a line of JSON each, and what adds to it. Raises `UsageError` for another kind of file."""
-    done: dict[Case, Outcome] = {}
-    if file is None:
-        return done, lambda case, outcome: None
-    try:
-        for line in file.read_text().splitlines() if file.exists() else ():
-            held = json.loads(line)
-            done[Case(**held["case"])] = Outcome(**held["outcome"])
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        raise UsageError(f"--resume {file}: these are no outcomes of an earlier run: {error}") from error
-
-    def keep(case: Case, outcome: Outcome) -> None:
-        with file.open("a") as out:
-            out.write(json.dumps({"case": asdict(case), "outcome": asdict(outcome)}) + "\n")
-
-    return done, keep
-
-
-if __name__ == "__main__":
-    from robot.evaluate.command import main as command
-
-    raise SystemExit(command(["stops", *sys.argv[1:]]))

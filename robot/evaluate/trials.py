@@ -4,30 +4,40 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Generator, Iterator, Sequence
+import time
+from argparse import Namespace
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from datetime import date
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
+from robot.evaluate.levels import machine
 from robot.run.arguments import Parser, parse_seed, whole
 from robot.run.errands import UsageError
 
-__all__ = ["Outcome", "trial_parser", "trials"]
+__all__ = ["Outcome", "circumstances", "each", "heading", "trial_parser", "trials"]
 
+C = TypeVar("C")
 
 Outcome: TypeAlias = dict[str, Any]
-"""How one trial went, as JSON can hold it; under ``seed`` the trial's own: no two of a command have the same."""
+"""How one trial went, as JSON can hold it."""
 
 
-def trial_parser(name: str, description: str, takes: str) -> Parser:
+def trial_parser(
+    name: str,
+    description: str,
+    takes: str,
+    *,
+    quick: str = "a tenth of it",
+    seed: str = "of the first trial; the next have the next",
+) -> Parser:
     """A command line for `python -m robot evaluate NAME` with --seed, --jobs, --resume, --quick and --json."""
     made = Parser(prog=f"python -m robot evaluate {name}", description=description, epilog=f"All of it takes {takes}.")
-    made.add_argument(
-        "--seed", type=parse_seed, default=1, help="of the first trial; the next have the next (default 1)"
-    )
-    made.add_argument("--quick", action="store_true", help="a tenth of it")
+    made.add_argument("--seed", type=parse_seed, default=1, help=f"{seed} (default 1)")
+    made.add_argument("--quick", action="store_true", help=quick)
     made.add_argument("--jobs", type=whole(1, 256), default=1, metavar="N", help="processes (default 1)")
     made.add_argument(
         "--resume", type=Path, metavar="FILE", help="keep each outcome here, and do not run again what is kept"
@@ -45,41 +55,74 @@ def trials(
     tell: Callable[[Outcome], str],
     what: str,
 ) -> list[Outcome]:
-    """The outcomes of all seeds, in their order; each is told on stderr as soon as it is there.
+    """The outcomes of all seeds, in their order, as `each` has them; each is told on stderr as soon as it is there."""
+    found: list[Outcome] = []
+    for number, outcome in enumerate(each(run, seeds, jobs=jobs, file=file, what=what), start=1):
+        found.append(outcome)
+        print(f"[{number}/{len(seeds)}] {tell(outcome)}", file=sys.stderr, flush=True)
+    return found
 
-    `file` keeps them, a line of JSON each, for the same `what`: a text that says what is run. Raises `UsageError` for a file of something else.
+
+def each(
+    run: Callable[[C], Outcome],
+    cases: Sequence[C],
+    *,
+    jobs: int,
+    file: Path | None,
+    what: str,
+    name: Callable[[C], Any] = lambda case: case,
+) -> Generator[Outcome]:
+    """The outcome of each case, in their order: from `run`, or as `file` has kept it.
+
+    `file` keeps them, a line of JSON each, for the same `what`: a text that says what is run. `name` gives what JSON can hold of a case; no
+    two of a command have the same. Raises `UsageError` for a file of something else.
     """
     done = _kept(file, what)
-    found: list[Outcome] = []
-    with _pool(jobs) as pool:
-        outcomes = pool(run, [seed for seed in seeds if seed not in done])
-        for number, seed in enumerate(seeds, start=1):
-            outcome = done.get(seed)
+    keys = [json.dumps(name(case)) for case in cases]
+    missing = [case for case, key in zip(cases, keys, strict=True) if key not in done]
+    with _results(run, missing, jobs) as outcomes:
+        for key in keys:
+            outcome = done.get(key)
             if outcome is None:
                 outcome = next(outcomes)
                 if file is not None:
                     with file.open("a", encoding="utf-8") as out:
-                        out.write(json.dumps({"what": what, "outcome": outcome}) + "\n")
-            found.append(outcome)
-            print(f"[{number}/{len(seeds)}] {tell(outcome)}", file=sys.stderr, flush=True)
-    return found
+                        out.write(json.dumps({"what": what, "case": json.loads(key), "outcome": outcome}) + "\n")
+            yield outcome
 
 
-def _kept(file: Path | None, what: str) -> dict[int, Outcome]:
+def circumstances(asked: Namespace, began: float) -> dict[str, Any]:
+    """What belongs to figures of physics that JSON holds: seed, date, machine, and the wall time since `began` (s, `time.monotonic`)."""
+    return {
+        "backend": "physics", "seed": asked.seed, "date": date.today().isoformat(), "machine": machine(),
+        "wall_seconds": round(time.monotonic() - began, 1),
+    }  # fmt: skip
+
+
+def heading(result: Mapping[str, Any]) -> str:
+    """The circumstances as a line, without the seed."""
+    here = result["machine"]
+    return (
+        f"{result['date']}; {here['processor']}, {here['cores']} cores, Python {here['python']}, MuJoCo {here['mujoco']}; "
+        f"{result['wall_seconds']:.0f} s"
+    )
+
+
+def _kept(file: Path | None, what: str) -> dict[str, Outcome]:
     if file is None or not file.exists():
         return {}
     try:
         lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
-        return {line["outcome"]["seed"]: line["outcome"] for line in lines if line["what"] == what}
+        return {json.dumps(line["case"]): line["outcome"] for line in lines if line["what"] == what}
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise UsageError(f"--resume {file}: these are no outcomes of an earlier run: {error}") from error
 
 
 @contextmanager
-def _pool(jobs: int) -> Generator[Callable[[Callable[[int], Outcome], Sequence[int]], Iterator[Outcome]]]:
-    """What runs many, in their order: in so many processes, or in this one."""
+def _results(run: Callable[[C], Outcome], cases: Sequence[C], jobs: int) -> Generator[Iterator[Outcome]]:
+    """The outcomes of cases, in their order: in so many processes, or in this one."""
     if jobs == 1:
-        yield map
+        yield map(run, cases)
         return
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        yield pool.map
+        yield pool.map(run, cases)
