@@ -165,7 +165,7 @@ class System:
             if inbox.border is None:
                 inbox.put_control(item)
             else:
-                inbox.border.enter("crash", (error,), inbox.put_control, item)
+                inbox.border.enter("crash", (record.identity.fqn, error), inbox.put_control, item)
         elif record.process and record.state == "running":
             self.runtime.processes.crash(record.path, error)
         else:

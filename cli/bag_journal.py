@@ -1,4 +1,4 @@
-"""The journal of a node of another process, for `bag record --replay`: it is kept already, or its program is asked to begin it."""
+"""The journal of a node or subtree of another process, for `bag record --replay`: it is kept already, or its program is asked to begin it."""
 
 from __future__ import annotations
 
@@ -7,32 +7,36 @@ import sys
 
 from actors import Service
 from actors.interfaces.rcl_interfaces import msg, srv
-from actors.replay.publishing import JOURNAL, PUBLISHER
+from actors.replay.publishing import PUBLISHER, topic_of
+from actors.replay.tape import is_subtree
 from cli.asking import ask, node_names
 from cli.command import CommandFailed
 from cli.graph import Seen
 
-__all__ = ["keep_journal"]
+__all__ = ["keep_journal", "subtree"]
 
 GET = Service(srv.GetParameters, f"{PUBLISHER}/get_parameters")
 SET = Service(srv.SetParameters, f"{PUBLISHER}/set_parameters")
 
 
 async def keep_journal(graph: Seen, node: str, options: argparse.Namespace) -> None:
-    """See to it that a journal of `node` is kept, as far as the options allow. Raises `CommandFailed` if none is.
+    """See to it that a journal of `node`, or of the subtree of this path, is kept, as far as the options allow. Raises `CommandFailed` if
+    none is.
 
-    A node that is not there yet is waited for by the recorder, like any topic.
+    A node or subtree that is not there yet is waited for by the recorder, like any topic.
     """
-    topic = graph.system.graph.topics.get(node + JOURNAL)
+    topic = graph.system.graph.topics.get(topic_of(node))
     if topic is not None and topic.publishers:
         return
     names = node_names(graph, hidden=True)
-    if node not in names and not options.restart:
+    unseen = PUBLISHER not in names if is_subtree(node) else node not in names
+    if unseen and not options.restart:
         print(f"{node} is not there; its journal is recorded if its program keeps one", file=sys.stderr)
         return
     if PUBLISHER not in names:
+        short = node if is_subtree(node) else node.rpartition("/")[2]
         raise CommandFailed(
-            f"the program of {node} keeps no journals, and begins none: start it with `run --replay {node.rpartition('/')[2]}`, or, if it is "
+            f"the program of {node} keeps no journals, and begins none: start it with `run --replay {short}`, or, if it is "
             "your own, with run(tree, observers=(Journal(on_request=True),))"
         )
     if not options.restart:
@@ -41,6 +45,16 @@ async def keep_journal(graph: Seen, node: str, options: argparse.Namespace) -> N
             "loses what waits for it"
         )
     await _begin(graph, node, options)
+
+
+def subtree(text: str) -> str:
+    """The path of a supervisor below the root, as `--subtree` takes it."""
+    path = text.strip("/")
+    if not is_subtree(path):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no path of a supervisor below the root, such as robot/navigation"
+        )
+    return path
 
 
 async def _begin(graph: Seen, node: str, options: argparse.Namespace) -> None:

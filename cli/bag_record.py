@@ -14,8 +14,9 @@ from actors import Child, temporary
 from actors.bag import BagError, Recorder, RecordOptions
 from actors.interfaces import load_folder
 from actors.logs import WARN, LogRecord
+from actors.replay.publishing import topic_of
 from cli.bag import progress, progress_over
-from cli.bag_journal import keep_journal
+from cli.bag_journal import keep_journal, subtree
 from cli.bag_options import add_selection, add_writing, not_negative, positive, profiles, selection_of, size, writing_of
 from cli.bag_signals import until_signal
 from cli.command import CommandFailed
@@ -30,8 +31,10 @@ def run(verb: str, argv: Sequence[str]) -> int:
     """Record until Ctrl-C, which is the usual end; the exit code is then 0, as with ros2."""
     options = parsed(_parser(), argv)
     options.topics += options.positional
-    options.replay = [absolute(node) for node in options.replay]
-    options.topics += [f"{node}/_journal" for node in options.replay]
+    if None in options.replay and not options.subtree:
+        raise CommandFailed("--replay: say of which node, or of which nodes with --subtree PATH")
+    options.replay = [*(absolute(node) for node in options.replay if node is not None), *options.subtree]
+    options.topics += [topic_of(name) for name in options.replay]
     told = _told(options)
     for folder in options.interfaces:
         load_folder(folder)
@@ -53,12 +56,21 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument(
         "--replay",
         action="append",
+        nargs="?",
         default=[],
         metavar="NODE",
         help="also the journal of NODE, for `bag replay`, from its start on if its program keeps one, else with --restart",
     )
     group.add_argument(
-        "--restart", action="store_true", help="have NODE of --replay restarted, so that its journal begins there"
+        "--subtree",
+        action="append",
+        default=[],
+        type=subtree,
+        metavar="PATH",
+        help="the journal of all nodes below this supervisor together, such as robot/navigation: of what crosses their border",
+    )
+    group.add_argument(
+        "--restart", action="store_true", help="have these nodes restarted, so that their journals begin there"
     )
     group.add_argument(
         "--start-paused", action="store_true", help="record nothing until the service ~/resume is called"

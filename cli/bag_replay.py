@@ -1,4 +1,4 @@
-"""`bag replay`: play the journal of one node, or the topics of a bag, to that node alone, and compare what it sends with the recording."""
+"""`bag replay`: play the journal of a node or subtree, or the topics of a bag, to that alone, and compare what it sends with the recording."""
 
 from __future__ import annotations
 
@@ -17,9 +17,11 @@ from typing import Any
 from actors import Child, Node, Supervisor
 from actors.launch.packages import GROUP
 from actors.parameters.text import parse_parameter
-from actors.replay import Tape, TopicsVerdict, Verdict, has_journal, journals_in, load, replay, replay_topics, tape_in
+from actors.replay import NoJournal, Tape, TopicsVerdict, Verdict, load, replay, replay_topics, tape_in
+from actors.replay.tape import is_subtree, named
 from actors.running.target import Unusable, find, grown
 from actors.suggest import did_you_mean
+from cli.bag_journal import subtree
 from cli.command import CommandFailed
 from cli.parsing import parsed
 
@@ -38,15 +40,19 @@ def run(verb: str, argv: Sequence[str]) -> int:
         "pause": None if options.pause is None else _place(options.pause),
     }
     begun = time.perf_counter()
-    tape = _tape(options)
-    if tape is None:
-        shown = replay_topics(options.path, _declared(options), **given)
+    try:
+        tape = _tape(options)
+    except NoJournal as error:
+        if options.cost or options.subtree is not None:
+            raise
+        shown = replay_topics(options.path, _declared(options, str(error)), **given)
         _tell_topics(shown, options.json, time.perf_counter() - begun)
         return 0 if shown.equal else 1
     if options.cost:
         return _cost(tape)
     node = None if options.node_class is None else _node(options.node_class)
-    verdict = replay(tape, node=node, every=options.all, **given)
+    changed = options.node if is_subtree(tape.node) else None
+    verdict = replay(tape, changed=changed, node=node, every=options.all, **given)
     _tell(verdict, options.json, time.perf_counter() - begun)
     return 0 if verdict.equal else 1
 
@@ -54,11 +60,19 @@ def run(verb: str, argv: Sequence[str]) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m robot bag replay",
-        description="Play the journal of one node to that node alone, on virtual time, and compare what it sends with the recording. "
+        description="Play the journal of one node to that node alone, on virtual time, and compare what it sends with the recording; or that "
+        "of a subtree to its nodes together, and compare what they send to others. "
         "A bag without a journal is played to it by its topics: what the node takes beside them is listed, and the verdict is as weak.",
     )
     parser.add_argument("path", type=Path, metavar="FILE", help="a bag with a journal, or the file of a journal")
-    parser.add_argument("--node", metavar="NODE", help="which node, by its name; needed with a bag")
+    parser.add_argument(
+        "--node",
+        metavar="NODE",
+        help="which node, by its name; needed with a bag. With --subtree: the node that --set and --with change",
+    )
+    parser.add_argument(
+        "--subtree", type=subtree, metavar="PATH", help="the nodes of this subtree together, such as robot/navigation"
+    )
     parser.add_argument(
         "--set",
         action="append",
@@ -89,28 +103,29 @@ def _check_path(options: argparse.Namespace) -> None:
     path: Path = options.path
     if not path.exists():
         raise CommandFailed(f"there is no bag and no journal {path}")
-    if _is_bag(path) and options.node is None:
-        raise CommandFailed(f"{path} is a bag: say which node with --node NODE")
+    if _is_bag(path) and options.node is None and options.subtree is None:
+        raise CommandFailed(f"{path} is a bag: say which node with --node NODE, or which nodes with --subtree PATH")
 
 
 def _is_bag(path: Path) -> bool:
     return path.is_dir() or path.suffix in (".mcap", ".db3")
 
 
-def _tape(options: argparse.Namespace) -> Tape | None:
-    """The journal of the node; None if the bag has none, so that its topics are to be played."""
-    path, node = options.path, options.node
+def _tape(options: argparse.Namespace) -> Tape:
+    """The journal of the node or subtree. Raises `NoJournal` for a bag that has none, so that its topics are to be played."""
+    path, asked = options.path, options.subtree or options.node
     if _is_bag(path):
-        return tape_in(path, node, trust=options.trust) if has_journal(path, node) or options.cost else None
+        return tape_in(path, asked, trust=options.trust)
     tape = load(path, trust=options.trust)
-    if node is not None and node not in (tape.node, tape.node.rpartition("/")[2]):
-        raise CommandFailed(f"{path} is the journal of {tape.node}, not of {node}")
+    meant = options.subtree if is_subtree(tape.node) else asked
+    if meant is not None and named([tape.node], meant) is None:
+        raise CommandFailed(f"{path} is the journal of {tape.node}, not of {meant}")
     return tape
 
 
-def _declared(options: argparse.Namespace) -> Child:
-    """The declaration of the node, for a bag that does not have it."""
-    target = options.node_class or _installed(options)
+def _declared(options: argparse.Namespace, missing: str) -> Child:
+    """The declaration of the node, for a bag that does not have it; `missing` says which journals it has."""
+    target = options.node_class or _installed(options, missing)
     namespace, _, name = options.node.rpartition("/")
     try:
         trees = asyncio.run(grown(find(target)))
@@ -127,15 +142,14 @@ def _declared(options: argparse.Namespace) -> Child:
     return found
 
 
-def _installed(options: argparse.Namespace) -> str:
+def _installed(options: argparse.Namespace, missing: str) -> str:
     """MODULE:NODE of the one installed executable that is called like the node."""
-    path, name = options.path, options.node.rpartition("/")[2]
+    name = options.node.rpartition("/")[2]
     found = [entry.value for entry in entry_points(group=GROUP) if entry.name.partition(".")[2] == name]
     if len(set(found)) == 1:
         return found[0]
-    journals = f"{path} has no journal of {options.node}; it has those of: {', '.join(sorted(journals_in(path))) or 'no node'}."
     remedy = "To play its topics to the node, say which class it is: --module MODULE:NODE"
-    raise CommandFailed(f"{journals} {remedy}{f', one of {chr(44).join(sorted(set(found)))}' if found else ''}")
+    raise CommandFailed(f"{missing}. {remedy}{f', one of {chr(44).join(sorted(set(found)))}' if found else ''}")
 
 
 def _nodes(tree: Any) -> Iterator[Child]:
@@ -184,14 +198,18 @@ def _tell(verdict: Verdict, as_json: bool, seconds: float) -> None:
             "equal": verdict.equal,
             "compared": verdict.compared,
             "seconds": round(seconds, 3),
-        }
-        facts |= {
             "lacking": verdict.lacking,
             "failure": verdict.failure,
             "differences": [*map(str, verdict.differences)],
+            "inner": [*map(str, verdict.inner)],
+            "other_versions": verdict.other_versions,
         }
         print(json.dumps(facts))
         return
+    if verdict.other_versions:
+        print(f"not as it was recorded: {', '.join(verdict.other_versions)}")
+    for difference in verdict.inner:
+        print(f"inside: {difference}")
     for difference in verdict.differences:
         print(difference)
     if verdict.lacking:

@@ -59,8 +59,9 @@ async def _heard(options: argparse.Namespace) -> OccupancyGrid:
     from actors import Topic, qos
     from actors.interfaces.nav_msgs.msg import OccupancyGrid
     from cli.graph import seen
+    from cli.view import absolute
 
-    topic = options.topic if options.topic.startswith("/") else f"/{options.topic}"
+    topic = absolute(options.topic)
     async with (
         seen(options, "map_saver") as graph,
         graph.node.subscribe(Topic(OccupancyGrid, topic, qos.STATE)) as maps,

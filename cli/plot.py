@@ -27,7 +27,7 @@ def main(argv: Sequence[str]) -> int | Exit:
     parser.add_argument("--window", type=positive_float, default=10.0, metavar="S", help="the last S seconds (10)")
     parser.add_argument("--duration", type=positive_float, metavar="S", help="end after S seconds")
     parser.add_argument("--csv", metavar="FILE", help="write time, field and value of every sample; - is the output")
-    parser.add_argument("--png", metavar="FILE", help="draw all of it there at the end")
+    parser.add_argument("--png", metavar="FILE", help="draw all of it there at the end, by matplotlib")
     add_qos_options(parser, "subscription", "what fits the publishers")
     add_common(parser)
     options = parser.parse_args(list(argv))

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from typing import IO, Any, NamedTuple
 
 from actors.interfaces import Message
@@ -65,6 +66,8 @@ def absolute_text(text: str) -> str:
 
 async def plot(options: argparse.Namespace) -> Exit:
     """Collect samples, and draw them every moment if the output is a terminal; at the end in any case."""
+    if options.png is not None:
+        _require_matplotlib()
     async with seen(options) as graph:
         topics = [name for name, entry in graph.system.graph.topics.items() if entry.publishers and not is_hidden(name)]
         chosen = [split(text, topics) for text in options.fields]
@@ -172,6 +175,12 @@ def braille(series: Series, width: int, height: int) -> Iterator[str]:
     mean = sum(series.values) / len(series.values)
     rate = (len(series.times) - 1) / span if len(series.times) > 1 else 0.0
     yield f"{'':>{margin}} {span:.3g} s, {len(series.values)} samples, {rate:.4g} Hz, mean {mean:.4g}"
+
+
+def _require_matplotlib() -> None:
+    """Raise `CommandFailed` before anything is collected that could not be drawn."""
+    if find_spec("matplotlib") is None:
+        raise CommandFailed("--png needs matplotlib: pip install 'robactor[plots]'; --csv needs nothing")
 
 
 def _write_png(series: Sequence[Series], path: str) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from actors import Action, QoS, Service, Topic, qos
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from actors.interfaces.geometry_msgs.msg import PoseStamped, Twist
+from actors.interfaces.geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
 from actors.interfaces.std_msgs.msg import String
@@ -54,10 +54,10 @@ __all__ = [
     "CAMERA_DEPTH", "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DEPTH_POINTS", "DETECTIONS",
     "DIAGNOSTICS", "DOCK", "DOCK_STATUS", "DRIVE_STATUS", "ELEVATION_POINTS", "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS",
     "GET_BATTERY_STATUS", "GET_CURRENT_POSITION", "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HUMANOID_NAVIGATE",
-    "IMU", "IMU_CALIBRATION", "IMU_RAW", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "LOCALIZATION", "MAP", "MARKERS", "MOTOR_POWER", "MOTOR_TARGETS",
-    "MOVE_ARM", "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RELIEF", "RELOCALIZE", "RESTORE_CONFIG",
-    "ROBOT_DESCRIPTION", "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE",
-    "WALK",
+    "IMU", "IMU_CALIBRATION", "IMU_RAW", "INITIAL_POSE", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "LOCALIZATION", "MAP", "MARKERS", "MOTOR_POWER",
+    "MOTOR_TARGETS", "MOVE_ARM", "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RELIEF", "RELOCALIZE",
+    "RESTORE_CONFIG", "ROBOT_DESCRIPTION", "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC",
+    "UNDOCK", "VOICE", "WALK",
 ]  # fmt: skip
 
 # -- the robot's own ---------------------------------------------------------------------------------------------------------------
@@ -133,17 +133,20 @@ IMU_CALIBRATION = Topic(ImuCalibration, "/imu/calibration", qos.STATE)
 """What is taken off the samples of IMU."""
 MAP = Topic(OccupancyGrid, "/map", qos.MAP)
 RELIEF = Topic(OccupancyGrid, "/elevation", qos.SENSOR_DATA)
-"""10 Hz, 8 m around the robot, frame `map`: 0 is floor, 50 a step that can be crossed, 90 and 100 what cannot (90: the LiDAR sees
-it, too), -1 what was not seen."""
+"""10 Hz, 8 m around the robot, frame `map`: 0 is floor, 50 a step that can be crossed, 90, 95 and 100 what cannot (90: the LiDAR
+sees it, too; 95: it is hidden behind an edge), -1 what was not seen."""
 ELEVATION_POINTS = Topic(PointCloud2, "/elevation/points", qos.SENSOR_DATA)
-"""2 Hz, how high each cell is, frame `map`, z over the ground that the robot stands on; made only while somebody listens."""
+"""2 Hz, how high each cell is, frame `map`, z over the floor that odometry began on, with `doubt` (m) and `age` (s);
+made only while somebody listens."""
 ODOMETRY = Topic(Odometry, "/odom", qos.DEFAULT)
 """50 Hz, frame `odom`: from legs and IMU alone."""
 POSE = Topic(PoseStamped, "/pose", qos.DEFAULT)
 """50 Hz, frame `map`: odometry corrected by matching scans to the map."""
 LOCALIZATION = Topic(String, "/localization", qos.STATE)
 """What POSE is worth, told when it changes: `tracking`, which it is before anything is told, `blind` while the LiDAR sees nothing where the map has
-walls, and `lost` while scans do not fit the map there, until the robot has been found on it."""
+walls, `lost` while scans do not fit the map there, until the robot has been found on it, and `ambiguous` while they fit several places alike."""
+INITIAL_POSE = Topic(PoseWithCovarianceStamped, "/initialpose", qos.DEFAULT)
+"""Where the robot is, frame `map`, as rviz tells it: the localizer looks for its newest scan about there, within three times the standard deviations."""
 PATH = Topic(Path, "/plan", qos.STATE)
 """The path being followed, frame `map`; without poses when a walk has ended."""
 MARKERS = Topic(MarkerArray, "/markers", qos.DEFAULT)

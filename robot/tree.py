@@ -4,8 +4,9 @@
       control       motors, proprioception, gait           one_for_one: drives, sensors and gait bridge a gap of 100 ms, and a restart is shorter
       safety        battery, safety_monitor,               one_for_one: each takes up what it knew; while one is away its silence stops the robot
                     robot_controller
-      perception    lidar, map_server, localizer, frames,  one_for_one: each works from the next message that it hears
-                    robot_state_publisher, camera,
+      perception    lidar, scan_correction (with a LiDAR   one_for_one: each works from the next message that it hears
+                    that turns), map_server, localizer,
+                    frames, robot_state_publisher, camera,
                     image_compressor, detector, calibration,
                     depth_cameras, elevation (with sight)
       navigation    navigation, docking                    one_for_one: a goal that the other had there ends by name, and is asked for again
@@ -22,6 +23,7 @@ reverse order, and the motors sit the robot down.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from actors import Child, Intensity, Supervisor, one_for_one
@@ -29,6 +31,7 @@ from robot.concerns import ELSEWHERE, HERE
 from robot.contracts import CAMERA_RGB
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
+from robot.model.parameters import STAND_HEIGHT
 from robot.nodes.battery import Battery
 from robot.nodes.calibration import Calibration
 from robot.nodes.camera import Camera
@@ -56,13 +59,14 @@ from robot.nodes.status import RobotStatus
 from robot.nodes.teleop import RobotController
 from robot.planning.grid import Grid
 from robot.scenes.dock import has_station
+from robot.scenes.scene import Scene
 from robot.sim.battery import Pack
 from robot.sim.urdf import write_urdf
 
 if TYPE_CHECKING:
     from robot.nodes.carrier import Delivery
 
-__all__ = ["robot_tree"]
+__all__ = ["in_sight", "robot_tree"]
 
 CONTROL_HANG = 0.1
 """Seconds for which the event loop of the control process may stand still before it is killed."""
@@ -101,11 +105,12 @@ def robot_tree(
     `grid` is the map that the robot is given; without one it is made of the body's scene. With `publish_clock`, a rate in Hz, it has one node
     more, the first: a `ClockPublisher`, so that time runs for all who follow it.
     """
+    seen = Grid.from_scene(in_sight(body.scene)) if grid is None else grid
     grid = Grid.from_scene(body.scene) if grid is None else grid
     concerns = [
         _control(body, motor_delay),
         _safety(pack),
-        _perception(body, grid, sight),
+        _perception(body, grid, seen, sight),
         _navigation(body, grid, sight),
         *_handling(body),
         _mission(body, grid, waypoints, laps, delivery),
@@ -183,13 +188,18 @@ def _safety(pack: Pack) -> Supervisor:
     )
 
 
-def _perception(body: Body, grid: Grid, sight: bool) -> Supervisor:
+def in_sight(scene: Scene) -> Scene:
+    """The scene without what the LiDAR of a standing robot looks over or under: scans are not to be held against that."""
+    return replace(scene, obstacles=tuple(one for one in scene.obstacles if one.bottom < STAND_HEIGHT < one.height))
+
+
+def _perception(body: Body, grid: Grid, seen: Grid, sight: bool) -> Supervisor:
     seeing = (Child(DepthCameras, args=(body,)), Child(Elevation)) if sight else ()
     return _concern(
         "perception",
         *_lidar(body),
         Child(MapServer, args=(grid, dict(body.scene.places))),
-        Child(Localizer, args=(grid, body.scene.start), parameters={"range_bias": body.sensors.lidar.bias}),
+        Child(Localizer, args=(seen, body.scene.start), parameters={"range_bias": body.sensors.lidar.bias}),
         Child(Frames),
         Child(RobotStatePublisher, args=(write_urdf(arm=body.arm is not None),)),
         Child(Camera, args=(body,)),

@@ -2,7 +2,7 @@
 
 The robot runs in a process of its own, as `robactor run` starts it, and `bag record --all` in another one. Printed are MB a second, before
 and after compression, how many messages were lost, and the share of a core that the recorder took. With `--without REGEX` topics are left
-out, for instance the camera's raw pictures, for a recording of 20 minutes: `--seconds 1200 --without /camera/image`.
+out, for instance the camera's raw pictures, for a recording of 20 minutes: `--seconds 1200 --without '^/camera/(rgb|depth|points)$'`.
 """
 
 from __future__ import annotations

@@ -4,7 +4,8 @@ Chromium opens the robot pane of a robot that runs in processes, with the camera
 that of the messages until the next one, the longest task, the pictures a second with what draws them, the time until the page is
 painted for the first time, and what was transferred. Script and tasks are in processor time of the page's thread, as the browser traces it, so that
 a machine that is busy with the robot makes them no longer. Without a graphics card WebGL is a program on the processor, which leaves few pictures a
-second; `--flat` draws from above on a canvas instead, as the page does there unless it is asked.
+second; `--flat` draws from above on a canvas instead, as the page does there unless it is asked. With `--recorded` all topics are recorded first,
+and what is measured is the page while that bag plays, beside the robot.
 """
 
 from __future__ import annotations
@@ -16,10 +17,12 @@ import shutil
 from bisect import bisect_right
 from collections import Counter
 from dataclasses import dataclass
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
 from playwright.async_api import Browser, Page, async_playwright
+from websockets.asyncio.client import connect
 
 from tests.web_load import robot_served
 
@@ -27,6 +30,9 @@ __all__ = ["Costs", "costs", "main", "measure"]
 
 FLAT: Final = ("--no-sandbox", "--disable-gpu")
 SOLID: Final = ("--no-sandbox", "--enable-unsafe-swiftshader")
+BAG: Final = "everything"
+SPARE: Final = 15.0
+"""Seconds that a bag is longer than it is watched: the page has to be there first."""
 TRACED: Final = ["toplevel", "devtools.timeline"]
 LOADED: Final = """() => {
   const paint = performance.getEntriesByName("first-contentful-paint")[0];
@@ -75,12 +81,28 @@ async def measure(page: Page, browser: Browser, seconds: float) -> Costs:
     return costs(json.loads(await browser.stop_tracing())["traceEvents"])
 
 
-async def _main(options: argparse.Namespace) -> None:
+async def _record(url: str, seconds: float) -> None:
+    """Record all topics by the words that the page has for it."""
+    async with connect(url.replace("http", "ws", 1), subprotocols=["foxglove.sdk.v1"], max_size=None) as socket:  # type: ignore[list-item]
+        for op, pause in (("recordBag", seconds), ("stopRecording", 0.0)):
+            await socket.send(json.dumps({"op": f"robactor.{op}", "id": op, "name": BAG}))
+            async for frame in socket:
+                said = json.loads(frame) if isinstance(frame, str) else {}
+                if said.get("op") == "robactor.done" and said["id"] == op:
+                    if said["error"] is not None:
+                        raise RuntimeError(said["error"])
+                    break
+            await asyncio.sleep(pause)
+
+
+async def _main(options: argparse.Namespace, folder: str) -> None:
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
-    async with robot_served() as served, async_playwright() as playwright:
+    async with robot_served("--bags", folder) as served, async_playwright() as playwright:
+        if options.recorded:
+            await _record(served.url, options.seconds + SPARE)
         browser = await playwright.chromium.launch(executable_path=chromium, args=FLAT if options.flat else SOLID)
         page = await browser.new_page(viewport={"width": 1280, "height": 800})
-        await page.goto(f"{served.url}#robot")
+        await page.goto(f"{served.url}{f'?bag={BAG}' if options.recorded else ''}#robot")
         await page.locator("#status.on").wait_for()
         for button in ("3D",) * (not options.flat) + ("Camera",) * (not options.no_camera):
             await page.get_by_role("button", name=button, exact=True).click()
@@ -106,7 +128,10 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("--seconds", type=float, default=15.0, help="how long it is watched (15)")
     parser.add_argument("--flat", action="store_true", help="draw on a canvas, without WebGL")
     parser.add_argument("--no-camera", action="store_true", help="leave out the camera's picture")
-    asyncio.run(_main(parser.parse_args(argv)))
+    parser.add_argument("--recorded", action="store_true", help="watch a bag of all topics")
+    options = parser.parse_args(argv)
+    with TemporaryDirectory() as folder:
+        asyncio.run(_main(options, folder))
 
 
 if __name__ == "__main__":

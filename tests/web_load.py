@@ -29,7 +29,7 @@ PICTURE: Final = "/camera/rgb/compressed"
 ROBOT_PANE: Final = frozenset(
     (
         "/robot_description", "/joint_states", "/lidar/scan", "/map", "/plan", "/odom", "/battery_state", "/gait_status", "/drive_status",
-        "/safety/state", "/foot_contacts", "/motor_power", "/tf", "/tf_static",
+        "/safety/state", "/foot_contacts", "/motor_power", "/tf", "/tf_static", "/localization", "/elevation",
     )
 )  # fmt: skip
 

@@ -232,9 +232,8 @@ class Goal(Generic[R, F]):
         border = self._node.inbox.border
         if border is None:
             return sent.server.cancel(sent.goal_id, reason)
-        return border.leave(
-            "cancel", self._entry.name, (sent.goal_id, reason), sent.server.cancel, sent.goal_id, reason
-        )
+        answer: Awaitable[bool] = border.cancel_goal(sent.server, self._entry.name, sent.goal_id, reason)
+        return answer
 
     async def _accepted(self) -> Following[F]:
         """Find the server, submit the goal, and wait until it is accepted. Raises `Reject` if it is rejected."""

@@ -14,7 +14,7 @@ from actors.processes.channel import framed
 from actors.processes.messages import Beat, Event, Line, Opaque
 from actors.processes.pickling import pack
 from actors.processes.preparation import preparation
-from actors.processes.spawned import Started, discard, employ, start
+from actors.processes.spawned import Started, discard, employ, prepared, still_waiting
 from actors.transport.environment import transport_from_environment
 from actors.transport.protocol import WireUnavailable
 
@@ -62,10 +62,7 @@ class Launcher:
 
     async def launch(self, message: Launch, take: Callable[[Event | Opaque], None]) -> Running:
         """Launch a process. Raises OSError."""
-        started, self._next = self._next, None
-        if started is not None and started.popen.poll() is not None:
-            discard(started)
-            started = None
+        started, self._next = still_waiting(self._next), None
         if started is None:
             started = self._started()
         self._timer.cancel()
@@ -84,9 +81,7 @@ class Launcher:
             self._next = self._started()
 
     def _started(self) -> Started:
-        started = start("robactor-agent", fenced=True)
-        started.channel.sendall(self._preparation)
-        return started
+        return prepared("robactor-agent", self._preparation, fenced=True)
 
 
 def _unread(data: bytes) -> Beat | Opaque:

@@ -1,4 +1,4 @@
-"""The border of a node: what comes into its life from outside, and what it sends out, for a journal of both.
+"""The border of a node, or of some nodes: what comes into their lives from outside, and what they send out, for a journal of both.
 
 Without a journal there is no border: every seam tests `Inbox.border` for None, and nothing else happens. See `actors.replay`.
 """
@@ -25,6 +25,11 @@ class Timed(Protocol):
     hz: float
 
     @property
+    def inbox(self) -> object:
+        """The inbox of the node."""
+        ...
+
+    @property
     def label(self) -> str:
         """The handler's name, for reports."""
         ...
@@ -40,17 +45,15 @@ class Timed(Protocol):
 
 
 class Border(Protocol):
-    """The border of one node, which is drawn by the context variable `INSIDE`: code in whose context it is this border belongs to the node.
+    """The border of one node, or of the nodes of a subtree, which is drawn by the context variable `INSIDE`: code in whose context it is this
+    border belongs to a node inside.
 
-    What other code does to the node goes through `enter`, `request`, `goal` and `cancel`; what the node does to others through `leave`.
+    What other code does to a node goes through `enter`, `request` and `goal`; what a node does to others through `send`, `call`, `start_goal` and
+    `cancel_goal`.
     """
 
     def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
         """Note that something comes in, and call `function`, which takes it in, as code of the node."""
-        ...
-
-    def leave(self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any) -> T:
-        """Note what goes out, and call `function`, which takes it, as code of others. A future that it returns is one of theirs."""
         ...
 
     def send(self, kind: str, name: str, value: Any) -> None:
@@ -71,6 +74,10 @@ class Border(Protocol):
 
     def start_goal(self, server: Any, name: str, goal_id: bytes, message: Any, follower: Any) -> Any:
         """Let a request for a goal out, and note what its follower is told."""
+        ...
+
+    def cancel_goal(self, server: Any, name: str, goal_id: bytes, reason: str) -> Any:
+        """Let a request to cancel a goal out, and note what becomes of it."""
         ...
 
     def tick(self, timer: Timed) -> Callable[[int, float], None]:

@@ -97,7 +97,8 @@ class Launcher(Node):
         """End every executable, the last first, so that handlers are told of each end."""
         self._requests.end()
         why = reason.why if isinstance(reason, Stopped) else str(reason)
-        self._shut_down(events.Shutdown(reason=why, due_to_sigint=why == "SIGINT"))
+        self._ending = True
+        self.emit(events.Shutdown(reason=why, due_to_sigint=why == "SIGINT"))
         for running in reversed(list(self._running.values())):
             await self._terminate(running)
             self._ended(running, running.path[:-1], running.code)
@@ -165,16 +166,13 @@ class Launcher(Node):
         except LaunchError as error:
             self.log.error(str(error))
             return
-        if self._ending:
-            for item in scope.items:
-                if isinstance(item, Message):
-                    getattr(self.log, item.level)(item.text)
-                else:
-                    self.log.warning("the launch is ending: nothing is started any more")
-            return
         flat: list[Item] = []
         for item in scope.items:
             flat += flattened(item)
+        if self._ending:
+            if any(not isinstance(item, (Message, Signal, Handler, Unregister)) for item in flat):
+                self.log.warning("the launch is ending: nothing is started any more")
+            flat = [item for item in flat if isinstance(item, Message)]
         self._start_items(flat, place)
 
     # -- executables --------------------------------------------------------------------------------------------------------
@@ -356,10 +354,6 @@ class Launcher(Node):
     def shut_down(self, reason: str) -> None:
         """End the launch: this node ends, and with it everything else in reverse order."""
         self.stop(reason)
-
-    def _shut_down(self, event: events.Shutdown) -> None:
-        self._ending = True
-        self.emit(event)
 
     def _end_if_done(self) -> None:
         if not self._running and not self._pending and not self._ending and not self._requests.stay:

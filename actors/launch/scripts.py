@@ -36,6 +36,7 @@ def run_script(
     sys.argv[:] = [str(path), *argv]
     try:
         with shim(context):
+            sys.path.insert(0, str(path.resolve().parent))  # as `python start.py` has it
             runpy.run_path(str(path), run_name="__main__")
     except SystemExit as end:
         if isinstance(end.code, str):

@@ -357,7 +357,7 @@ class Node(Habits):
         life.check_thread()
         border = life.inbox.border
         if border is not None and INSIDE.get() is not border:
-            return border.enter("parameters", (dict(values),), life.parameters.set_values, values)
+            return border.enter("parameters", (life.fqn, dict(values)), life.parameters.set_values, values)
         return life.parameters.set_values(values)
 
     def declare_parameter(

@@ -10,7 +10,7 @@ from msgspec import structs
 
 from actors.processes.channel import framed
 from actors.processes.preparation import preparation
-from actors.processes.spawned import Started, discard, start
+from actors.processes.spawned import Started, discard, prepared, still_waiting
 from actors.supervision.declarations import Child, Supervisor
 
 if TYPE_CHECKING:
@@ -41,11 +41,7 @@ class Ahead:
 
     def take(self, order: Order) -> Started | None:
         """The interpreter that has been started for the child of this order; None if there is none, or if it has died."""
-        started = self._waiting.pop(order.path, None)
-        if started is not None and started.popen.poll() is not None:
-            discard(started)
-            return None
-        return started
+        return still_waiting(self._waiting.pop(order.path, None))
 
     async def close(self) -> None:
         """End those that wait, whose turn has never come."""
@@ -56,8 +52,7 @@ class Ahead:
         """Start the interpreter for an order like this one."""
         modules = (*_MODULES, *_modules_of(order.spec))
         first = framed(preparation(main=b"__main__" in framed(order), modules=modules))
-        self._waiting[order.path] = started = start("/".join(order.path), fenced=order.placement.away)
-        started.channel.sendall(first)
+        self._waiting[order.path] = prepared("/".join(order.path), first, fenced=order.placement.away)
 
 
 def _processes_of(

@@ -19,7 +19,17 @@ from actors.processes.messages import BEATS, MOST_BEAT_SECONDS, Beat, Event, Lin
 from actors.processes.pickling import unpack
 from actors.processes.preparation import environment, preparation
 
-__all__ = ["NAMED_SECONDS", "SpawnedProcess", "Started", "beat_seconds", "discard", "employ", "spawn", "start"]
+__all__ = [
+    "NAMED_SECONDS",
+    "SpawnedProcess",
+    "Started",
+    "beat_seconds",
+    "discard",
+    "employ",
+    "prepared",
+    "spawn",
+    "still_waiting",
+]
 
 NAMED_SECONDS: Final = 0.3
 """An event loop that has not turned for so many seconds is logged, with what it is doing;"""
@@ -79,6 +89,25 @@ def start(name: str, *, fenced: bool) -> Started:
         theirs.close()
         os.close(noting)
     return Started(popen, ours, notes)
+
+
+def prepared(name: str, frame: bytes, *, fenced: bool) -> Started:
+    """Start an interpreter, as `start` does, and send it its preparation, a frame. Raises OSError."""
+    started = start(name, fenced=fenced)
+    try:
+        started.channel.sendall(frame)
+    except OSError:
+        discard(started)
+        raise
+    return started
+
+
+def still_waiting(started: Started | None) -> Started | None:
+    """An interpreter that has its preparation and no order; None, and it is done away with, if it has died while it waited."""
+    if started is not None and started.popen.poll() is not None:
+        discard(started)
+        return None
+    return started
 
 
 def discard(started: Started) -> None:

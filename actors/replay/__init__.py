@@ -1,8 +1,8 @@
-"""Replay: the journal of one node, and its replay into that node alone. See docs/replay.md."""
+"""Replay: the journal of a node or of a subtree, and its replay into that alone. See docs/replay.md."""
 
 from actors.replay.by_topics import TopicsVerdict, replay_topics
 from actors.replay.comparison import Difference
-from actors.replay.errors import ReplayError
+from actors.replay.errors import NoJournal, ReplayError
 from actors.replay.journal import Journal
 from actors.replay.play import Verdict, load, replay
 from actors.replay.publishing import has_journal, journals_in, tape_in, tapes_in
@@ -11,6 +11,7 @@ from actors.replay.tape import Tape
 __all__ = [
     "Difference",
     "Journal",
+    "NoJournal",
     "ReplayError",
     "Tape",
     "TopicsVerdict",

@@ -1,4 +1,4 @@
-"""`Driver`: plays a tape to one node, which lives in a system of its own, in which there is nothing else."""
+"""`Driver`: plays a tape to its nodes, which live in a system of their own, in which there is nothing else."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from actors.inbox.border import INSIDE
-from actors.replay.edge import name_of
 from actors.replay.inputs import Inputs
-from actors.replay.lives import PlayedNode
+from actors.replay.lives import PlayedNodes
 from actors.replay.replaying import Replaying, run_handle
+from actors.replay.tape import NO_TIME, SENT
+from actors.replay.tape_deadlines import TapeDeadlines
 from actors.time.ticker import TickHandle
 
 if TYPE_CHECKING:
@@ -18,18 +19,21 @@ if TYPE_CHECKING:
 
     from actors.inbox.border import Timed
     from actors.replay.debugger import Break
-    from actors.replay.tape import Entry, Tape
+    from actors.replay.tape import Entry, Start, Tape
     from actors.replay.tape_loop import TapeLoop
     from actors.supervision.declarations import Child
     from actors.system import System
 
 __all__ = ["Driver"]
 
+RESOLUTION = 1e-6
+"""Seconds; an event loop may call a timer early by the resolution of its clock."""
+
 
 class Driver:
-    """Plays one tape. `change(child)` gives the declaration of the node that is played to, for that of each recorded life.
+    """Plays one tape. `declared(start)` gives the declaration of the node that is played to, for each recorded life.
 
-    Invariants: `over` is done when the tape is at its end, when the node has done too much otherwise, or when the tape does not say what
+    Invariants: `over` is done when the tape is at its end, when the nodes have done too much otherwise, or when the tape does not say what
     came next.
     """
 
@@ -38,20 +42,22 @@ class Driver:
         system: System,
         loop: TapeLoop,
         tape: Tape,
-        change: Callable[[Child], Child],
+        declared: Callable[[Start], Child],
         pause: Break | None,
         limit: int,
     ) -> None:
         self.edge = Replaying(tape, pause, limit)
-        self.played = PlayedNode(system, self.edge, change)
+        self.played = PlayedNodes(system, self.edge, declared)
         self.inputs = Inputs(system, loop, tape, self.edge, self.played)
         self.over: asyncio.Future[None] = loop.create_future()
         self._loop, self._tape = loop, tape
         self._known_timers = {one[4] for one in tape.entries if isinstance(one, tuple) and one[0] == "tick"}
         self._ticking = 0
-        """How many of the node's timers are known to tick by the tape, or by themselves."""
+        """How many of the timers are known to tick by the tape, or by themselves."""
         self.edge.apply = self.inputs.apply
-        system.runtime.gates.append(self.played)
+        runtime: Any = system.runtime
+        runtime.deadlines = self._deadlines = TapeDeadlines(lambda: self.edge.now)
+        runtime.gates.append(self.played)
         graph: Any = system.graph
         opened = graph.open_standard_service
 
@@ -73,13 +79,6 @@ class Driver:
         except BaseException as error:
             self.edge.over = True
             self.over.set_exception(error)
-
-    def give_up(self, starting: asyncio.Future[None]) -> None:
-        """End the replay if the node could not be started the first time: no supervisor starts it again."""
-        if not (starting.cancelled() or starting.exception() is None or self.over.done()):
-            self.edge.end()
-            self.edge.over = True
-            self.over.set_result(None)
 
     def _drive(self) -> None:
         edge = self.edge
@@ -106,11 +105,12 @@ class Driver:
         if not isinstance(entry, tuple) or entry[0] == "result":
             edge.stray()  # the recording has read the clock here
             return True
-        if entry[0] == "out":
+        if entry[0] in SENT:
             edge.missed(entry)
             return True
-        if entry[0] == "start" and not self.played.waiting:
-            if not self.played.alive:
+        if entry[0] == "start" and not (node := self.played.of(entry[3])).waiting:
+            if not node.alive:
+                node.ask(entry[3])
                 return False
             edge.stray()  # the recorded node could not be made, and this one could
             return True
@@ -120,10 +120,11 @@ class Driver:
         if entry[0] != "step":
             self.inputs.apply(entry)
             return str(entry[0]) != "start"
-        handle = edge.planned.pop(entry[2], None)
-        if handle is None:
+        handle = edge.planned.get(entry[2])
+        if handle is None or _is_early(handle, entry[1]):
             edge.stray()
         else:
+            del edge.planned[entry[2]]
             run_handle(handle)
         return True
 
@@ -150,21 +151,22 @@ class Driver:
         if due <= entry[1]:
             self._at(due)
             if number is None:
-                self.inputs.nobody_answers()
+                self._deadlines.expire()
             else:
                 run_handle(edge.planned.pop(number))
             return True
-        starts = entry[0] == "start"
-        if starts and not self.played.waiting and not self.played.alive:
+        starting = self.played.of(entry[3]) if entry[0] == "start" else None
+        if starting is not None and not starting.waiting and not starting.alive:
+            starting.ask(entry[3])
             return False
         edge.at += 1
         self._at(entry[1])
-        if not (starts and self.played.alive):  # else the changed node has not ended here
+        if starting is None or not starting.alive:  # else the changed node has not ended here
             self.inputs.apply(entry)
-        return not starts
+        return starting is None
 
     def _due(self) -> tuple[float, int | None]:
-        """When the next callback of the node is due, and its number; None for the end of a call that nobody answers."""
+        """When the next callback of a node is due, and its number; None for the end of a call that was not answered in time."""
         planned = self.edge.planned
         for number in [number for number, handle in planned.items() if handle.cancelled()]:
             del planned[number]
@@ -172,13 +174,13 @@ class Driver:
             (handle.when(), number) for number, handle in planned.items() if isinstance(handle, asyncio.TimerHandle)
         )
         due, number = min(timers, default=(math.inf, 0))
-        late = min((when for when, _ in self.inputs.late), default=math.inf)
+        late = self._deadlines.due
         return (late, None) if late < due else (due, number)
 
     def _own_ticks(self) -> None:
         """Have the timers tick that the recording does not know, each on its own grid."""
-        for timer in self.edge.timers[self._ticking :]:
-            if name_of(timer) not in self._known_timers and isinstance(handle := timer.handle, TickHandle):
+        for name, timer in self.edge.timers[self._ticking :]:
+            if name not in self._known_timers and isinstance(handle := timer.handle, TickHandle):
                 self._later_tick(timer, handle)
         self._ticking = len(self.edge.timers)
 
@@ -202,7 +204,7 @@ class Driver:
 
 
 class _Numbers:
-    """Gives the replayed node's subscriptions their numbers, as a recording does."""
+    """Gives the subscriptions of the replayed nodes their numbers, as a recording does."""
 
     def __init__(self, edge: Replaying) -> None:
         self._edge = edge
@@ -225,8 +227,13 @@ class _Numbers:
         """Do nothing."""
 
 
+def _is_early(handle: asyncio.Handle, time: float) -> bool:
+    """Whether a callback is a timer that is not due yet: then it is not the one that had its number in the recording."""
+    return isinstance(handle, asyncio.TimerHandle) and handle.when() > time + RESOLUTION
+
+
 def _comes_in(entry: Entry) -> bool:
-    return isinstance(entry, tuple) and entry[0] not in ("step", "out", "result")
+    return isinstance(entry, tuple) and entry[0] != "step" and entry[0] not in NO_TIME
 
 
 def _nothing(_: object) -> None:

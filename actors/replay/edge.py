@@ -1,4 +1,4 @@
-"""`Edge`: what the border of a node does both when a journal is written and when it is replayed."""
+"""`Edge`: what the border of a node, or of a subtree, does both when a journal is written and when it is replayed."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from weakref import WeakKeyDictionary
 
 from actors.errors import described
-from actors.inbox.border import INSIDE, Border, Timed
+from actors.inbox.border import INSIDE, Border, Timed, outside
+from actors.replay.loop_seam import OwnedTask
 
 if TYPE_CHECKING:
     from actors.actions.peers import GoalFollower, Outcome
-    from actors.replay.loop_seam import Callback, OwnedTask
+    from actors.replay.loop_seam import Callback
+    from actors.runtime.incarnation import Incarnation
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-__all__ = ["CANCELED", "Answer", "Edge", "name_of"]
+__all__ = ["CANCELED", "Edge"]
 
 T = TypeVar("T")
 
@@ -25,19 +27,24 @@ CANCELED: Final = "canceled"
 
 
 class Edge(Border):
-    """The border of one node. A derived class says what is done with what passes (`enter`, `leave`, `send`), and how callbacks run.
+    """The border of the nodes `members`: of one, or of those of a subtree. A derived class says what is done with what passes (`enter`,
+    `leave`, `send`), and how callbacks run. What a member sends to members alone does not pass.
 
     Invariants:
 
-    - The numbers that stand for callbacks, tasks, timers, futures and subscriptions of the node are given in the order in which its own
-      code brings them about. So they are the same whenever its code is given the same.
-    - `futures` are those of others that the node was given; each has its number until it is dropped.
+    - The numbers that stand for callbacks, tasks, timers, futures and subscriptions of the members are given in the order in which their
+      own code brings them about. So they are the same whenever their code is given the same.
+    - `members` has each node from its first life on.
+    - `lives` has each life of a member, by its task, until that has ended.
+    - `futures` are those of others that a member was given, and those of calls between members; each has its number until it is dropped.
     """
 
-    def __init__(self, node: str) -> None:
-        self.node = node
+    def __init__(self) -> None:
+        self.members: set[str] = set()
+        self.lives: dict[asyncio.Task[Any], Incarnation] = {}
         self.tasks: dict[int, OwnedTask] = {}
-        self.timers: list[Timed] = []
+        self.timers: list[tuple[str, Timed]] = []
+        """Each with its name: its node, method and rate."""
         self.answers: dict[int, Answer] = {}
         self.followers: dict[int, Any] = {}
         self.subscriptions: list[Any] = []
@@ -48,6 +55,16 @@ class Edge(Border):
     # -- what a derived class does ------------------------------------------------------------------------------------------
 
     @abstractmethod
+    def leave(
+        self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any, inner: bool = False
+    ) -> T:
+        """As `send`, and call `function`, which takes it, as code of others. A future that it returns is one of theirs."""
+
+    @abstractmethod
+    def send(self, kind: str, name: str, value: Any, *, inner: bool = False) -> None:
+        """Note what goes out, or is drawn; with `inner`, what goes to other members alone."""
+
+    @abstractmethod
     def plan(
         self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[Any, ...],
         context: Context | None,
@@ -56,7 +73,27 @@ class Edge(Border):
 
     @abstractmethod
     def expected(self, future: asyncio.Future[Any], number: int) -> None:
-        """The node was given a future of others."""
+        """A member was given a future that others complete, or may."""
+
+    # -- the lives of the members -------------------------------------------------------------------------------------------
+
+    async def live(self, life: Incarnation, started: Callable[[], None]) -> None:
+        """Run one life of a member in the present task, as its code, and send how it has ended."""
+        task = asyncio.current_task()
+        assert isinstance(task, OwnedTask)
+        self.begin(task)
+        self.lives[task] = life
+        task.add_done_callback(self.lives.pop, context=Context())
+        token = INSIDE.set(self)
+        try:
+            await life.run(_outside(started))
+        except BaseException as error:
+            self.send("end", life.fqn, described(error))
+            raise
+        else:
+            self.send("end", life.fqn, "")
+        finally:
+            INSIDE.reset(token)
 
     # -- the event loop -----------------------------------------------------------------------------------------------------
 
@@ -84,13 +121,17 @@ class Edge(Border):
     # -- what comes in ------------------------------------------------------------------------------------------------------
 
     def tick(self, timer: Timed) -> Callable[[int, float], None]:
-        self.timers.append(timer)
-        number, name = len(self.timers) - 1, name_of(timer)
+        number, name = len(self.timers), self._name_of(timer)
+        self.timers.append((name, timer))
 
         def ticked(k: int, due: float) -> None:
             self.enter("tick", (number, name, k, due), timer.on_tick, k, due)
 
         return ticked
+
+    def _name_of(self, timer: Timed) -> str:
+        node = next((life.fqn for life in self.lives.values() if life.inbox is timer.inbox), "")
+        return f"{node} {timer.label.rpartition('.')[2]} at {timer.hz:g} Hz"
 
     def request(self, submit: Callable[..., Any], server: str, message: Any, caller: Any, timeout: float) -> Any:
         number = self._owing = self._owing + 1
@@ -111,7 +152,7 @@ class Edge(Border):
         return request
 
     def number_of(self, subscription: SubscriptionPeer) -> int:
-        """The number of a subscription of the node, which it gets when the graph first meets it."""
+        """The number of a subscription of a member, which it gets when the graph first meets it."""
         number = self._subscription_numbers.get(id(subscription))
         if number is None:
             number = self._subscription_numbers[id(subscription)] = len(self.subscriptions)
@@ -123,7 +164,10 @@ class Edge(Border):
     def outward(self, publisher: PublisherPeer, targets: tuple[Target, ...]) -> tuple[Target, ...]:
         if not self.owns(publisher):
             return targets
-        name = publisher.entry.name
+        mine: Any = publisher
+        name, matched = publisher.entry.name, mine.peers
+        others = {one.node.fqn for one in matched} - {publisher.node.fqn}
+        inner = bool(others) and all(map(self.owns, matched))
 
         def deliver(message: Any) -> None:
             for target in targets:
@@ -131,18 +175,18 @@ class Edge(Border):
 
         def publish(message: Any) -> None:
             if INSIDE.get() is self:
-                self.leave("publish", name, getattr(message, "message", message), deliver, message)
+                self.leave("publish", name, getattr(message, "message", message), deliver, message, inner=inner)
             else:
                 deliver(message)
 
         return (publish,)
 
     def owns(self, peer: PublisherPeer | SubscriptionPeer) -> bool:
-        """Whether an end of a topic belongs to this node."""
-        return peer.here and peer.node.fqn == self.node
+        """Whether an end of a topic belongs to a member."""
+        return peer.here and peer.node.fqn in self.members
 
     def to_itself(self, target: Target) -> Target:
-        """`target`, called as code of the node, which hears what it has published."""
+        """`target`, called as code of the members: one hears what it, or another, has published."""
 
         def deliver(message: Any) -> None:
             token = INSIDE.set(self)
@@ -154,29 +198,44 @@ class Edge(Border):
         return deliver
 
     def call(self, server: Any, name: str, message: Any, caller: Any, timeout: float) -> Any:
-        if server.node is caller:
-            return server.submit(message, caller, timeout)
-        call = self.leave("call", name, (message, timeout), server.submit, message, caller, timeout)
+        if self._is_inside(server):
+            self.send("call", name, (message, timeout), inner=True)
+            call = server.submit(message, caller, timeout)
+        else:
+            call = self.leave("call", name, (message, timeout), server.submit, message, caller, timeout)
         self.expect(call.future)
         return call
 
     def start_goal(self, server: Any, name: str, goal_id: bytes, message: Any, follower: Any) -> Any:
-        if server.node is not None and server.node.fqn == self.node:
-            return server.submit(goal_id, message, follower)
-        self._followed += 1
-        self.followers[self._followed] = follower
-        inward = InwardFollower(self, self._followed, follower)
-        request = self.leave("goal", name, (goal_id, message), server.submit, goal_id, message, inward)
+        if self._is_inside(server):
+            self.send("goal", name, (goal_id, message), inner=True)
+            request = server.submit(goal_id, message, follower)
+        else:
+            self._followed += 1
+            self.followers[self._followed] = follower
+            inward = InwardFollower(self, self._followed, follower)
+            request = self.leave("goal", name, (goal_id, message), server.submit, goal_id, message, inward)
         self.expect(request.future)
         return request
 
+    def cancel_goal(self, server: Any, name: str, goal_id: bytes, reason: str) -> Any:
+        if not self._is_inside(server):
+            return self.leave("cancel", name, (goal_id, reason), server.cancel, goal_id, reason)
+        self.send("cancel", name, (goal_id, reason), inner=True)
+        answer = server.cancel(goal_id, reason)
+        self.expect(answer)
+        return answer
+
+    def _is_inside(self, server: Any) -> bool:
+        return server.node is not None and server.node.fqn in self.members
+
     def expect_if_future(self, answer: object) -> None:
-        """Expect what others have returned to the node, if it is to be awaited."""
+        """Expect what others have returned to a member, if it is to be awaited."""
         if asyncio.isfuture(answer):
             self.expect(answer)
 
     def expect(self, future: asyncio.Future[Any]) -> None:
-        """Give a number to a future of others that the node was given."""
+        """Give a number to a future that is completed, or may be, by others."""
         self._awaited += 1
         self.futures[future] = self._awaited
         self.expected(future, self._awaited)
@@ -184,7 +243,7 @@ class Edge(Border):
 
 
 class Answer(asyncio.Future[Any]):
-    """The answer that the node owes to a request or to the request for a goal."""
+    """The answer that a member owes to a request or to the request for a goal."""
 
     def __init__(self, edge: Edge, number: int) -> None:
         super().__init__()
@@ -212,7 +271,7 @@ class Answer(asyncio.Future[Any]):
 
 
 class InwardFollower:
-    """What a server of others tells of a goal of the node."""
+    """What a server of others tells of a goal of a member."""
 
     def __init__(self, edge: Edge, number: int, follower: GoalFollower) -> None:
         self._edge = edge
@@ -233,7 +292,7 @@ class InwardFollower:
 
 
 class OutwardFollower:
-    """What the node tells the client of a goal that it serves."""
+    """What a member tells the client of a goal that it serves."""
 
     def __init__(self, edge: Edge, action: str, goal_id: bytes, client: GoalFollower) -> None:
         self._edge = edge
@@ -253,9 +312,14 @@ class OutwardFollower:
         self._edge.leave("outcome", self._name, told, self._client.on_result, outcome)
 
 
-def name_of(timer: Timed) -> str:
-    """What a timer is called on a tape: its method and its rate."""
-    return f"{timer.label.rpartition('.')[2]} at {timer.hz:g} Hz"
+def _outside(started: Callable[[], None]) -> Callable[[], None]:
+    """`started`, called as code of the supervisor, which then starts other nodes."""
+
+    def call() -> None:
+        with outside():
+            started()
+
+    return call
 
 
 def _forgets(tasks: dict[int, OwnedTask]) -> Callable[[Any], None]:

@@ -1,11 +1,15 @@
-"""`ReplayError`."""
+"""`ReplayError` and `NoJournal`."""
 
 from __future__ import annotations
 
 from actors.errors import ActorError
 
-__all__ = ["ReplayError"]
+__all__ = ["NoJournal", "ReplayError"]
 
 
 class ReplayError(ActorError):
     """A journal cannot be kept, read or replayed; the text says of which node, and why."""
+
+
+class NoJournal(ReplayError):
+    """A bag has no journal of the node or subtree that is asked for; the text says which it has."""

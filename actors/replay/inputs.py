@@ -1,4 +1,4 @@
-"""`Inputs`: gives a replayed node what comes in by its tape."""
+"""`Inputs`: gives replayed nodes what comes in by their tape."""
 
 from __future__ import annotations
 
@@ -8,48 +8,48 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.actions.peers import Outcome
-from actors.errors import CallTimeout
 from actors.inbox.control import Failure
 from actors.inbox.expiring import ExpiringMessage
-from actors.replay.edge import CANCELED, name_of
+from actors.replay.edge import CANCELED
 from actors.replay.replaying import AWAITED
 from actors.replay.standins import Other, OtherFollower, OtherPublisher, OtherServer, OtherSubscription
 from actors.replay.tape import Tape, Unkept
 from actors.services.introspection import caller_id
 
 if TYPE_CHECKING:
-    from actors.replay.lives import PlayedNode
+    from actors.replay.lives import PlayedNodes
     from actors.replay.replaying import Replaying
     from actors.replay.standins import Asked
+    from actors.replay.tape import Start
     from actors.replay.tape_loop import TapeLoop
+    from actors.runtime.incarnation import Incarnation
     from actors.system import System
     from actors.time.deadlines import Deadlines
 
 __all__ = ["Inputs"]
 
 OF_A_LIFE: Final = frozenset({"crash", "parameters", "stop"})
-"""What is done to a life of the node, not by way of the graph."""
+"""What is done to a life of a node, which is named first, not by way of the graph."""
 
 
 class Inputs:
-    """Takes the entries of a tape that came in, and does to the replayed node what they say. The others are played by stand-ins.
+    """Takes the entries of a tape that came in, and does to the replayed nodes what they say. The others are played by stand-ins.
 
-    For a node that is astray, numbers of the tape are no more those of the node: then what it asked is found by its kind, name and place
-    among those, and timers by their name.
+    For nodes that are astray, numbers of the tape are no more theirs: then what one asked is found by its kind, name and place among those,
+    and timers by their name.
 
     Invariants: `_peers` has the stand-ins for the ends of topics that have come and not gone.
     """
 
-    def __init__(self, system: System, loop: TapeLoop, tape: Tape, edge: Replaying, played: PlayedNode) -> None:
+    def __init__(self, system: System, loop: TapeLoop, tape: Tape, edge: Replaying, played: PlayedNodes) -> None:
         self.lacking = ""
         """What came in that the journal does not carry; empty if it carries everything so far."""
-        self.late: list[tuple[float, Asked]] = []
-        """What a node that is astray has asked, and when it is to be told that nobody answers."""
         self._system, self._loop, self._edge, self._played = system, loop, edge, played
         self._peers: dict[int, Any] = {}
-        self._names = [sent for sent in tape.outputs() if sent[0] in AWAITED]
+        self._names = [sent for sent in tape.outputs(inner=True) if sent[0] in AWAITED]
         self._takes: dict[str, Callable[..., None]] = {
-            "start": played.begin, "stop": played.stop, "interrupt": self.interrupt, "crash": self.crash, "parameters": self.parameters,
+            "start": self.start, "stop": self.stop, "dismissed": self.dismissed, "interrupt": self.interrupt, "crash": self.crash,
+            "parameters": self.parameters,
             "tick": self.tick, "deliver": self.deliver, "publisher": self.publisher, "subscription": self.subscriber, "gone": self.gone,
             "server": self.server, "request": self.request, "goal": self.goal, "cancel": self.cancel, "given up": self.given_up,
             "done": self.done, "goal status": self.goal_status, "feedback": self.feedback, "outcome": self.outcome,
@@ -58,7 +58,7 @@ class Inputs:
     def apply(self, entry: tuple[Any, ...]) -> None:
         """Give the node one thing that came in."""
         kind, details = entry[0], entry[3:]
-        if kind in OF_A_LIFE and self._played.present is None:
+        if kind in OF_A_LIFE and self._played.present(details[0]) is None:
             return  # the changed node has never been made
         unkept = next((str(one) for one in details if isinstance(one, Unkept)), "")
         if kind == "unknown" or unkept:
@@ -67,39 +67,47 @@ class Inputs:
             return
         self._takes[kind](*details)
 
-    def nobody_answers(self) -> None:
-        """End the first of the calls that the recording does not have."""
-        late = min(self.late, key=lambda one: one[0])
-        self.late.remove(late)
-        if not late[1].future.done():
-            late[1].future.set_exception(CallTimeout("nobody answers in a replay: the recording has no such call"))
+    def start(self, start: Start) -> None:
+        self._played.of(start).begin(start)
 
-    def interrupt(self, number: int, killed: float | None) -> None:
+    def stop(self, node: str, reason: str, system: str | None) -> None:
+        """Ask a life for its end, as its supervisor did; `system` is why the whole system was to stop, or None."""
+        self._system.runtime.tree.stop_reason = system
+        self._edge.enter("stop", (), self._life_of(node).stop, reason)
+
+    def dismissed(self, node: str) -> None:
+        """Close what a node has left that has ended for good."""
+        if (life := self._played.present(node)) is not None:
+            self._system.runtime.gone(life.identity.path, True)
+
+    def interrupt(self, number: int, killing: tuple[str, float] | None) -> None:
         task = self._edge.tasks.get(number)
-        life = self._played.present
+        life = None if killing is None else self._played.present(killing[0])
         child = None if life is None else self._system.runtime.child_of(life)
-        if killed is not None and child is not None:
-            child.kill(killed)
+        if killing is not None and child is not None:
+            child.kill(killing[1])
         elif task is not None:
             task.cancel()
 
-    def crash(self, error: BaseException) -> None:
-        life = self._played.present
-        assert life is not None
-        self._edge.enter("crash", (), life.inbox.put_control, Failure(error, "crash"))
+    def crash(self, node: str, error: BaseException) -> None:
+        self._edge.enter("crash", (), self._life_of(node).inbox.put_control, Failure(error, "crash"))
 
-    def parameters(self, values: dict[str, Any]) -> None:
-        life = self._played.present
-        assert life is not None
+    def parameters(self, node: str, values: dict[str, Any]) -> None:
         with suppress(Exception):  # the error of whoever sets what cannot be set
-            life.node.set_parameters(values)
+            self._life_of(node).node.set_parameters(values)
+
+    def _life_of(self, node: str) -> Incarnation:
+        life = self._played.present(node)
+        assert life is not None
+        return life
 
     def tick(self, number: int, name: str, k: int, due: float) -> None:
         timers = self._edge.timers
-        found = [timers[number]] if not self._edge.astray else [one for one in timers if name_of(one) == name]
-        if found and (handle := found[-1].handle) is not None:
+        found = [timers[number]] if not self._edge.astray else [one for one in timers if one[0] == name]
+        timer = found[-1][1] if found else None
+        if timer is not None and (handle := timer.handle) is not None:
             handle.k = k  # as the ticker does, which counts here in vain
-            self._edge.enter("tick", (), found[-1].on_tick, k, due)
+            self._edge.enter("tick", (), timer.on_tick, k, due)
 
     def deliver(self, number: int, peer: int, message: Any, expires: float | None) -> None:
         publisher = self._peers[peer]
@@ -141,14 +149,14 @@ class Inputs:
         elif state[0] == "here":
             _, host, served, concurrent = state
             entry.open(OtherServer(host, served, concurrent, self._asked))
-        elif state[0] == "restarting" and state[1] != self._edge.node:
+        elif state[0] == "restarting" and state[1] not in self._edge.members:
             entry.pause(*state[1:])
-        elif state[0] == "stopped" and state[1] != self._edge.node:
+        elif state[0] == "stopped" and state[1] not in self._edge.members:
             entry.close(state[1])
 
     def _asked(self, call: Asked, timeout: float | None) -> None:
         if self._edge.astray and timeout is not None:
-            self.late.append((self._edge.now + timeout, call))
+            self._system.runtime.deadlines.watch(call, timeout)
 
     def request(self, number: int, name: str, message: Any, caller: str, timeout: float) -> None:
         graph = self._system.graph

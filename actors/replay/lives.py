@@ -1,66 +1,105 @@
-"""`PlayedNode`: the lives of a replayed node, which begin and end when its tape says so."""
+"""`PlayedNodes`: the lives of replayed nodes, which begin and end when their tape says so."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from actors.errors import described
 from actors.inbox.border import INSIDE
 from actors.replay.encoding import thawed
-from actors.replay.loop_seam import OwnedTask
-from actors.replay.recording import started_outside
+from actors.replay.tape import starts_of
+from actors.supervision.declarations import Intensity, Supervisor
 
 if TYPE_CHECKING:
     from actors.replay.replaying import Replaying
-    from actors.replay.tape import Start
+    from actors.replay.tape import Start, Tape
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.record import NodeRecord
     from actors.supervision.declarations import Child
     from actors.supervision.seam import Life
     from actors.system import System
 
-__all__ = ["PlayedNode"]
+__all__ = ["PlayedNodes", "replayed_path", "tree_of"]
+
+OFTEN = Intensity(1_000_000, within=1.0)
+
+
+class PlayedNodes:
+    """All replayed nodes, by their full names. It stands between them and their supervisors, which restart them at once and for ever.
+
+    `declared(start)` gives the declaration of the node that is played to, for each recorded life.
+    """
+
+    def __init__(self, system: System, edge: Replaying, declared: Callable[[Start], Child]) -> None:
+        self._system, self._edge, self._declared = system, edge, declared
+        self._nodes: dict[str, PlayedNode] = {}
+
+    def of(self, start: Start) -> PlayedNode:
+        """The node of which a life begins so, made at the first one."""
+        node = self._nodes.get(start.node)
+        if node is None:
+            node = self._nodes[start.node] = PlayedNode(self._system, self._edge, start, self._declared)
+        return node
+
+    def life(self, record: NodeRecord, make: Callable[[], Incarnation], /) -> Life:
+        return _PlayedLife(self._nodes[record.identity.fqn], record)
+
+    def present(self, node: str) -> Incarnation | None:
+        """The present or last life of a node; None before the first."""
+        found = self._nodes.get(node)
+        return None if found is None else found.present
+
+    @property
+    def failure(self) -> str:
+        """The errors with which the last lives of the nodes ended, each behind the name of its node if there are several; empty without."""
+        alone = len(self._nodes) == 1
+        failures = [(name, node.failure) for name, node in self._nodes.items() if node.failure]
+        return "; ".join(failure if alone else f"{name}: {failure}" for name, failure in failures)
 
 
 class PlayedNode:
-    """Stands between the replayed node and its supervisor, which restarts it at once and for ever.
-
-    `change(child)` gives the declaration of the node that is played to, for that of each recorded life.
+    """One replayed node. `start` is how its first life on the tape began.
 
     Invariants:
 
     - While the node lives, `alive` is true. Its next life waits for `_gate` from the moment on at which the supervisor asks for it.
     - `present` is its present or last life; None before the first.
+    - `_asking` is the task that has its supervisor start it. From the first life that became ready on, the supervisor does that by itself.
     """
 
-    def __init__(self, system: System, edge: Replaying, change: Callable[[Child], Child]) -> None:
+    def __init__(self, system: System, edge: Replaying, start: Start, declared: Callable[[Start], Child]) -> None:
         self.present: Incarnation | None = None
         self.alive = False
         self.failure = ""
         """The error with which the last life of the node ended; empty if it did not fail."""
-        self._system, self._edge, self._change = system, edge, change
+        self._system, self._edge, self._declared = system, edge, declared
         self._gate: asyncio.Future[Start] | None = None
+        self._asking: asyncio.Task[Any] | None = None
+        self._kept = False
+        system.runtime.id_streams[start.node] = start.id_streams
 
     @property
     def waiting(self) -> bool:
         """Whether the next life can begin."""
         return self._gate is not None
 
-    def life(self, record: NodeRecord, make: Callable[[], Incarnation], /) -> Life:
-        return _PlayedLife(self, record)
+    def ask(self, start: Start) -> None:
+        """See to it that the next life is asked for."""
+        if self._kept or not (self._asking is None or self._asking.done()):
+            return
+        child = self._declared(start).replace(restart="permanent", backoff=None, significant=False, stop="kill")
+        path, root = replayed_path(start.path[:-1]), self._system.supervisor
+        assert root is not None
+        supervisor = next(one for one in root.below() if one.path == path)
+        self._asking = asyncio.get_running_loop().create_task(supervisor.start_child(child))
+        self._asking.add_done_callback(_retrieve)
 
     def begin(self, start: Start) -> None:
         """Let the next life begin."""
         assert self._gate is not None
         self._gate.set_result(start)
-
-    def stop(self, reason: str, system: str | None) -> None:
-        """Ask the present life for its end, as its supervisor did; `system` is why the whole system was to stop, or None."""
-        self._system.runtime.tree.stop_reason = system
-        assert self.present is not None
-        self._edge.enter("stop", (), self.present.stop, reason)
 
     async def live(self, record: NodeRecord, started: Callable[[], None]) -> None:
         """One life of the node, from the moment at which the tape begins it."""
@@ -68,44 +107,47 @@ class PlayedNode:
         start = await self._gate
         self._gate, self.failure = None, ""
         self._prepare(record, start)
-        child = self._change(thawed(start.child, trust=self._edge.tape.trusted))
         token = INSIDE.set(self._edge)
         try:
-            self.present = self._system.runtime.incarnate(child, record)
-            self.alive = True
-            await self._run(self.present, started)
+            self.present = self._system.runtime.incarnate(self._declared(start), record)
         except BaseException as error:
-            if not self._edge.over:  # else it is the end of the replay that ends it
-                self.failure = described(error)
+            self._fails(error)
             raise
         finally:
             INSIDE.reset(token)
+        self.alive = True
+        try:
+            await self._edge.live(self.present, lambda: self._is_ready(started))
+        except BaseException as error:
+            self._fails(error)
+            raise
+        finally:
             self.alive = False
+
+    def _is_ready(self, started: Callable[[], None]) -> None:
+        self._kept = True
+        started()
+
+    def _fails(self, error: BaseException) -> None:
+        if not self._edge.over:  # else it is the end of the replay that ends it
+            self.failure = described(error)
 
     def _prepare(self, record: NodeRecord, start: Start) -> None:
         """Let the record be as it was when the life began."""
+        runtime = self._system.runtime
+        runtime.enter(record.child, record.path)  # it may have given up its name
         if (
             record.incarnation != start.incarnation - 1
         ):  # it had lived before the tape, or was forgotten and added again
-            self._system.runtime.renew(record)
+            runtime.renew(record)
             record.incarnation, record.saved = start.incarnation - 1, thawed(start.saved, trust=self._edge.tape.trusted)
             record.asked_state = start.state
         record.inbox.border = self._edge
-
-    async def _run(self, life: Incarnation, started: Callable[[], None]) -> None:
-        edge, task = self._edge, asyncio.current_task()
-        assert isinstance(task, OwnedTask)
-        edge.begin(task)
-        try:
-            await life.run(started_outside(started))
-        except BaseException as error:
-            edge.send("end", type(error).__name__, described(error))
-            raise
-        edge.send("end", "", "")
+        self._edge.members.add(start.node)
 
 
 class _PlayedLife:
-    """One life of the replayed node, for its supervisor."""
+    """One life of a replayed node, for its supervisor."""
 
     def __init__(self, played: PlayedNode, record: NodeRecord) -> None:
         self._played = played
@@ -116,3 +158,27 @@ class _PlayedLife:
 
     def stop(self, reason: str, /) -> None:
         """Do nothing: only the tape stops a replayed node, and the end of the replay kills it."""
+
+
+def replayed_path(path: tuple[str, ...]) -> tuple[str, ...]:
+    """The path in a replay of what had this path in the recording."""
+    return ("replay", *path[1:])
+
+
+def tree_of(tape: Tape) -> Supervisor:
+    """The supervisors of the nodes on a tape, still without nodes. Its path is that of `tape.root`."""
+    depth = len(tape.root)
+    return _supervisor(tape.root[-1], {start.path[depth:-1] for start in starts_of(tape)})
+
+
+def _supervisor(name: str, below: set[tuple[str, ...]]) -> Supervisor:
+    """A supervisor that has a supervisor at the end of each of these paths."""
+    names = sorted({path[0] for path in below if path})
+    children = tuple(_supervisor(each, {path[1:] for path in below if path[:1] == (each,)}) for each in names)
+    return Supervisor(name, children=children, intensity=OFTEN)
+
+
+def _retrieve(asking: asyncio.Task[Any]) -> None:
+    """Take the error of a start that has failed: the tape, or the comparison, tells of it."""
+    if not asking.cancelled():
+        asking.exception()

@@ -12,10 +12,12 @@ from actors.replay.tape import Entry, Tape, Unkept
 
 __all__ = ["FORMAT", "PART", "Spool", "pack", "parts_of", "unpack", "whole"]
 
-FORMAT: Final = 3
+FORMAT: Final = 4
 """Of what `pack` writes."""
 PART: Final = 2000
-"""How many entries a part holds at most."""
+"""How many entries a part holds at most, but for those of one step."""
+CHUNK: Final = 50
+"""How many entries are made bytes at once, but for those of one step. The event loop waits meanwhile: see `python -m tests.journal_cost`."""
 MAGIC: Final = b"robactor journal\n"
 SIZE: Final = 8
 """How many bytes the size of a part takes in a file."""
@@ -24,12 +26,13 @@ LEVEL: Final = 1
 
 
 class Spool:
-    """The journal of one node while it is written: the newest entries in memory, all others in a file.
+    """The journal of one node, or of a subtree, while it is written: the newest entries in memory, all others in a file.
 
     With `publish` each part that was written is in `fresh` until someone takes it. A file that cannot be written any more ends the journal,
     and `failure` says why.
 
-    Invariants: the parts before `entries` are in the file, in order. Whoever adds to `entries` calls `flush` once they are `PART`.
+    Invariants: all entries are, in order, in the file, in `_chunks`, and in `entries`. Whoever adds to `entries` calls `settle` between two
+    steps.
     """
 
     def __init__(self, node: str, path: Path, *, publish: bool = False) -> None:
@@ -39,14 +42,36 @@ class Spool:
         self.failure = ""
         self._publish = publish
         self._written = 0
+        self._chunks: list[bytes] = []
+        self._held = 0
+        """How many entries are in `_chunks`."""
         self._path = path
         path.write_bytes(MAGIC)
 
+    def settle(self) -> int:
+        """Make bytes of a whole chunk of entries, and write a whole part of chunks; how many entries left `entries`."""
+        count = self._freeze() if len(self.entries) >= CHUNK else 0
+        if self._held >= PART:
+            self._write()
+        return count
+
     def flush(self) -> int:
-        """Write what is in memory; how many entries that was."""
+        """Write what is in memory; how many entries left `entries`."""
+        count = self._freeze()
+        self._write()
+        return count
+
+    def _freeze(self) -> int:
         count = len(self.entries)
         if count and not self.failure:
-            part = pack(self._written, self.entries)
+            self._chunks.append(_chunk(self.entries))
+            self._held += count
+        self.entries.clear()
+        return count
+
+    def _write(self) -> None:
+        if self._chunks and not self.failure:
+            part = _part(self._written, self._chunks)
             try:
                 with self._path.open("ab") as file:
                     file.write(len(part).to_bytes(SIZE, "little") + part)
@@ -56,8 +81,8 @@ class Spool:
                 self._written += 1
                 if self._publish:
                     self.fresh.append(part)
-        self.entries.clear()
-        return count
+        self._chunks.clear()
+        self._held = 0
 
     def take(self) -> list[bytes]:
         """The parts that were written since the last call."""
@@ -104,13 +129,20 @@ def whole(node: str, parts: Iterable[bytes], *, trust: bool) -> Tape:
 
 def pack(number: int, entries: list[Entry]) -> bytes:
     """Some entries of a journal as its part of this number. A value that cannot be kept is replaced by an `Unkept`."""
+    return _part(number, [_chunk(entries[begin : begin + CHUNK]) for begin in range(0, len(entries), CHUNK)])
+
+
+def _part(number: int, chunks: list[bytes]) -> bytes:
     import zstandard
 
+    return zstandard.ZstdCompressor(LEVEL).compress(frozen((FORMAT, number, chunks)))
+
+
+def _chunk(entries: list[Entry]) -> bytes:
     try:
-        plain = frozen((FORMAT, number, entries))
+        return frozen(entries)
     except ReplayError:
-        plain = frozen((FORMAT, number, [_kept(entry) for entry in entries]))
-    return zstandard.ZstdCompressor(LEVEL).compress(plain)
+        return frozen([_kept(entry) for entry in entries])
 
 
 def unpack(part: bytes, *, trust: bool = False) -> tuple[int, list[Entry]]:
@@ -123,8 +155,10 @@ def unpack(part: bytes, *, trust: bool = False) -> tuple[int, list[Entry]]:
         raise ReplayError(f"this is no part of a journal of this version: {error}") from error
     found: Any = thawed(plain, trust=trust)
     if found[0] != FORMAT:
-        raise ReplayError(f"this journal has format {found[0]}, and this version reads format {FORMAT}")
-    return found[1], found[2]
+        raise ReplayError(
+            f"this journal has format {found[0]}, and this version reads format {FORMAT}: record it again, or replay it with the version that wrote it"
+        )
+    return found[1], [entry for chunk in found[2] for entry in thawed(chunk, trust=trust)]
 
 
 def _kept(entry: Entry) -> Entry:

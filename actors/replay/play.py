@@ -1,4 +1,4 @@
-"""`replay`: plays the journal of one node to that node alone, and says whether it does the same."""
+"""`replay`: plays the journal of a node, or of a subtree, to that alone, and says whether it does the same."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ from actors.replay.driver import Driver
 from actors.replay.encoding import thawed
 from actors.replay.errors import ReplayError
 from actors.replay.journal import seam_of
+from actors.replay.lives import replayed_path, tree_of
 from actors.replay.parts import parts_of, whole
-from actors.replay.tape import Tape
+from actors.replay.tape import Tape, named, starts_of, unlike_versions
 from actors.replay.tape_loop import TapeLoop
-from actors.supervision.declarations import Child, Intensity, Supervisor
 from actors.system import System
 
 if TYPE_CHECKING:
     from actors.logs import LogSink
     from actors.node.node import Node
     from actors.replay.debugger import Break
+    from actors.replay.tape import Start
+    from actors.supervision.declarations import Child
 
 __all__ = ["Verdict", "load", "replay"]
 
@@ -42,10 +44,14 @@ class Verdict:
     """What came in that the journal does not carry, and with which the replay ended; empty if the replay is whole."""
     failure: str
     """The error with which the last life of the node ended; empty if it did not fail."""
+    inner: tuple[Difference, ...] = ()
+    """In a subtree, the first difference of each topic and so on between its nodes; they do not count for `equal`."""
+    other_versions: tuple[str, ...] = ()
+    """Which versions, of Python and of libraries that compute, are not those of the recording."""
 
     @property
     def equal(self) -> bool:
-        """Whether the node did bit for bit the same, to the end of the recording."""
+        """Whether the node, or the subtree as seen from outside, did bit for bit the same, to the end of the recording."""
         return not self.differences and not self.lacking
 
 
@@ -57,7 +63,7 @@ def load(path: str | os.PathLike[str], *, trust: bool = False) -> Tape:
     """
     try:
         tape = whole("", parts_of(Path(path).read_bytes()), trust=trust)
-        tape.node = tape.start.node
+        tape.node = tape.start.journal
     except ReplayError as error:
         raise ReplayError(f"{path}: {error}") from error
     return tape
@@ -66,6 +72,7 @@ def load(path: str | os.PathLike[str], *, trust: bool = False) -> Tape:
 def replay(
     tape: Tape,
     *,
+    changed: str | None = None,
     node: type[Node] | None = None,
     parameters: Mapping[str, Any] | None = None,
     pause: tuple[str, int] | None = None,
@@ -73,42 +80,65 @@ def replay(
     every: bool = False,
     sinks: tuple[LogSink, ...] = (),
 ) -> Verdict:
-    """Play a journal to its node alone, on a clock that shows what the journal says, and compare what it sends. Runs an event loop.
+    """Play the journal of a node to that node alone, or of a subtree to its nodes together and alone, on a clock that shows what the journal
+    says, and compare what they send. Runs an event loop.
 
     `node` is played to in place of the recorded class, and `parameters` replace some with which it started; the replay then goes on behind
-    the first difference, as with `every`, and finds the first one of each topic, service and so on. A node that does otherwise is given
-    the rest of the recording at its instants. `pause` is a topic and a number: a debugger, that of `breakpoint()` or `debugger`,
-    is started before the message with that number (from 0) is sent there.
+    the first difference, as with `every`, and finds the first one of each topic, service and so on. `changed` names the node that is meant,
+    which a subtree with several needs. Nodes that do otherwise are given the rest of the recording at its instants. `pause` is a topic and
+    a number: a debugger, that of `breakpoint()` or `debugger`, is started before the message with that number (from 0) is sent there.
 
-    Raises `ReplayError` if the node cannot be made here, for a parameter that it does not have, and if Python's debugger was quit.
+    Raises `ReplayError` if a node cannot be made here, for a parameter that it does not have, and if Python's debugger was quit.
     """
+    change = Change(tape, changed, node, parameters or {})
+    for start in change.members.values():
+        check_alone(change.declared(start))
     start = tape.start
-    changed = node is not None or bool(parameters)
-
-    def change(child: Child) -> Child:
-        own = dict(child.parameters) | dict(parameters or {})
-        return child.replace(process=False, parameters=own, factory=node or child.factory)
-
-    child = change(thawed(start.child, trust=tape.trusted))
-    check_alone(child)
-    check_parameters(child, parameters or {})
     loop = TapeLoop(start.origin, start.epoch, start.virtual)
-    limit = 1 if not (changed or every) else 1_000_000
+    limit = 1_000_000 if change.made or every else 1
     stop = None if pause is None else stop_at(*pause, debugger)
     with asyncio.Runner(loop_factory=lambda: loop) as runner:
-        driver = runner.run(_play(tape, loop, change, stop, limit, sinks))
+        driver = runner.run(_play(tape, loop, change.declared, stop, limit, sinks))
     if stop is not None:
         stop.check_over()
     edge = driver.edge
     return Verdict(
-        start.node, tuple(edge.differences), sum(edge.sent.values()), driver.inputs.lacking, driver.played.failure
-    )
+        tape.node, tuple(edge.differences), sum(edge.sent.values()), driver.inputs.lacking, driver.played.failure,
+        tuple(edge.inner), unlike_versions(start),
+    )  # fmt: skip
+
+
+class Change:
+    """What a replay changes: the class, or parameters, of one node of the tape; or nothing.
+
+    Raises `ReplayError` for a node that is not on the tape, or is not said although there are several, and for wrong parameters.
+    """
+
+    def __init__(self, tape: Tape, name: str | None, factory: type[Node] | None, parameters: Mapping[str, Any]) -> None:
+        self.made = factory is not None or bool(parameters)
+        self._tape, self._factory, self._parameters = tape, factory, parameters
+        self.members = members = {start.node: start for start in reversed(starts_of(tape))}
+        """How the first life of each node began."""
+        self._node = next(iter(members)) if name is None and len(members) == 1 else named(members, name or "")
+        if self._node is None and (self.made or name is not None):
+            what = f"no node {name}" if name is not None else "several nodes: say which one is changed"
+            raise ReplayError(f"the journal of {tape.node} has {what}; it has {', '.join(sorted(members))}")
+        if self._node is not None:
+            check_parameters(self.declared(members[self._node]), parameters)
+
+    def declared(self, start: Start) -> Child:
+        """The declaration of the node for a life that began so, with its arguments as they were."""
+        child: Child = thawed(start.child, trust=self._tape.trusted)
+        if start.node == self._node:
+            own = dict(child.parameters) | dict(self._parameters)
+            child = child.replace(parameters=own, factory=self._factory or child.factory)
+        return child.replace(process=False)
 
 
 async def _play(
     tape: Tape,
     loop: TapeLoop,
-    change: Callable[[Child], Child],
+    declared: Callable[[Start], Child],
     stop: Break | None,
     limit: int,
     sinks: tuple[LogSink, ...],
@@ -116,15 +146,9 @@ async def _play(
     start = tape.start
     system = System(seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options, trust=tape.trusted))
     system.runtime.distinguish(start.process)
-    system.runtime.id_streams[start.node] = start.id_streams
     seam_of(loop)
-    driver = Driver(system, loop, tape, change, stop, limit)
-    child = change(thawed(start.child, trust=tape.trusted)).replace(
-        restart="permanent", backoff=None, significant=False, stop="kill"
-    )
-    tree = Supervisor(start.path[-2], children=(child,), intensity=Intensity(1_000_000, within=1.0))
-    starting = asyncio.ensure_future(system.start(tree, ("replay", *start.path[1:-1])))
-    starting.add_done_callback(driver.give_up)
+    driver = Driver(system, loop, tape, declared, stop, limit)
+    await system.start(tree_of(tape), replayed_path(tape.root))
     loop.call_soon(driver.drive)
     try:
         await driver.over
@@ -132,6 +156,4 @@ async def _play(
         loop.release()
         driver.edge.let_go(loop)
         system.kill()
-        starting.cancel()
-        await asyncio.wait([starting])
     return driver

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from actors.system import System
     from actors.topics.peers import PublisherPeer
 
-__all__ = ["Published"]
+__all__ = ["SHARED", "Published"]
 
 SHARED: Final = frozenset({"/rosout", "/parameter_events"})
 """The topics on which every node publishes."""

@@ -1,4 +1,4 @@
-"""The journal of a node as a topic beside the others, so that whoever records a bag has it, too."""
+"""The journal of a node or subtree as a topic beside the others, so that whoever records a bag has it, too."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from actors.node.declarations import every
 from actors.node.node import Node
 from actors.parameters.declare import parameter
 from actors.qos import LATCHED
-from actors.replay.errors import ReplayError
+from actors.replay.errors import NoJournal, ReplayError
 from actors.replay.parts import whole
-from actors.replay.tape import Tape
+from actors.replay.tape import Tape, is_subtree, named
 
 if TYPE_CHECKING:
     import os
@@ -29,10 +29,12 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.topics.publisher import Publisher
 
-__all__ = ["JOURNAL", "PUBLISHER", "JournalPublisher", "has_journal", "journals_in", "tape_in", "tapes_in"]
+__all__ = ["JOURNAL", "PUBLISHER", "JournalPublisher", "has_journal", "journals_in", "tape_in", "tapes_in", "topic_of"]
 
 JOURNAL: Final = "/_journal"
 """The end of the name of the topic with the journal of a node, which begins with the node's name."""
+SUBTREE: Final = "/_subtree_journal"
+"""The end of the name of the topic with the journal of a subtree, which begins with the path."""
 PUBLISHER: Final = "/_replay_journal"
 """The full name of the node that publishes the journals of a program."""
 DEPTH: Final = 2400
@@ -42,7 +44,7 @@ DEPTH: Final = 2400
 class JournalPublisher(Node):
     """Publishes what is new of each journal, twice a second and at its end, on ``<node>/_journal``, in parts.
 
-    The parameter `nodes` are those of which a journal is kept. One that is added is restarted, and its journal begins there.
+    The parameter `nodes` are the nodes, and paths of subtrees, of which a journal is kept. One that is added is restarted, and its journal begins there.
     """
 
     node_name = PUBLISHER[1:]
@@ -52,6 +54,8 @@ class JournalPublisher(Node):
         self._journal = journal
         self._recordings = recordings
         self._publishers: dict[str, Publisher[UInt8MultiArray]] = {}
+        self._asked: list[str] = []
+        """The journals that the last values of `nodes` that were checked ask for."""
 
     async def on_start(self) -> None:
         self.set_parameter("nodes", self._journal.nodes)
@@ -61,24 +65,23 @@ class JournalPublisher(Node):
         """Refuse a node that is not there or cannot be journaled, and to end a journal."""
         if left := {*self.nodes} - {*nodes}:
             return f"a journal is kept to the end of the run: that of {', '.join(sorted(left))} cannot be ended"
-        for node in {*nodes} - {*self._journal.nodes}:
-            try:
-                self._journal.check(node)
-            except (LookupError, ReplayError) as error:
-                return str(error)
+        try:
+            self._asked = [self._journal.check(node) for node in {*nodes} - {*self._journal.nodes}]
+        except (LookupError, ReplayError) as error:
+            return str(error)
         return None
 
     @nodes.changed
     def keep(self, nodes: Sequence[str]) -> None:
         """Begin the journals that are not kept yet."""
-        for node in {*nodes} - {*self._journal.nodes}:
-            self.spawn(self._begin(node))
+        for name in self._asked:
+            self.spawn(self._begin(name))
 
-    async def _begin(self, node: str) -> None:
+    async def _begin(self, name: str) -> None:
         try:
-            await self._journal.begin(node)
+            await self._journal.restart(name)
         except ActorError as error:
-            self.log.error("no journal was begun", node_name=node, because=described(error))
+            self.log.error("no journal was begun", node_name=name, because=described(error))
 
     @every(hz=2)
     def tell(self) -> None:
@@ -89,51 +92,58 @@ class JournalPublisher(Node):
 
     def _publisher(self, node: str) -> Publisher[UInt8MultiArray]:
         if node not in self._publishers:
-            self._publishers[node] = self.publisher(
-                Topic(UInt8MultiArray, node + JOURNAL, LATCHED.replace(depth=DEPTH))
-            )
+            topic = Topic(UInt8MultiArray, topic_of(node), LATCHED.replace(depth=DEPTH))
+            self._publishers[node] = self.publisher(topic)
         return self._publishers[node]
 
     async def on_stop(self, reason: ExitReason) -> None:
         self.tell()
 
 
+def topic_of(journal: str) -> str:
+    """The topic of a journal: that of a node below its name, that of a subtree below its path."""
+    return f"/{journal}{SUBTREE}" if is_subtree(journal) else f"{journal}{JOURNAL}"
+
+
 def tapes_in(path: str | os.PathLike[str], *, trust: bool = False) -> dict[str, Tape]:
-    """The journals in a bag, by the names of their nodes. `trust` is as with `load`.
+    """The journals in a bag, by the names of their nodes and the paths of their subtrees. `trust` is as with `load`.
 
     Raises `BagError`, and `ReplayError` for a journal that is not whole or of another format.
     """
-    return {node: _read(path, node, trust) for node in sorted(journals_in(path))}
-
-
-def _read(path: str | os.PathLike[str], node: str, trust: bool) -> Tape:
     with BagReader(path) as bag:
-        messages: Any = (decode(type_of(one.topic), one.data) for one in bag.messages({node + JOURNAL}))
-        return whole(node, (one.data.tobytes() for one in messages), trust=trust)
+        return {name: _read(bag, name, trust) for name in sorted(_journals(bag))}
+
+
+def _read(bag: BagReader, name: str, trust: bool) -> Tape:
+    messages: Any = (decode(type_of(one.topic), one.data) for one in bag.messages({topic_of(name)}))
+    return whole(name, (one.data.tobytes() for one in messages), trust=trust)
 
 
 def journals_in(path: str | os.PathLike[str]) -> set[str]:
-    """The full names of the nodes whose journals are in a bag. Raises `BagError`."""
+    """The full names of the nodes, and the paths of the subtrees, whose journals are in a bag. Raises `BagError`."""
     with BagReader(path) as bag:
-        return {topic.name.removesuffix(JOURNAL) for topic in bag.topics if topic.name.endswith(JOURNAL)}
+        return _journals(bag)
+
+
+def _journals(bag: BagReader) -> set[str]:
+    topics = [topic.name for topic in bag.topics]
+    nodes = {topic.removesuffix(JOURNAL) for topic in topics if topic.endswith(JOURNAL)}
+    return nodes | {topic[1:].removesuffix(SUBTREE) for topic in topics if topic.endswith(SUBTREE)}
 
 
 def has_journal(path: str | os.PathLike[str], node: str) -> bool:
-    """Whether the journal of a node, by its name or full name, is in a bag. Raises `BagError`."""
-    return _found(journals_in(path), node) is not None
+    """Whether the journal of a node, by its name or full name, or of a subtree, by its path, is in a bag. Raises `BagError`."""
+    return named(journals_in(path), node) is not None
 
 
 def tape_in(path: str | os.PathLike[str], node: str, *, trust: bool = False) -> Tape:
-    """The journal of a node, by its name or full name, in a bag. `trust` is as with `load`.
+    """The journal of a node, by its name or full name, or of a subtree, by its path, in a bag. `trust` is as with `load`.
 
-    Raises `BagError`, and `ReplayError` if there is none, or if it is not whole or of another format.
+    Raises `BagError`, `NoJournal` if there is none, and `ReplayError` if it is not whole or of another format.
     """
-    names = journals_in(path)
-    found = _found(names, node)
-    if found is None:
-        raise ReplayError(f"{path} has no journal of {node}; it has those of: {', '.join(sorted(names)) or 'no node'}")
-    return _read(path, found, trust)
-
-
-def _found(names: set[str], node: str) -> str | None:
-    return next((fqn for fqn in sorted(names) if node in (fqn, fqn.rpartition("/")[2])), None)
+    with BagReader(path) as bag:
+        names = sorted(_journals(bag))
+        found = named(names, node)
+        if found is None:
+            raise NoJournal(f"{path} has no journal of {node}; it has those of: {', '.join(names) or 'no node'}")
+        return _read(bag, found, trust)

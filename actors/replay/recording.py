@@ -1,4 +1,4 @@
-"""`Recording`: the border of a node of which a journal is written."""
+"""`Recording`: the border of a node, or of a subtree, of which a journal is written."""
 
 from __future__ import annotations
 
@@ -7,50 +7,41 @@ from collections.abc import Callable, Coroutine
 from contextvars import Context
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from actors.errors import described
 from actors.inbox.border import INSIDE, outside
 from actors.replay.edge import CANCELED, Edge
-from actors.replay.loop_seam import OwnedTask
-from actors.replay.parts import PART
 from actors.replay.tape import APART, BACK, WITHIN
 
 if TYPE_CHECKING:
     from actors.graph.servers import ServerEntry
-    from actors.replay.loop_seam import Callback, LoopSeam
+    from actors.replay.loop_seam import Callback, LoopSeam, OwnedTask
     from actors.replay.parts import Spool
     from actors.replay.tape import Entry, Start
     from actors.runtime.incarnation import Incarnation
+    from actors.runtime.record import NodeRecord
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-__all__ = ["RecordedLife", "Recording", "started_outside"]
+__all__ = ["RecordedLife", "Recording"]
 
 T = TypeVar("T")
 
 
 class Recording(Edge):
-    """Writes down what passes the border of one node, and when its code runs, over all its lives.
-
-    `killed(task)` says after how many seconds of clean-up a task is being killed; None for one that is only canceled.
+    """Writes down what passes the border of its members, and when their code runs, over all their lives.
 
     Invariants:
 
-    - `_out` counts how deep the node's code has called into that of others, `_in` how deep its own code runs, or others call into it.
-    - `_names` are the services and actions on whose server the node depends, each with the last state that was written down.
-    - `_peers` are the ends of others on the node's topics that were written down and have not left.
+    - `_out` counts how deep the members' code has called into that of others, `_in` how deep their own code runs, or others call into it.
+    - `_names` are the services and actions on whose server a member depends, each with the last state that was written down.
+    - `_peers` are the ends of others on the members' topics that were written down and have not left.
     """
 
-    def __init__(
-        self, node: str, spool: Spool, seam: LoopSeam, killed: Callable[[asyncio.Task[Any]], float | None]
-    ) -> None:
-        super().__init__(node)
-        self._killed = killed
+    def __init__(self, spool: Spool, seam: LoopSeam) -> None:
+        super().__init__()
         self.spool = spool
         self._seam = seam
         self._entries = spool.entries
         self._put: Callable[[Entry], None] = spool.entries.append
         self._out = self._in = 0
-        self._main: asyncio.Task[Any] | None = None
-        """The task of the present or last life."""
         self._names: dict[ServerEntry[Any], Any] = {}
         self._peers: dict[PublisherPeer | SubscriptionPeer, int] = {}
         self._met = 0
@@ -69,17 +60,18 @@ class Recording(Edge):
     # -- what passes ---------------------------------------------------------------------------------------------------------
 
     def begins(self, start: Start) -> None:
-        """Write down that a life begins."""
+        """Write down that a life of a member begins."""
+        self.members.add(start.node)
         self._note("start", start)
 
-    def runs(self, task: OwnedTask) -> None:
-        """Note the task in which the life that has begun runs."""
-        self._main = task
-        self.begin(task)
+    def dismissed(self, record: NodeRecord) -> None:
+        """Write down that a member has ended for good, unless it is started by a request."""
+        if record.identity.fqn in self.members:
+            self._note("dismissed", record.identity.fqn)
 
     def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
         if INSIDE.get() is self and kind != "deliver":
-            return function(*arguments)  # the node does it to itself
+            return function(*arguments)  # a member does it to itself, or to another
         self._note(kind, *details)
         self._in += 1
         token = INSIDE.set(self)
@@ -89,8 +81,10 @@ class Recording(Edge):
             INSIDE.reset(token)
             self._in -= 1
 
-    def leave(self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any) -> T:
-        self._put(("out", kind, name, value))
+    def leave(
+        self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any, inner: bool = False
+    ) -> T:
+        self.send(kind, name, value, inner=inner)
         self._out += 1
         token = INSIDE.set(None)
         try:
@@ -101,11 +95,19 @@ class Recording(Edge):
         self.expect_if_future(answer)
         return answer
 
-    def send(self, kind: str, name: str, value: Any) -> None:
-        self._put(("out", kind, name, value))
+    def send(self, kind: str, name: str, value: Any, *, inner: bool = False) -> None:
+        self._put(("inner" if inner else "out", kind, name, value))
 
     def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: Any) -> bool:
-        return self.enter("interrupt", (task.number, self._killed(task)), cancel, message)
+        return self.enter("interrupt", (task.number, self._killing(task)), cancel, message)
+
+    def _killing(self, task: OwnedTask) -> tuple[str, float] | None:
+        """The member whose life runs in `task`, and after how many seconds of clean-up it is killed; None if it is only canceled."""
+        life = self.lives.get(task)
+        child = None if life is None else life.runtime.child_of(life)
+        if life is None or child is None or child.task is not task or child.killed is None:
+            return None
+        return life.fqn, child.killed
 
     def compute(self, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
         result = function(*arguments)
@@ -144,8 +146,7 @@ class Recording(Edge):
             callback(*arguments)
         finally:
             self._in -= 1
-            if len(self._entries) >= PART:
-                self.flush()
+            self._explained -= self.spool.settle()
 
     def read(self, clock: Callable[[], float]) -> float:
         now = clock()
@@ -170,7 +171,7 @@ class Recording(Edge):
 
     def _note(self, kind: str, *details: Any) -> None:
         within = (
-            self._out or self._in or asyncio.current_task() is self._main
+            self._out or self._in or asyncio.current_task() in self.lives
         )  # whose first step no callback has counted
         place = BACK if within else APART
         if INSIDE.get() is self:
@@ -247,7 +248,7 @@ class Recording(Edge):
     def look(self) -> None:
         """Write down what has changed of the servers on which the node depends."""
         for entry, before in self._names.items():
-            state = state_of(entry, self.node)
+            state = state_of(entry, self.members)
             if state != before:
                 self._names[entry] = state
                 self._note("server", entry.kind, entry.name, state)
@@ -255,7 +256,7 @@ class Recording(Edge):
 
 
 class RecordedLife:
-    """One life of a journaled node, for its supervisor."""
+    """One life of a member, for its supervisor."""
 
     __slots__ = ("_life", "_recording")
 
@@ -264,33 +265,11 @@ class RecordedLife:
         self._life = life
 
     async def run(self, started: Callable[[], None], /) -> None:
-        recording = self._recording
-        task = asyncio.current_task()
-        assert isinstance(task, OwnedTask)
-        recording.runs(task)
-        token = INSIDE.set(recording)
-        try:
-            await self._life.run(started_outside(started))
-        except BaseException as error:
-            recording.send("end", type(error).__name__, described(error))
-            raise
-        else:
-            recording.send("end", "", "")
-        finally:
-            INSIDE.reset(token)
+        await self._recording.live(self._life, started)
 
     def stop(self, reason: str, /) -> None:
-        self._recording.enter("stop", (reason, self._life.runtime.stop_reason), self._life.stop, reason)
-
-
-def started_outside(started: Callable[[], None]) -> Callable[[], None]:
-    """`started`, called as code of the supervisor, which then starts other nodes."""
-
-    def call() -> None:
-        with outside():
-            started()
-
-    return call
+        details = (self._life.fqn, reason, self._life.runtime.stop_reason)
+        self._recording.enter("stop", details, self._life.stop, reason)
 
 
 def outcome_of(future: asyncio.Future[Any]) -> tuple[str, Any]:
@@ -302,11 +281,11 @@ def outcome_of(future: asyncio.Future[Any]) -> tuple[str, Any]:
     return "result", future.result()
 
 
-def state_of(entry: ServerEntry[Any], node: str) -> tuple[Any, ...] | None:
-    """Who serves a name, for a node that asks: the state of its entry, as far as a client can see it."""
+def state_of(entry: ServerEntry[Any], members: set[str]) -> tuple[Any, ...] | None:
+    """Who serves a name, for a member that asks: the state of its entry, as far as a client can see it."""
     server = entry.server
     if server is not None:
-        if server.host == node:
+        if server.host in members:
             return ("own",)
         return ("here", server.host, server.type, getattr(server, "concurrent", 0))
     if entry.restarting is not None:

@@ -1,4 +1,4 @@
-"""`Replaying`: the border of a node that is replayed. What it sends is compared, and what it is given comes from the tape."""
+"""`Replaying`: the border of a node, or a subtree, that is replayed. What it sends is compared, what it is given comes from the tape."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from actors.inbox.border import INSIDE
 from actors.replay.comparison import ABSENT, Difference, first_difference
 from actors.replay.edge import Edge
-from actors.replay.tape import APART, BACK, WITHIN, Entry, Tape
+from actors.replay.tape import APART, BACK, NO_TIME, SENT, WITHIN, Entry, Tape
 
 if TYPE_CHECKING:
     from actors.replay.debugger import Break
@@ -22,25 +22,26 @@ __all__ = ["AWAITED", "Replaying", "run_handle"]
 T = TypeVar("T")
 
 GRAPH = frozenset({"publisher", "subscription", "server"})
-"""What was there before a step of the node met it."""
+"""What was there before a step met it."""
 
 AWAITED = frozenset({"call", "goal", "cancel", "offload"})
-"""What the node sends and awaits."""
+"""What a member sends and awaits."""
 
 
 class Replaying(Edge):
-    """Gives a node what its tape holds, and compares what it sends. It is driven by `actors.replay.driver.Driver`.
+    """Gives its members what their tape holds, and compares what they send. It is driven by `actors.replay.driver.Driver`.
 
     Invariants:
 
     - `at` is the place on the tape: everything before it has been given, or was compared.
-    - While `astray` is false, the node does what it did in the recording, step by step. Once it is true, because its code schedules or
-      reads otherwise than in the recording, its callbacks run as they are due, and what it sends is compared by name and number only.
-    - `planned` holds the callbacks of the node that have not run, by their number.
+    - While `astray` is false, the members do what they did in the recording, step by step. Once it is true, because their code schedules
+      or reads otherwise than in the recording, their callbacks run as they are due, and what they send is compared by name and number only.
+    - `planned` holds the callbacks of the members that have not run, by their number.
+    - `differences` are those of what passes the border, `inner` those of what passes between members; each has the first of its name.
     """
 
     def __init__(self, tape: Tape, pause: Break | None, limit: int) -> None:
-        super().__init__(tape.node)
+        super().__init__()
         self.tape = tape
         self.at = 0
         self.now = tape.start.origin
@@ -52,6 +53,7 @@ class Replaying(Edge):
         self.channels: dict[tuple[str, str, int], asyncio.Future[Any]] = {}
         """What is awaited, by kind, name and place among those of its name."""
         self.differences: list[Difference] = []
+        self.inner: list[Difference] = []
         self.sent: Counter[tuple[str, str]] = Counter()
         self.apply: Callable[[tuple[Any, ...]], None] = _nowhere
         """Gives the node what came in."""
@@ -74,8 +76,10 @@ class Replaying(Edge):
         finally:
             INSIDE.reset(token)
 
-    def leave(self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any) -> T:
-        self.send(kind, name, value)
+    def leave(
+        self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any, inner: bool = False
+    ) -> T:
+        self.send(kind, name, value, inner=inner)
         token = INSIDE.set(None)
         try:
             answer = function(*arguments)
@@ -86,7 +90,7 @@ class Replaying(Edge):
         self.expect_if_future(answer)
         return answer
 
-    def send(self, kind: str, name: str, value: Any) -> None:
+    def send(self, kind: str, name: str, value: Any, *, inner: bool = False) -> None:
         number, self._last = self.sent[kind, name], (kind, name)
         self.sent[kind, name] += 1
         if self.over:
@@ -96,34 +100,42 @@ class Replaying(Edge):
         self._come_back()
         if not self.astray:
             entry = self.entry()
-            if isinstance(entry, tuple) and entry[:3] == ("out", kind, name):
+            if isinstance(entry, tuple) and entry[0] in SENT and entry[1:3] == (kind, name):
                 self.at += 1
             elif not self.differences:
-                self._unlike(kind, name, number, entry, value)
+                self._unlike(kind, name, entry, value)
         expected = self._expected.get((kind, name), [])
-        recorded = expected[number] if number < len(expected) else ABSENT
-        if recorded is ABSENT:
-            self._differs(kind, name, number, "", ABSENT, value)
-        elif (found := first_difference(recorded, value)) is not None:
-            self._differs(kind, name, number, *found)
+        if number >= len(expected):
+            self._differs(kind, name, number, "", ABSENT, value, inner=inner)
+            return
+        within, recorded = expected[number]
+        if (found := first_difference(recorded, value)) is not None:
+            self._differs(kind, name, number, *found, inner=within)
 
-    def _unlike(self, kind: str, name: str, number: int, entry: Entry | None, value: Any) -> None:
+    def _unlike(self, kind: str, name: str, entry: Entry | None, value: Any) -> None:
         """The recording did something else here."""
-        if isinstance(entry, tuple) and entry[0] == "out":
-            missing = (entry[1], entry[2])
-            self._differs(*missing, self.sent[missing], "", entry[3], f"{kind} {name}: {value!r}")
+        if isinstance(entry, tuple) and entry[0] in SENT:
+            self._missing(entry, f"{kind} {name}: {value!r}")
         self.stray()
 
-    def _differs(self, kind: str, name: str, number: int, field: str, recorded: Any, replayed: Any) -> None:
-        known = any((one.kind, one.name) == (kind, name) for one in self.differences)
-        if not known:
-            time = self.now - self.tape.start.origin
-            self.differences.append(Difference(kind, name, number, time, field, recorded, replayed))
-            if len(self.differences) >= self._limit:
-                self.over = True
+    def _missing(self, entry: tuple[Any, ...], replayed: Any) -> None:
+        """The recording sends something at a place where `replayed` was done."""
+        tag, kind, name, value = entry
+        self._differs(kind, name, self.sent[kind, name], "", value, replayed, inner=tag == "inner")
+
+    def _differs(
+        self, kind: str, name: str, number: int, field: str, recorded: Any, replayed: Any, *, inner: bool
+    ) -> None:
+        found = self.inner if inner else self.differences
+        if any((one.kind, one.name) == (kind, name) for one in found):
+            return
+        time = self.now - self.tape.start.origin
+        found.append(Difference(kind, name, number, time, field, recorded, replayed))
+        if len(self.differences) >= self._limit:
+            self.over = True
 
     def stray(self) -> None:
-        """The node's code has left the tape."""
+        """The members' code has left the tape."""
         self.astray = True
 
     def end(self) -> None:
@@ -131,11 +143,12 @@ class Replaying(Edge):
         for (kind, name), values in self._expected.items():
             number = self.sent[kind, name]
             if number < len(values):
-                self._differs(kind, name, number, "", values[number], ABSENT)
+                inner, recorded = values[number]
+                self._differs(kind, name, number, "", recorded, ABSENT, inner=inner)
 
     def missed(self, entry: tuple[Any, ...]) -> None:
-        """The recording sends something that the replayed node does not send."""
-        self._differs(entry[1], entry[2], self.sent[entry[1], entry[2]], "", entry[3], ABSENT)
+        """The recording sends something that is not sent now."""
+        self._missing(entry, ABSENT)
         self.stray()
 
     def let_go(self, loop: asyncio.AbstractEventLoop) -> None:
@@ -159,7 +172,7 @@ class Replaying(Edge):
         """Give the node what others did to it while its code was out."""
         while not (self.astray or self.over):
             entry = self.entry()
-            if not isinstance(entry, tuple) or entry[0] in ("out", "step", "result"):
+            if not isinstance(entry, tuple) or entry[0] == "step" or entry[0] in NO_TIME:
                 return
             done = entry[0] == "done" and entry[2] == WITHIN
             if not (entry[2] == BACK or done) or (entry[0] == "done" and entry[3] not in self.awaited):
@@ -193,7 +206,7 @@ class Replaying(Edge):
         entries, sent = self.tape.entries, False
         for place in range(self.at, len(entries)):
             entry = entries[place]
-            if not isinstance(entry, tuple) or entry[0] in ("out", "result"):
+            if not isinstance(entry, tuple) or entry[0] in NO_TIME:
                 sent = sent or isinstance(entry, tuple)
                 continue
             if entry[0] in ("step", "start") or entry[2] == APART:
@@ -264,11 +277,12 @@ class Replaying(Edge):
         return clock() if self.over else self.now
 
 
-def _by_name(tape: Tape) -> dict[tuple[str, str], list[Any]]:
-    """What the node sent in the recording, by kind and name."""
-    sent: dict[tuple[str, str], list[Any]] = {}
-    for kind, name, value in tape.outputs():
-        sent.setdefault((kind, name), []).append(value)
+def _by_name(tape: Tape) -> dict[tuple[str, str], list[tuple[bool, Any]]]:
+    """What was sent in the recording, by kind and name: each with whether it was sent to members alone."""
+    sent: dict[tuple[str, str], list[tuple[bool, Any]]] = {}
+    for entry in tape.entries:
+        if isinstance(entry, tuple) and entry[0] in SENT:
+            sent.setdefault((entry[1], entry[2]), []).append((entry[0] == "inner", entry[3]))
     return sent
 
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+
+from actors.errors import CallTimeout
 
 if TYPE_CHECKING:
     from actors.graph.graph import TopicEntry
@@ -119,6 +122,9 @@ class OtherSubscription(_OtherEnd):
 class Asked:
     """A call, or the request for a goal, to a server that is not here."""
 
+    due = math.inf
+    """The deadline, if the recording has no such call."""
+
     def __init__(self, server: OtherServer) -> None:
         self.server = server
         self.future: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
@@ -126,6 +132,10 @@ class Asked:
     @property
     def call_id(self) -> tuple[bytes, int]:
         return bytes(16), self.server.calls
+
+    def late(self) -> CallTimeout:
+        """The error after the deadline."""
+        return CallTimeout("nobody answers in a replay: the recording has no such call")
 
 
 class OtherServer:

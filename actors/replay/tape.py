@@ -1,14 +1,15 @@
-"""The journal of one node as a value: what came in, what went out, and in which order the node's code ran in between.
+"""The journal of one node, or of a subtree, as a value: what came in, what went out, and in which order code ran in between.
 
-The entries are tuples that begin with their kind. A float stands for a reading of the clock by the node's code. What came in:
+The entries are tuples that begin with their kind. A float stands for a reading of the clock by the code of a node. What came in:
 
-* ``(kind, time, place, ...)``, where `place` is `APART`, `WITHIN` or `BACK`: between two steps of the node, within one (the messages that
-  a late joiner is given), or while the node's code was out, as when it cancels a goal and is told of that at once.
+* ``(kind, time, place, ...)``, where `place` is `APART`, `WITHIN` or `BACK`: between two steps of the nodes, within one (the messages that
+  a late joiner is given), or while their code was out, as when one cancels a goal and is told of that at once.
 
-What the node did:
+What the nodes did:
 
-* ``("step", time, number)``: the event loop ran the callback that was the node's `number`-th to be scheduled.
-* ``("out", kind, name, value)``: it sent something, or drew an id.
+* ``("step", time, number)``: the event loop ran the callback that was the `number`-th of theirs to be scheduled.
+* ``("out", kind, name, value)``: one sent something, or drew an id.
+* ``("inner", kind, name, value)``: one sent something to others of the subtree, and to nobody else.
 """
 
 from __future__ import annotations
@@ -18,22 +19,32 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from actors.replay.errors import ReplayError
 
 __all__ = [
     "APART",
     "BACK",
+    "NO_TIME",
+    "SENT",
     "WITHIN",
     "Entry",
     "Start",
     "Tape",
     "Unkept",
-    "versions",
+    "is_subtree",
+    "named",
+    "starts_of",
+    "unlike_versions",
 ]
 
 APART, WITHIN, BACK = 0, 1, 2
+
+SENT: Final = frozenset({"out", "inner"})
+"""The kinds of entries of what was sent."""
+NO_TIME: Final = SENT | {"result"}
+"""The kinds of entries that do not say when they were made."""
 
 Entry: TypeAlias = "tuple[Any, ...] | float"
 
@@ -59,6 +70,8 @@ class Start:
     log levels of the program; and the last checkpoint.
     """
 
+    journal: str
+    """The name of the journal: that of the node, or the path of its subtree."""
     node: str
     incarnation: int
     path: tuple[str, ...]
@@ -76,12 +89,37 @@ class Start:
     epoch: float
     id_streams: int = 0
     """How many lives of the node had drawn ids before."""
-    versions: tuple[tuple[str, str], ...] = field(default_factory=lambda: versions())
+    versions: tuple[tuple[str, str], ...] = field(default_factory=lambda: _versions())
 
 
-def versions() -> tuple[tuple[str, str], ...]:
+def _versions() -> tuple[tuple[str, str], ...]:
     """What a replay depends on, beside the node's own code."""
     return (("python", platform.python_version()), ("robactor", _version("robactor")), ("numpy", _version("numpy")))
+
+
+def unlike_versions(start: Start) -> tuple[str, ...]:
+    """What a replay depends on and is of another version here than it was in the recording, each in a few words."""
+    here = dict(_versions())
+    return tuple(
+        f"{what} {here[what]} (recorded with {recorded})" for what, recorded in start.versions if here[what] != recorded
+    )
+
+
+def starts_of(tape: Tape) -> list[Start]:
+    """How each life on the tape began, in order."""
+    return [entry[3] for entry in tape.entries if isinstance(entry, tuple) and entry[0] == "start"]
+
+
+def is_subtree(journal: str) -> bool:
+    """Whether a journal of this name is that of a subtree, which is called by its path: ``robot/navigation``."""
+    return "/" in journal and not journal.startswith("/")
+
+
+def named(journals: Iterable[str], asked: str) -> str | None:
+    """The first of the journals that is called so: by the path of its subtree, or the name or full name of its node. None without one."""
+    return next(
+        (one for one in journals if asked == one or (not is_subtree(one) and asked == one.rpartition("/")[2])), None
+    )
 
 
 def _version(package: str) -> str:
@@ -92,7 +130,8 @@ def _version(package: str) -> str:
 
 
 class Tape:
-    """The journal of one node, from the start of a life on.
+    """The journal of one node, from the start of a life on; or of a subtree, from the start of its first node on. `node` is its name: the
+    full name of the node, or the path of the subtree.
 
     `trusted` says whether what it has kept may call any code when it is made again; see `actors.replay.encoding`.
     Invariants: the first entry is a ``start``.
@@ -115,10 +154,15 @@ class Tape:
         start: Start = first[3]
         return start
 
-    def outputs(self) -> Iterator[tuple[str, str, Any]]:
-        """What the node sent, in order: (kind, name, value)."""
+    @property
+    def root(self) -> tuple[str, ...]:
+        """The path of the supervisor below which all nodes are that are on the tape."""
+        return tuple(self.node.split("/")) if is_subtree(self.node) else self.start.path[:-1]
+
+    def outputs(self, *, inner: bool = False) -> Iterator[tuple[str, str, Any]]:
+        """What was sent, in order: (kind, name, value). With `inner`, also what the nodes of a subtree sent to each other alone."""
         for entry in self.entries:
-            if isinstance(entry, tuple) and entry[0] == "out":
+            if isinstance(entry, tuple) and entry[0] in SENT and (inner or entry[0] == "out"):
                 yield entry[1], entry[2], entry[3]
 
     def counts(self) -> Counter[str]:
@@ -128,9 +172,5 @@ class Tape:
     @property
     def seconds(self) -> float:
         """For how long the journal was kept."""
-        times = [entry[1] for entry in self.entries if isinstance(entry, tuple) and entry[0] not in ("out", "result")]
+        times = [entry[1] for entry in self.entries if isinstance(entry, tuple) and entry[0] not in NO_TIME]
         return float(times[-1] - times[0]) if times else 0.0
-
-    def missing(self) -> list[str]:
-        """What came in that a journal does not carry; a replay ends there."""
-        return [entry[3] for entry in self.entries if isinstance(entry, tuple) and entry[0] == "unknown"]

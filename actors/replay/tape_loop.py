@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
+from contextvars import Context
 from time import monotonic
-from typing import Any
+from typing import Any, TypeVarTuple
 
 __all__ = ["TapeLoop"]
+
+_Ts = TypeVarTuple("_Ts")
 
 
 class TapeLoop(asyncio.SelectorEventLoop):
     """An event loop whose `time()` is `now`, seconds, which the driver of a replay sets; after `release` it goes on by itself.
+
+    Until then timers do nothing. Those of replayed nodes are called by the driver; those of the system around them, such as its ticker, must not
+    do what the tape does.
 
     `virtual` and `epoch`, the time of day at the start of the recorded system, are read by its clock; with `virtual`, its nodes wait as on a
     virtual loop.
@@ -27,6 +34,13 @@ class TapeLoop(asyncio.SelectorEventLoop):
 
     def time(self) -> float:
         return self.now if self._released is None else self.now + monotonic() - self._released
+
+    def call_at(
+        self, when: float, callback: Callable[[*_Ts], object], *args: *_Ts, context: Context | None = None
+    ) -> asyncio.TimerHandle:
+        if self._released is None:
+            return asyncio.TimerHandle(when, callback, args, self, context)
+        return super().call_at(when, callback, *args, context=context)
 
     def release(self) -> None:
         """Let time pass, because the replay is over."""

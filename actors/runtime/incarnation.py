@@ -212,7 +212,7 @@ class Incarnation:
             self._ids = self.runtime.ids(self.fqn)
         drawn = uuid_of(self._ids)
         if self.inbox.border is not None:
-            self.inbox.border.send("id", "", drawn)
+            self.inbox.border.send("id", self.fqn, drawn)
         return drawn
 
     def warn(self, event: str, **fields: object) -> None:

@@ -16,6 +16,7 @@ from actors.places import Place, parked, users_own
 from actors.time.handles import owner
 
 __all__ = [
+    "BUSY_SOCKETS",
     "DEADLOCK",
     "LIVELOCK",
     "NO_INPUT",
@@ -41,6 +42,10 @@ STALLED = (
     "Virtual time stands still for threads and processes. If one of them waits for virtual time itself, "
     "run on the real clock; if it is only slow, raise loop.patience."
 )
+BUSY_SOCKETS = (
+    "A task that connects or polls again without waiting keeps virtual time from moving: let it sleep between two attempts. Traffic "
+    "that takes so long belongs on the real clock; or raise loop.socket_patience."
+)
 NO_INPUT = "For live input set loop.wait_for_io = True; if the peer is only slow, raise loop.patience."
 
 
@@ -49,7 +54,7 @@ class Deadlock(RuntimeError):
 
 
 class Livelock(RuntimeError):
-    """Callbacks keep scheduling each other while virtual time stands still."""
+    """Callbacks, or sockets that always have something new, keep the loop busy while virtual time stands still."""
 
 
 class Stalled(RuntimeError):

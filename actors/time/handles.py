@@ -75,9 +75,9 @@ def is_dead(item: Future[None] | asyncio.TimerHandle) -> bool:
 
 
 def checked_timer(
-    loop: Any, when: float, callback: Callable[..., object], args: tuple[Any, ...], context: Context | None
+    when: float, callback: Callable[..., object], args: tuple[Any, ...], loop: Any, context: Context | None
 ) -> asyncio.TimerHandle:
-    """Create the handle returned by `call_at` in debug mode, after asyncio's own checks."""
+    """Create the handle returned by `call_at` in debug mode, after asyncio's own checks. Called as `Timer` is."""
     loop._check_closed()
     loop._check_thread()
     loop._check_callback(callback, "call_at")

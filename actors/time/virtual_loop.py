@@ -67,10 +67,12 @@ class VirtualLoop(asyncio.SelectorEventLoop):
     """The number of iterations without progress of virtual time after which `Livelock` is raised."""
     patience: float = 10.0
     """How many seconds of real time threads, processes and sockets may take before `Stalled` is raised."""
+    socket_patience: float = 60.0
+    """How many seconds of real time sockets and signals may keep the loop busy at one instant before `Livelock` is raised."""
     watch: Callable[[], None] | None = None
     """Called whenever nothing can run without time passing. An exception ends the run, and it is not called again."""
     wait_for_io: bool = False
-    """Whether to wait without limit for sockets and signals when there are no timers: for live input."""
+    """For live input: wait without limit for sockets and signals when there are no timers, and let them keep the loop busy."""
 
     if TYPE_CHECKING:
         _ready: deque[Any]  # of asyncio.Handle
@@ -112,11 +114,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self, when: float, callback: Callable[[*_Ts], object], *args: *_Ts, context: Context | None = None
     ) -> asyncio.TimerHandle:
         """Call `callback(*args)` at the virtual time `when`. Infinity means never; NaN is refused."""
-        timer = (
-            checked_timer(self, when, callback, args, context)
-            if self._debug or self._closed
-            else Timer(when, callback, args, self, context)
-        )
+        made = checked_timer if self._debug or self._closed else Timer
+        timer = made(when, callback, args, self, context)
         self._push(when, timer)
         return timer
 
@@ -128,11 +127,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         when = now + delay
         if when < _GRID_END and (instant := int(when * 1e9 + 0.5) / 1e9) > now:
             when = instant
-        timer = (
-            checked_timer(self, when, callback, args, context)
-            if self._debug or self._closed
-            else Timer(when, callback, args, self, context)
-        )
+        made = checked_timer if self._debug or self._closed else Timer
+        timer = made(when, callback, args, self, context)
         self._push(when, timer)
         return timer
 
@@ -249,8 +245,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
         Timers that these schedule for the same instant wait for the next iteration, as in asyncio.
         """
-        if self.watch is not None:
-            self._look(self.watch)
+        if (watch := self.watch) is not None:
+            self.watch = None
+            watch()
+            self.watch = watch
         timers, last, limit = self._timers, self._order, math.inf
         if last > self._tidy_after:
             self._tidy()
@@ -277,11 +275,6 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         if limit == math.inf:
             self._wait_without_timers()
 
-    def _look(self, watch: Callable[[], None]) -> None:
-        self.watch = None
-        watch()
-        self.watch = watch
-
     def _fire(self, timer: Any) -> None:
         if self._debug:
             run_watched(self, timer)
@@ -301,8 +294,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         """At every 16th iteration at one instant: poll for I/O, and decide whether this is a livelock."""
         if self._spins > self.max_spins:
             self._judge_spinning()
-        elif self._watching() and self._poll(0):
-            self._spins = 0
+        elif self._watching():
+            self._hear()
 
     def _join(self) -> None:
         """Append the timers that are due now to the callbacks that are ready."""
@@ -351,12 +344,22 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._process_events(events)
         return bool(events)
 
+    def _hear(self) -> bool:
+        """Accept the input that is there, which is progress. Sockets that always have more do not hold one instant for ever."""
+        if not self._poll(0):
+            return False
+        self._spins = 0
+        limit = self.socket_patience
+        if self._outside.seconds_of_input(self._instant) > limit and not self.wait_for_io:
+            reason = f"Sockets or signals have kept the loop busy for {limit:g} real seconds at one instant"
+            raise Livelock(self._news(reason, deadlock.BUSY_SOCKETS))
+        return True
+
     def _attend(self) -> bool:
         """Accept input from outside when nothing is ready. Returns whether virtual time has to stand still for outside work."""
         if not self._watching():
             return False
-        if self._poll(0):
-            self._spins = 0
+        if self._hear():
             return True
         if not (work := self._outside.names()):
             return False
@@ -379,9 +382,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         """Raise `Livelock` after `max_spins` iterations at one instant, unless a task polls for outside work."""
         if not (work := self._outside.names()):
             spins, self._spins = self._spins, 0  # the loop is still needed for the clean-up
-            raise Livelock(
-                self._news(f"{spins} iterations of the loop without progress of virtual time", deadlock.LIVELOCK)
-            )
+            reason = f"{spins} iterations of the loop without progress of virtual time"
+            raise Livelock(self._news(reason, deadlock.LIVELOCK))
         if self._spins - self.max_spins <= 16:
             self._spinning_since = time.perf_counter()
         if self._poll(0.001):

@@ -1,4 +1,4 @@
-"""Outside work: the threads and processes that a task waits for, and that the virtual loop waits for in real time."""
+"""Outside work: the threads and processes that a task waits for, and that the virtual loop waits for in real time; and input."""
 
 # pyright: reportPrivateUsage=false
 # anyio starts its worker threads and processes itself without telling the event loop. Only its run variables show which of them are busy.
@@ -8,6 +8,7 @@ import asyncio
 import contextvars
 import functools
 import os
+import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Any
@@ -25,17 +26,18 @@ _ANYIO_CALL = anyio_backend.AsyncIOBackend.run_sync_in_worker_thread.__func__.__
 
 
 class OutsideWork:
-    """The threads and processes of one loop that a task waits for, with a name for each.
+    """The threads and processes of one loop that a task waits for, with a name for each; and how long input has held up virtual time.
 
     Work that was abandoned, because its future or task was canceled, does not count.
     """
 
-    __slots__ = ("_loop", "anyio", "jobs")
+    __slots__ = ("_input_at", "_input_since", "_loop", "anyio", "jobs")
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
         self.jobs: dict[object, str] = {}
         self.anyio: dict[Any, Any] = _run_vars.setdefault(loop, {})
+        self._input_at = self._input_since = -1.0
 
     def possible(self) -> bool:
         """Whether there may be any. Cheap enough to be checked before every jump of the clock."""
@@ -47,6 +49,16 @@ class OutsideWork:
         if self._busy_anyio_threads():
             names += self._anyio_calls()
         return sorted(names)
+
+    def seconds_of_input(self, instant: float) -> float:
+        """For how long, in real seconds, sockets and signals have had news at this instant of virtual time; 0 while there is outside work.
+
+        Called at each news.
+        """
+        now = time.perf_counter()
+        if self._input_at != instant or self.possible():
+            self._input_at, self._input_since = instant, now
+        return now - self._input_since
 
     @contextmanager
     def during(self, reason: str) -> Generator[None]:

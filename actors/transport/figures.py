@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from asyncio import TimerHandle
 
     from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import Runtime
     from actors.transport.local_side import LocalSide
     from actors.transport.protocol import Outlet
 
@@ -40,6 +41,7 @@ __all__ = [
     "ServedFigures",
     "Teller",
     "TimerFigures",
+    "process_figures",
 ]
 
 PERIOD: Final = 1.0
@@ -187,23 +189,28 @@ class Teller:
         self._timer = self._loop.call_later(PERIOD, self._tell, outlet)
 
     def _figures(self) -> ProcessFigures:
-        runtime = self._side.runtime
-        return ProcessFigures(
-            host=socket.gethostname(),
-            process=os.getpid(),
-            session=self._side.transport.session,
-            program=_program(),
-            at=self._loop.time(),
-            cpu=time.process_time(),
-            memory=_memory(),
-            unreadable=self._side.unreadable.count,
-            nodes=[_node(record) for record in runtime.directory.records.values() if not record.process],
-            leases=[
-                LeaseFigures(host=one.host, left=one.left, parts=one.parts)
-                for leases in runtime.observers.leases
-                for one in leases()
-            ],
-        )
+        side = self._side
+        return process_figures(side.runtime, side.transport.session, side.unreadable.count)
+
+
+def process_figures(runtime: Runtime, session: str = "", unreadable: int = 0) -> ProcessFigures:
+    """The figures of this process now. A system without a transport has no session, and nothing unreadable comes to it."""
+    return ProcessFigures(
+        host=socket.gethostname(),
+        process=os.getpid(),
+        session=session,
+        program=_program(),
+        at=runtime.loop.time(),
+        cpu=time.process_time(),
+        memory=_memory(),
+        unreadable=unreadable,
+        nodes=[_node(record) for record in runtime.directory.records.values() if not record.process],
+        leases=[
+            LeaseFigures(host=one.host, left=one.left, parts=one.parts)
+            for leases in runtime.observers.leases
+            for one in leases()
+        ],
+    )
 
 
 def _node(record: NodeRecord) -> NodeFigures:

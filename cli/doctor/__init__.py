@@ -102,8 +102,8 @@ def examined(seen: Observation) -> list[Result]:
     ]
 
 
-def checks(word: str | None) -> list[Check]:
-    """The questions about everything, or about a topic, a service or a node."""
+def checks(word: str | None, *, inside: bool = False) -> list[Check]:
+    """The questions about everything, or about a topic, a service or a node; `inside` a system, without those about how it is reached."""
     from cli.doctor import clocks, delays, services, surroundings, topics
 
     of_place = [
@@ -139,7 +139,7 @@ def checks(word: str | None) -> list[Check]:
         return [*of_place, *of_services, *of_nodes, *of_time]
     there = [Check("node", services.node_is_there)] if word == "node" else [Check("processes", surroundings.processes)]
     there.append(Check("hosts", surroundings.leases))
-    return [*of_place, *there, *of_nodes, *of_topics, *commands, *of_services, *of_time]
+    return [*(() if inside else of_place), *there, *of_nodes, *of_topics, *commands, *of_services, *of_time]
 
 
 def lines(results: Iterable[Result]) -> Iterable[str]:

@@ -11,6 +11,7 @@ from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.qos import CLOCK, PARAMETER_EVENTS
 from cli.web.client import Client, Session
+from cli.web.findings import LOOK_EVERY, examining
 from cli.web.foxglove.session import FoxgloveSession
 from cli.web.rosbridge.session import RosbridgeSession
 
@@ -46,6 +47,7 @@ class Audience:
         forget = hub.system.graph.on_change(self._graph_changed)
         hub.node.spawn(self._tell_changes(), name="web: what changes")
         hub.node.spawn(self._report_state(), name="web: the state of the system")
+        hub.node.spawn(self._report_findings(), name="web: what the doctor finds")
         if hub.playback is None:
             self._follow_clock()
             hub.node.spawn(self._tell_parameters(), name="web: parameters")
@@ -98,6 +100,18 @@ class Audience:
                 snapshot = self.hub.overview.snapshot()
                 for viewer in watching:
                     viewer.report(snapshot)
+
+    async def _report_findings(self) -> None:
+        while True:
+            await asyncio.sleep(REPORT_EVERY)
+            if not any(viewer.wants_findings for viewer in self._viewers()):
+                continue
+            async with examining(self.hub.node, self.hub.system) as examination:
+                while watching := [viewer for viewer in self._viewers() if viewer.wants_findings]:
+                    findings = await examination.findings()
+                    for viewer in watching:
+                        viewer.found(findings)
+                    await asyncio.sleep(LOOK_EVERY)
 
     async def _tell_parameters(self) -> None:
         async for event in self.hub.node.subscribe(Topic(ParameterEvent, "/parameter_events"), qos=PARAMETER_EVENTS):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cli.web.errors import BadRequest, Refused
 from cli.web.outbox import Frame, Outbox, OutboxFull, Packet, frames_of
+from cli.web.writing import written
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -135,9 +136,20 @@ class Client:
             self._log.error("web client failed", client=self.address, protocol=self.protocol, error=repr(outcome))
 
     async def _write(self) -> None:
+        """Until the connection is closed. What has gathered is one write, and while the client reads more slowly, it waits in the outbox."""
+        from websockets.protocol import State
+
         while True:
-            for frame in frames_of(await self.outbox.next()):
-                await self._socket.send(frame)
+            packets = await self.outbox.batch()
+            if self._socket.state is not State.OPEN:
+                await self._socket.wait_closed()
+                return
+            self._socket.transport.write(written(frame for packet in packets for frame in frames_of(packet)))
+            try:
+                await self._socket.drain()
+            except OSError:  # it was lost meanwhile
+                return
+            await asyncio.sleep(0)  # what others wait for comes before a long backlog
 
     async def _read(self, session: Session) -> None:
         loop = asyncio.get_running_loop()

@@ -9,17 +9,33 @@ from typing import Final, TypeAlias
 
 from actors.waiting import wake
 
-__all__ = ["Frame", "Outbox", "OutboxFull", "Packet", "frames_of"]
+__all__ = ["Frame", "Outbox", "OutboxFull", "Packet", "Spliced", "frames_of"]
 
 Frame: TypeAlias = "str | bytes"
 
-Packet: TypeAlias = "Frame | tuple[Frame, ...]"
+
+class Spliced:
+    """A binary frame in two pieces, of which the second is shared with the frames of other clients, as long as it waits."""
+
+    __slots__ = ("head", "payload")
+
+    def __init__(self, head: bytes, payload: bytes) -> None:
+        self.head = head
+        self.payload = payload
+
+    def __len__(self) -> int:
+        return len(self.head) + len(self.payload)
+
+
+Packet: TypeAlias = "Frame | Spliced | tuple[Frame, ...]"
 """One message: a frame, or several that belong together, of which all are sent or none."""
 
 MOST_ANSWERS: Final = 4096
 MOST_ANSWER_BYTES: Final = 32 * 1024 * 1024
 MOST_BYTES: Final = 16 * 1024 * 1024
 DEPTH: Final = 256
+BATCH: Final = 64 * 1024
+"""Bytes after which no further message is taken out at once: the loop has its turn between."""
 GATHER: Final = 1 / 60
 """Seconds for which messages wait for others, to be sent together: one picture of a screen. Answers do not wait."""
 
@@ -28,7 +44,7 @@ class OutboxFull(Exception):
     """A client asks for more answers than it reads; it must be disconnected."""
 
 
-def frames_of(packet: Packet) -> tuple[Frame, ...]:
+def frames_of(packet: Packet) -> tuple[Frame | Spliced, ...]:
     """The frames of a message, in order."""
     return packet if isinstance(packet, tuple) else (packet,)
 
@@ -39,18 +55,18 @@ def size_of(packet: Packet) -> int:
 
 
 class _Lane:
-    """The messages of one subscription that wait, oldest first."""
+    """The messages of one subscription that wait, oldest first, each with its size."""
 
     __slots__ = ("bytes", "depth", "packets")
 
     def __init__(self, depth: int) -> None:
-        self.packets: deque[Packet] = deque()
+        self.packets: deque[tuple[int, Packet]] = deque()
         self.bytes = 0
         self.depth = depth
 
     def drop(self) -> int:
         """Drop the oldest message; returns its size."""
-        size = size_of(self.packets.popleft())
+        size, _ = self.packets.popleft()
         self.bytes -= size
         return size
 
@@ -64,11 +80,11 @@ class Outbox:
       subscriptions take turns, so that a large topic does not hold up a small one.
     * A subscription keeps at most the newest `depth` messages, all of them together at most `MOST_BYTES` and one message. What is dropped for
       that is counted in `dropped`, but for what `replace` replaces.
-    * While a task waits in `next` and there are messages but no answers, `_timer` is going to wake it.
+    * While a task waits in `batch` and there are messages but no answers, `_timer` is going to wake it.
     """
 
     def __init__(self) -> None:
-        self._answers: deque[Packet] = deque()
+        self._answers: deque[tuple[int, Packet]] = deque()
         self._answer_bytes = 0
         self._lanes: dict[Hashable, _Lane] = {}
         """Each subscription with messages that wait, that whose turn it is first."""
@@ -94,7 +110,7 @@ class Outbox:
         size = size_of(packet)
         if len(self._answers) >= MOST_ANSWERS or self._answer_bytes + size > MOST_ANSWER_BYTES:
             raise OutboxFull(f"{len(self._answers)} answers wait to be read")
-        self._answers.append(packet)
+        self._answers.append((size, packet))
         self._answer_bytes += size
         self._wake()
 
@@ -107,7 +123,7 @@ class Outbox:
         while len(queue.packets) >= depth:
             self._bytes -= queue.drop()
             self.dropped += 1
-        queue.packets.append(packet)
+        queue.packets.append((size, packet))
         queue.bytes += size
         self._bytes += size
         while self._bytes > MOST_BYTES and self.waiting > 1:
@@ -126,8 +142,8 @@ class Outbox:
         if queue is not None:
             self._bytes -= queue.bytes
 
-    async def next(self) -> Packet:
-        """Take the next message out, waiting until there is one. One task may wait."""
+    async def batch(self, most: int = BATCH) -> list[Packet]:
+        """Take the next messages out, until they have `most` bytes, waiting until there is one. One task may wait."""
         while not self._answers and not self._lanes:
             self._reader = asyncio.get_running_loop().create_future()
             try:
@@ -137,24 +153,29 @@ class Outbox:
                 if self._timer is not None:
                     self._timer.cancel()
                     self._timer = None
-        packet = self._take()
-        self.sent += 1
-        self.sent_bytes += size_of(packet)
-        return packet
+        taken: list[Packet] = []
+        size = 0
+        while size < most and (self._answers or self._lanes):
+            more, packet = self._take()
+            taken.append(packet)
+            size += more
+        self.sent += len(taken)
+        self.sent_bytes += size
+        return taken
 
-    def _take(self) -> Packet:
+    def _take(self) -> tuple[int, Packet]:
         if self._answers:
-            packet = self._answers.popleft()
-            self._answer_bytes -= size_of(packet)
-            return packet
+            size, packet = self._answers.popleft()
+            self._answer_bytes -= size
+            return size, packet
         lane = next(iter(self._lanes))
         queue = self._lanes.pop(lane)
-        packet = queue.packets.popleft()
-        queue.bytes -= size_of(packet)
-        self._bytes -= size_of(packet)
+        size, packet = queue.packets.popleft()
+        queue.bytes -= size
+        self._bytes -= size
         if queue.packets:
             self._lanes[lane] = queue  # behind the others
-        return packet
+        return size, packet
 
     def _drop_from_largest(self) -> None:
         lane, queue = max(self._lanes.items(), key=lambda item: item[1].bytes)

@@ -1,4 +1,4 @@
-"""How fast the robot may walk by what it sees of the floor."""
+"""How fast the robot may walk by what it sees of the floor, and knows of slopes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 from robot.control.limits import Limits
 from robot.control.navigator_config import NavigatorConfig
 
-__all__ = ["cautious_speed"]
+__all__ = ["cautious_speed", "slower"]
 
 _STEP = 0.05
 """Speeds are multiples of this, m/s: limits that change at every step would cost more than they bring."""
@@ -22,7 +22,11 @@ def cautious_speed(limits: Limits, config: NavigatorConfig, seen: float, *, step
     v = sqrt(2 braking (seen - sight_room)), at least `groping_speed`, at most that of `limits`.
     """
     stops = math.sqrt(2.0 * config.braking * max(seen - config.sight_room, 0.0))
-    speed = max(min(stops, config.step_speed) if stepping else stops, config.groping_speed)
+    return slower(limits, max(min(stops, config.step_speed) if stepping else stops, config.groping_speed))
+
+
+def slower(limits: Limits, speed: float) -> Limits:
+    """The limits with a highest speed of `speed` m/s, rounded down; those that are as slow stay."""
     if speed >= limits.vx_max:
         return limits
     return replace(limits, vx_max=max(_STEP, math.floor(speed / _STEP + _ROUNDING) * _STEP))

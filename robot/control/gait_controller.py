@@ -12,18 +12,19 @@ from robot.control.drive import Targets
 from robot.control.gait_state import GaitState
 from robot.control.gaits import GAITS, Gait
 from robot.control.safe_stop import SafeStop
+from robot.control.senses import Senses, expected_joints
 from robot.control.stand import StandController
+from robot.control.trim import Trim
 from robot.control.walk import WalkController
 from robot.estimation.leg_odometry import Estimator
-from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch
 from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.estimation.virtual_imu import virtual_imu
-from robot.geometry.vectors import Vector, to_body
-from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
-from robot.model.kinematics import inverse, leg_inverse
+from robot.geometry.vectors import Triple, Vector
+from robot.hardware.body import ImuSample, JointSample, MotorTargets
+from robot.model.kinematics import inverse
 from robot.model.modes import GOALS, Mode
-from robot.model.parameters import HIPS, SIDES, SIT_HEIGHT, STAND_HEIGHT
+from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
 
 __all__ = ["GaitController"]
@@ -94,7 +95,8 @@ class GaitController:
         self._catching = self._held_for = 0.0
         self._safe: SafeStop | None = None
         self._told: MotorTargets | None = None
-        self._imu_watch, self._joint_watch, self._contact_watch = ImuWatch(), JointWatch(), ContactWatch(own_feet)
+        self._senses = Senses(own_feet)
+        self._trim = Trim()
 
     def __repr__(self) -> str:
         x, y, _ = self._estimate.position
@@ -113,18 +115,14 @@ class GaitController:
     @property
     def aim(self) -> Mode:
         """The mode it goes to: the one asked for, as far as the sensors allow."""
-        if self._joint_watch.lost:
+        if self._senses.joints_lost:
             return Mode.SIT
-        return Mode.STAND if self._goal == Mode.WALK and self._imu_watch.lost else self._goal
+        return Mode.STAND if self._goal == Mode.WALK and self._senses.imu_lost else self._goal
 
     @property
     def lost(self) -> tuple[str, ...]:
         """The sensors that cannot be relied on: `imu`, `joints`, `contact fl` and so on."""
-        lost = ["imu"] if self._imu_watch.lost else []
-        if self._joint_watch.lost:
-            lost.append("joints")
-        contacts = zip(LEGS, self._contact_watch.trusted, strict=True)
-        return (*lost, *(f"contact {leg}" for leg, trusted in contacts if not trusted))
+        return self._senses.lost
 
     @property
     def gait(self) -> str:
@@ -135,6 +133,11 @@ class GaitController:
     def refused(self) -> int:
         """Commands dropped because they were not numbers."""
         return self._commands.refused
+
+    @property
+    def trim(self) -> Triple:
+        """What is learned of a load: lift (m/s2), turning about roll and pitch (rad/s2)."""
+        return self._trim.value
 
     @property
     def velocity_command(self) -> tuple[float, float, float]:
@@ -195,7 +198,7 @@ class GaitController:
         """
         estimate = self._estimate
         joints = self._check(dt, joints, contacts_silent)
-        imu = self._imu_watch.check(dt, imu)
+        imu = self._senses.imu(dt, imu)
         blind = imu is None
         if imu is None:
             slope = (self._terrain.slope_x, self._terrain.slope_y)
@@ -207,34 +210,18 @@ class GaitController:
         return targets
 
     def _expected(self) -> Vector | None:
-        """Where the joints should be by now, shape (12,), rad: where they were told to be, or of a leg that pushes, where its foot stands."""
-        if self._told is None:
-            return None
-        places = self._told.position.copy()
-        if self._walker is None:
-            return places
-        estimate = self._estimate
-        px, py, pz = estimate.position
-        for leg in range(4):
-            if self._told.kp[3 * leg] == 0.0:
-                x, y, z = estimate.contacts[leg]
-                fx, fy, fz = to_body(estimate.rotation, (x - px, y - py, z - pz))
-                hip_x, hip_y = HIPS[leg]
-                places[3 * leg : 3 * leg + 3] = leg_inverse(SIDES[leg], fx - hip_x, fy - hip_y, fz)[:3]
-        return places
+        """Where the joints should be by now, shape (12,), rad."""
+        return expected_joints(self._told, self._estimate, self._walker is not None) if self._told is not None else None
 
     def _check(self, dt: float, joints: JointSample, contacts_silent: bool) -> JointSample:
         """The joint sample with what cannot be believed replaced; without an encoder the safe stop takes over."""
-        joints = self._joint_watch.check(dt, joints, self._expected)
-        if self._joint_watch.lost and self._safe is None and self._mode != Mode.SIT:
+        joints = self._senses.joints(dt, joints, self._expected)
+        if self._senses.joints_lost and self._safe is None and self._mode != Mode.SIT:
             if self._walker is None:
                 self._crouch(steps=False)
             else:
                 self._commands.halt()
-        contact = self._contact_watch.check(dt, joints, self._estimate.legs, self._walker, contacts_silent)
-        if contact is None:
-            return joints
-        return JointSample(joints.position, joints.velocity, joints.effort, np.array(contact))
+        return self._senses.contacts(dt, joints, self._estimate, self._walker, contacts_silent)
 
     def _crouch(self, *, steps: bool = True) -> None:
         """Give up whatever goes on, and sit down by the safe stop, after steps that bring a walk to rest if `steps`."""
@@ -261,7 +248,7 @@ class GaitController:
         if self._planted is not None:
             return self._planted.step(dt, ahead).freeze()
         if self._safe is not None:
-            return self._safe.step(dt, joints, None if self._imu_watch.lost else imu)
+            return self._safe.step(dt, joints, None if self._senses.imu_lost else imu)
         return self._sit(dt, joints).freeze()
 
     def _bounds(self) -> tuple[CommandLimits | None, ...]:
@@ -276,6 +263,7 @@ class GaitController:
         """Gather the legs to the sitting pose and hold them there softly; the skid carries the body."""
         if self._held is None:
             self._held = joints.position.copy()
+        self._trim.reset()
         self._lying += dt
         step = GATHER_SPEED * dt
         self._held = self._held + np.clip(self._sitting - self._held, -step, step)
@@ -318,7 +306,7 @@ class GaitController:
                 planted.go(SIT_HEIGHT, RISE_TIME)
             elif goal == Mode.WALK:
                 self._mode, self._planted = Mode.WALK, None
-                self._walker = WalkController(self._gait, ahead)
+                self._walker = WalkController(self._gait, ahead, trim=self._trim)
                 self._terrain.update(inf, self._estimate.contacts)
         elif mode in (Mode.WALK, Mode.STOPPING) and self._walker is not None:
             self._walk_on(dt, ahead, self._walker)
@@ -331,7 +319,7 @@ class GaitController:
             return
         self._mode = Mode.STOPPING
         self._stopping_for += dt
-        if self._joint_watch.lost:
+        if self._senses.joints_lost:
             if self._stopping_for > STEADY and (
                 (_speed(ahead, walker) < SLOW and sum(self._estimate.contact) > 2) or self._stopping_for > STOP_TIME
             ):
@@ -347,7 +335,7 @@ class GaitController:
             feet = np.array(ahead.legs.feet)[:, :2] - np.array(NOMINAL)
             untwisted = np.abs(feet - feet.mean(axis=0)).max() < TWIST
             walker.halting = (speed < REST_SPEED and bool(untwisted)) or self._stopping_for > (
-                BLIND_STOP_TIME if self._imu_watch.lost else STOP_TIME
+                BLIND_STOP_TIME if self._senses.imu_lost else STOP_TIME
             )
 
     def _change_gait(self, dt: float, gait: Gait, ahead: PredictedState, walker: WalkController) -> None:
@@ -376,7 +364,7 @@ class GaitController:
 
     def _plant(self, mode: Mode, ahead: PredictedState, height: float, weight: float) -> None:
         self._mode = mode
-        self._planted = StandController(ahead, weight)
+        self._planted = StandController(ahead, weight, self._trim)
         self._planted.go(height, RISE_TIME if mode == Mode.RISING else SETTLE_TIME)
 
 

@@ -1,6 +1,4 @@
-"""Walking to a goal: plan, follow, watch, plan anew, recover, and say by name why it did not work. Pure: no clock, no
-node.
-"""
+"""Walking to a goal: plan, follow, watch, plan anew, recover, and say by name why it did not work. Pure: no clock, no node."""
 
 from __future__ import annotations
 
@@ -9,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robot.control.caution import cautious_speed
+from robot.control.caution import cautious_speed, slower
 from robot.control.follow import Follower, Phase, Step
 from robot.control.gaps import plan_through_gap
 from robot.control.limits import Limits, Tolerance
@@ -183,15 +181,18 @@ class Navigator:
         return self._advance(Instant(now, pose, self._field), dt)
 
     def _heed_footing(self, pose: Pose2) -> None:
-        """Walk no faster than the floor is seen, slowly over steps, and round them again once those that had to be crossed are behind."""
+        """Walk slowly over steps and slopes, no faster than the floor is seen, and round steps again once those that were crossed are behind."""
         around = self.around
         near = around.crossing and around.footing.steps_within(pose, self.config.step_ahead)
         if around.crossing and not near:
             around.cross(False)
             self._planned.again = True
+        sloping = around.footing.slopes_within(pose, self.config.slope_ahead)
+        limits = slower(self._limits, self.config.slope_speed) if sloping else self._limits
         if around.footing.known and self.follower.path is not None:
             seen = around.footing.seen_along(self.follower.ahead(self.config.sight))
-            self.follower.set_limits(cautious_speed(self._limits, self.config, seen, stepping=near))
+            limits = cautious_speed(limits, self.config, seen, stepping=near)
+        self.follower.set_limits(limits)
 
     def _advance(self, now: Instant, dt: float) -> Motion:
         """The step of the state that it is in, after planning anew where that is called for."""

@@ -61,9 +61,13 @@ class NavigatorConfig:
     groping_speed: float = 0.2
     """Speed towards floor that is not seen at all, m/s: it shows when the robot is near."""
     step_speed: float = 0.3
-    """Speed over steps, m/s; measured: docs/figures.md."""
+    """Speed over steps, m/s; chosen: slower than the 0.5 m/s of the box field (docs/figures.md)."""
     step_ahead: float = 1.2
     """That begins so far before a step, m."""
+    slope_speed: float = 0.3
+    """Speed on slopes that the map shows, m/s; chosen: at 0.4 m/s the legs find the ground behind the crest of 20 degrees, at 0.7 they do not."""
+    slope_ahead: float = 0.9
+    """That begins so far before a slope, m; chosen: the body's front half, and a step of its legs."""
 
     # -- time
     latency: float = 0.1

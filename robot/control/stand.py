@@ -10,6 +10,7 @@ from math import atan, cos, inf, pi, sin
 
 from robot.control.balance import distribute
 from robot.control.drive import Targets
+from robot.control.trim import Trim
 from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.geometry.vectors import Triple, to_body, to_ground
@@ -36,8 +37,10 @@ CENTRING = 0.6
 class StandController:
     """A stance captured once; the body's height over it then follows a half-cosine to wherever it is sent."""
 
-    def __init__(self, ahead: PredictedState, weight: float = 1.0) -> None:
-        """Capture the feet as they stand. `weight` is the share of the robot's weight the legs carry at once (0 to 1)."""
+    def __init__(self, ahead: PredictedState, weight: float = 1.0, trim: Trim | None = None) -> None:
+        """Capture the feet as they stand. `weight` is the share of the robot's weight the legs carry at once (0 to 1); `trim` is what is known of
+        a load, and learns on while the height stays.
+        """
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         level = [(c * x + s * y, c * y - s * x, z) for x, y, z in ahead.feet]
         mx, my, mz = (sum(column) / 4 for column in zip(*level, strict=True))
@@ -50,6 +53,7 @@ class StandController:
         self._time = self._duration = 0.0
         self._clock = 0.0
         self._weight = weight
+        self._trim = trim or Trim()
 
     def go(self, height: float, duration: float) -> None:
         """Move the body to `height` over the feet (m) within `duration` seconds, along a half-cosine."""
@@ -67,6 +71,9 @@ class StandController:
         share = 1.0 if self.arrived else 0.5 * (1.0 - cos(pi * self._time / self._duration))
         self.height = self._from + (self._to - self._from) * share
         targets = Targets()
+        if self.arrived and self._clock > CENTRING:
+            low = self.height + sum(z for _, _, z in ahead.feet) / 4
+            self._trim.learn(dt, low, self._roll - ahead.roll, self._pitch - ahead.pitch)
         forces = [to_body(ahead.rotation, force) for force in self._forces(ahead)]
         angles = self._pose()
         for leg in range(4):
@@ -78,14 +85,15 @@ class StandController:
     def _forces(self, ahead: PredictedState) -> list[Triple]:
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         inertia_x, inertia_y, _ = BODY.inertia
-        moment_x = inertia_x * (ATTITUDE_SPRING * (self._roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0])
-        moment_y = inertia_y * (ATTITUDE_SPRING * (self._pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1])
+        lift, roll, pitch = self._trim.value
+        moment_x = inertia_x * (ATTITUDE_SPRING * (self._roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0] + roll)
+        moment_y = inertia_y * (ATTITUDE_SPRING * (self._pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1] + pitch)
         vx, vy, _ = ahead.velocity
         brake = -MASS * SWAY_DAMPER
         wrench = (
             brake * vx,
             brake * vy,
-            MASS * GRAVITY,
+            MASS * (GRAVITY + lift),
             c * moment_x - s * moment_y,
             s * moment_x + c * moment_y,
             0.0,

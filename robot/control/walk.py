@@ -15,8 +15,9 @@ from robot.control.drive import Targets, joint_speeds
 from robot.control.gaits import Gait, GaitClock
 from robot.control.sway import Sway, sway
 from robot.control.swing import smooth, swing_path
+from robot.control.trim import Trim
 from robot.control.walk_config import WalkConfig
-from robot.control.walk_law import AT_REST, Step, WalkState, body_wrench, foothold, has_lost_balance, track
+from robot.control.walk_law import AT_REST, Step, WalkState, body_wrench, foothold, has_lost_balance, sag, track
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
@@ -58,7 +59,10 @@ def _bears(estimate: Estimator, leg: int) -> float:
 class WalkController:
     """One walk, from all feet on the ground on. Call `step` at every control step."""
 
-    def __init__(self, gait: Gait, ahead: PredictedState, config: WalkConfig | None = None) -> None:
+    def __init__(
+        self, gait: Gait, ahead: PredictedState, config: WalkConfig | None = None, trim: Trim | None = None
+    ) -> None:
+        """`trim` is what is known of a load, and learns on."""
         self._config = config or WalkConfig()
         lowest = min(STAND_HEIGHT, self._config.height - self._config.crouch)
         self._heights = (lowest, max(STAND_HEIGHT, self._config.height))
@@ -70,6 +74,7 @@ class WalkController:
         """Of the body, odom axes, m/s2: what the forces asked for last imply, less what only makes up for losses."""
         self._legs = [_Leg() for _ in range(4)]
         self._state = WalkState(ahead.yaw)
+        self._trim = trim or Trim()
         self._tracking = AT_REST
         """Of the latest step with a foot on the ground: a body in the air is not steered."""
         self.height = STAND_HEIGHT
@@ -168,7 +173,7 @@ class WalkController:
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         wanted = (c * command[0] - s * command[1], s * command[0] + c * command[1])
         self._lean_over(dt, ahead)
-        self._schedule(dt, estimate, ahead)
+        self._schedule(dt, estimate, ahead, terrain)
         step = Step(dt, ahead, terrain, wanted, command[2], self._sway, self.height, self._mass)
         targets = Targets()
         standing = [index for index, leg in enumerate(self._legs) if not leg.swinging and leg.landed]
@@ -212,9 +217,18 @@ class WalkController:
             sway(phase, period, share * side, change, self.height),
         )
 
-    def _schedule(self, dt: float, estimate: Estimator, ahead: PredictedState) -> None:
+    def _is_unsure(self, ahead: PredictedState, terrain: TerrainPlane) -> bool:
+        """Whether a foot looks for ground that may be lower than thought, as behind the crest of a slope: then the others stay where they are,
+        if the walk is slow enough to wait.
+        """
+        slow, steep = self._config.waiting_speed, self._config.sloping
+        (vx, vy, _), slope = ahead.velocity, hypot(terrain.slope_x, terrain.slope_y)
+        return slope > steep and hypot(vx, vy) < slow and any(leg.late > 0.0 for leg in self._legs)
+
+    def _schedule(self, dt: float, estimate: Estimator, ahead: PredictedState, terrain: TerrainPlane) -> None:
         """Decide for each leg whether it stands or swings at the moment the motors act."""
-        config, held = self._config, self.halting or self.settling
+        config = self._config
+        held = self.halting or self.settling or self._is_unsure(ahead, terrain)
         for index, leg in enumerate(self._legs):
             progress = self.clock.swing(index, ahead.lead)
             contact = estimate.contact[index]
@@ -255,14 +269,16 @@ class WalkController:
         ahead, terrain, config = step.ahead, step.terrain, self._config
         self._state, self._tracking = track(config, self._state, step)
         self.upset = self.clock.gait.sway is not None and has_lost_balance(config, self._tracking)
-        wrench = body_wrench(config, self._state, self._tracking, step, standing)
+        if hypot(*self._tracking.error) < config.most_error:
+            self._trim.learn(step.dt, sag(step, standing), *self._tracking.lean[:2])
+        wrench = body_wrench(config, self._state, self._tracking, step, standing, self._trim.value)
         x, y, z = to_ground(ahead.rotation, ahead.legs.centre)
         z += FOOT_RADIUS
         arms = [(fx - x, fy - y, fz - z) for fx, fy, fz in (ahead.feet[leg] for leg in standing)]
         friction_shares = [self._legs[leg].grip for leg in standing]
         forces = distribute(arms, wrench, (terrain.slope_x, terrain.slope_y), friction_shares)
         fx, fy, fz = (sum(column) / MASS for column in zip(*forces, strict=True))
-        self.acceleration = (fx, fy, fz - GRAVITY)
+        self.acceleration = (fx, fy, fz - GRAVITY - self._trim.value[0])
         wx, wy, wz = to_body(ahead.rotation, (*step.wanted, 0.0))
         for leg, force in zip(standing, forces, strict=True):
             fx, fy, fz = to_body(ahead.rotation, force)

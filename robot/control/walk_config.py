@@ -90,6 +90,10 @@ class WalkConfig:
     """How soon that is forgotten, m/s; chosen: one stumble in 7 s."""
     grace: float = 0.02
     """Seconds for which a foot that should have landed is taken to stand without having reported contact; chosen: four samples."""
+    sloping: float = 0.1
+    """On ground that rises by more than this per metre no foot lifts while another has not found the ground; chosen: 6 degrees."""
+    waiting_speed: float = 0.5
+    """But not in a walk that is faster than this, m/s; chosen: its next foot is needed where it falls to."""
     search_speed: float = 1.0
     """How fast a foot that has not found the ground is lowered, m/s; chosen."""
     least_grip: float = 0.4

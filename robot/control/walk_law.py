@@ -1,11 +1,12 @@
 """The equations of walking, as functions without state: what the body should feel, and where the feet should land.
 
 Frames: `odom` axes unless said otherwise; the heading frame is odom turned by the body's yaw. With the unit vectors of the heading frame e,
-the error of velocity d = v* - v + v_sway, the integral i of it, and the angles lean = (roll, pitch, yaw wanted) - (those predicted):
+the error of velocity d = v* - v + v_sway, the integral i of it, and the angles lean = (roll, pitch, yaw wanted) - (those predicted), with
+the integrals i_h and i_R of height and lean (`robot.control.trim`):
 
     force   horizontal   m (clip(k_v d + i) + a_sway)
-            vertical     m max(0.2 g, g + k_h (h* - h) + d_h (slope . v - v_z))
-    moment  per axis     I (k_R lean + d_R (w* - w))
+            vertical     m max(0.2 g, g + i_h + k_h (h* - h) + d_h (slope . v - v_z))
+    moment  per axis     I (k_R lean + d_R (w* - w) + i_R)
     landing              p - s + u T + r + (u + w* x r) t_stance / 2 + clip(k (u - v*)) + h / (2 g) (u x w*) - h / g i
 
 where s is the displacement of the sway, u = v - v_sway, T the time until the landing and r the foot's nominal place, turned by the yaw at
@@ -30,7 +31,7 @@ from robot.model.mass import StandingMass
 from robot.model.parameters import GRAVITY, MASS
 from robot.model.stance import NOMINAL
 
-__all__ = ["AT_REST", "Step", "Tracking", "WalkState", "body_wrench", "foothold", "has_lost_balance", "track"]
+__all__ = ["AT_REST", "Step", "Tracking", "WalkState", "body_wrench", "foothold", "has_lost_balance", "sag", "track"]
 
 Planar = tuple[float, float]
 
@@ -109,10 +110,25 @@ def has_lost_balance(config: WalkConfig, tracking: Tracking) -> bool:
     return max(abs(roll), abs(pitch)) > config.most_lean or hypot(*tracking.error) > config.most_error
 
 
+def sag(step: Step, standing: Sequence[int]) -> float:
+    """How much too low the body is over its standing feet, m."""
+    slope_x, slope_y = step.terrain.slope_x, step.terrain.slope_y
+    below = (step.ahead.feet[leg] for leg in standing)
+    return step.height + sum(z - slope_x * x - slope_y * y for x, y, z in below) / len(standing)
+
+
 def body_wrench(
-    config: WalkConfig, state: WalkState, tracking: Tracking, step: Step, standing: Sequence[int]
+    config: WalkConfig,
+    state: WalkState,
+    tracking: Tracking,
+    step: Step,
+    standing: Sequence[int],
+    trim: Triple = (0.0, 0.0, 0.0),
 ) -> tuple[float, ...]:
-    """Force (N) and moment about the centre of mass (N m) that the standing feet shall give, odom axes."""
+    """Force (N) and moment about the centre of mass (N m) that the standing feet shall give, odom axes.
+
+    `trim` is what a load asks for besides: lift (m/s2), and turning about roll and pitch (rad/s2).
+    """
     ahead, terrain = step.ahead, step.terrain
     c, s = cos(ahead.yaw), sin(ahead.yaw)
     vx, vy, vz = ahead.velocity
@@ -122,19 +138,18 @@ def body_wrench(
         for error, learned, swaying in zip(tracking.error, state.integral, (fore, side), strict=True)
     )
     slope_x, slope_y = terrain.slope_x, terrain.slope_y
-    below = (ahead.feet[leg] for leg in standing)
-    height = -sum(z - slope_x * x - slope_y * y for x, y, z in below) / len(standing)
     climb = slope_x * vx + slope_y * vy - vz
-    lift = GRAVITY + config.height_spring * (step.height - height) + config.height_damper * climb
+    lift = GRAVITY + trim[0] + config.height_spring * sag(step, standing) + config.height_damper * climb
     wx, wy, wz = ahead.turn
     mx, my, mz = (
-        inertia * (spring * angle + damper * rate)
-        for inertia, spring, angle, damper, rate in zip(
+        inertia * (spring * angle + damper * rate + held)
+        for inertia, spring, angle, damper, rate, held in zip(
             step.mass.inertia,
             config.turn_spring,
             tracking.lean,
             config.turn_damper,
             (-wx, -wy, step.turn - wz),
+            (trim[1], trim[2], 0.0),
             strict=True,
         )
     )

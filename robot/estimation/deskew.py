@@ -6,12 +6,12 @@ ranges of the regular beams are then read from between those ends. Equations: do
 
 from __future__ import annotations
 
-from collections import deque
 from math import tau
 
 import numpy as np
 
-from robot.geometry.vectors import Floats, wrap_all
+from robot.estimation.history import History
+from robot.geometry.vectors import Floats, Vector, wrap_all
 from robot.hardware.beams import MAX_RANGE, NEAREST, beam_angles
 from robot.model.footprint import Footprint
 
@@ -19,8 +19,6 @@ __all__ = ["UNKNOWN", "Deskew"]
 
 UNKNOWN = 0.0
 """The range (m) of a beam of which nothing is known: floor, own legs or nothing at all lay there. It is below every sensor's least range."""
-KEPT = 100
-"""Poses that are kept: two seconds at 50 Hz."""
 _FLOOR, _FLOOR_PER_METRE = 0.08, 0.012
 """Ends below this height, m, and so much more per metre of the beam, are the floor: terrain, and tilt that is wrong by 0.7 degrees; chosen."""
 _LEGS = 0.02
@@ -41,21 +39,19 @@ class Deskew:
     def __init__(self, outline: Footprint | None = None, max_range: float = MAX_RANGE) -> None:
         self._outline = outline or Footprint()
         self._max_range = max_range
-        self._poses: deque[tuple[float, ...]] = deque(maxlen=KEPT)
+        self._poses: History[Vector] = History(_between)
 
     def __repr__(self) -> str:
-        return f"Deskew({len(self._poses)} poses)"
+        return f"Deskew({self._poses!r})"
 
     @property
     def newest(self) -> float | None:
         """Stamp of the newest pose, s."""
-        return self._poses[-1][0] if self._poses else None
+        return self._poses.newest
 
     def add(self, stamp: float, position: tuple[float, float, float], attitude: tuple[float, float, float]) -> None:
         """The body's place (m; z over the floor) and its roll, pitch and yaw (rad) at `stamp` (s). Poses that are not older are forgotten."""
-        while self._poses and self._poses[-1][0] >= stamp:
-            self._poses.pop()
-        self._poses.append((stamp, *position, *attitude))
+        self._poses.add(stamp, np.array([*position, *attitude]))
 
     def clear(self) -> None:
         """Forget all poses: odometry has begun anew."""
@@ -67,16 +63,17 @@ class Deskew:
         Beam i of `ranges` looked along -pi + i 2 pi / n, in the plane of the body's x and y, at ``start + i sweep / n``. In the result the
         maximum is no return, as in `ranges`, and 0 says that nothing is known of this beam.
         """
-        if not self._poses or self._poses[0][0] > start:
+        oldest, then = self._poses.oldest, self._poses.at(at)
+        if oldest is None or oldest > start or then is None:
             return None
         count = len(ranges)
-        table = np.array(self._poses)
+        table = np.array([(stamp, *pose) for stamp, pose in self._poses.items])
         stamps = table[:, 0]
         table[:, 6] = np.unwrap(table[:, 6])
         times = start + np.arange(count) * (sweep / count)
         lay: list[Floats] = [np.interp(times, stamps, table[:, column]) for column in range(1, 7)]
         x, y, z, roll, pitch, yaw = lay
-        x1, y1, yaw1 = (float(np.interp(at, stamps, table[:, column])) for column in (1, 2, 6))
+        x1, y1, _, _, _, yaw1 = then.tolist()
         reach = np.where(np.isfinite(ranges), ranges, UNKNOWN)
         forward, left, up = _leveled(reach, beam_angles(count), roll, pitch)
         own = self._outline.distances(forward, left) < _LEGS
@@ -114,6 +111,12 @@ class Deskew:
         inverse = (1.0 - share) / np.maximum(ra, NEAREST) + share / np.maximum(rb, NEAREST)
         result = np.where(together, 1.0 / inverse, nearer)
         return np.asarray(np.where(gap > _BESIDE * tau / count, UNKNOWN, result), dtype=np.float64)
+
+
+def _between(a: Vector, b: Vector, share: float) -> Vector:
+    way = b - a
+    way[3:] = wrap_all(way[3:])
+    return a + share * way
 
 
 def _leveled(reach: Floats, angles: Floats, roll: Floats, pitch: Floats) -> tuple[Floats, Floats, Floats]:

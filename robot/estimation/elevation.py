@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 
-__all__ = ["CEILING", "CROSSABLE", "FREE", "LOW", "UNSEEN", "UPRIGHT", "WALL", "ElevationMap", "Relief"]
+__all__ = ["CEILING", "CROSSABLE", "FREE", "HIDDEN", "LOW", "UNSEEN", "UPRIGHT", "WALL", "ElevationMap", "Relief"]
 
 FREE: Final = 0
 """Floor, as far as is known."""
@@ -24,6 +24,8 @@ LOW: Final = 50
 """A step that can be crossed slowly."""
 UPRIGHT: Final = 90
 """What cannot be crossed either, but stands in the LiDAR's plane: its scans show it, and when it has gone, at once and all round."""
+HIDDEN: Final = 95
+"""Floor behind an edge: of it is only known that it lies deeper than a step that can be crossed."""
 WALL: Final = 100
 """Whatever else can neither be crossed nor passed under."""
 UNSEEN: Final = -1
@@ -33,6 +35,8 @@ CROSSABLE: Final = 0.12
 CEILING: Final = 0.85
 """What hangs higher than this over the floor is passed under, m; chosen: the robot's back is at 0.6, and it bounces by a few centimetres."""
 
+_UNDERFOOT = 8
+"""The ground that the robot stands on is so many cells about its middle: 40 cm."""
 _CELL = 0.05
 """m; the map's."""
 _CELLS = 160
@@ -43,6 +47,8 @@ _NOISE, _SLANT = 0.006, 0.006
 """Of the height of a single picture's cell, m, and so much more per metre of distance: half a degree of tilt is 9 mm at one metre."""
 _FADING = 0.01
 """Doubt about a height grows so fast while the cell is not seen, m per square root of a second."""
+_MANY = 200
+"""So many cells of a picture, known before, say by how much the height of odometry has drifted."""
 _GATE = 0.02
 _SIGMAS = 3.0
 """A picture contradicts what is known when it lies so far (m), and so many sigma, from it."""
@@ -50,16 +56,24 @@ _CONFIRMED_UP, _CONFIRMED_DOWN = 2, 3
 """Pictures that must say so: that something is there, and that it is gone."""
 _MEMORY = 30.0
 """What has not been seen for longer is not known any more, s; that of the LiDAR's marks."""
+_RISEN = 0.05
+"""What is so much higher than the ground that the robot stands on is no floor, m."""
+_COMPANY, _TOGETHER = 6, 1.0
+"""So many cells about what has gone, 30 cm, went with it what had come no sooner than so long before it, s: legs, and feet."""
+_TRODDEN = 0.1
+"""Standard deviation of the height of a floor that nobody has seen, but somebody has stood on, m."""
 _SCANNED, _PASSED = 5.0, 0.15
 """Beams of the LiDAR count up to here, m, and have passed what is nearer than what they meet by so much, m: three cells."""
 _UNDER, _OVER = (0.2, 0.05), 0.08
 """A cell in which something is seen between these depths under the LiDAR's plane, m, and so far over it, m, holds what the LiDAR sees."""
+_ABOVE = 0.15
+"""A beam that passes a cell so far under its height, m, shows that nothing is there any more; a slope it may pass over when the body leans."""
 _DEEP = 0.05
-"""Points so far under the floor lie in a hole, m."""
+"""Points so far under the ground that the robot stands on lie in a hole, or behind the crest of a slope, m."""
 _BOUND = 1.0
 """Variance of a height of which only is known that it is no higher, m2."""
 _EDGE = 0.03
-"""Up to here under the floor a ray into a hole says nothing about a cell, m."""
+"""Up to here under that ground a ray into a hole says nothing about a cell, m."""
 _SMALLEST = 0.025
 """Neighboring cells whose heights differ by less, m, and less than two sigma, are level; a ramp of 20 degrees rises by 1.8 cm."""
 _SLACK = 0.015
@@ -71,7 +85,9 @@ _Kind = TypeVar("_Kind", bound=np.generic)
 
 @dataclass(frozen=True, slots=True)
 class Relief:
-    """What may be trodden on: `cells` holds `FREE`, `LOW`, `UPRIGHT`, `WALL` or `UNSEEN`, shape (rows, columns), row 0 at the lowest y."""
+    """What may be trodden on: `cells` holds `FREE`, `LOW`, `UPRIGHT`, `HIDDEN`, `WALL` or `UNSEEN`, shape (rows, columns), row 0 at the lowest
+    y.
+    """
 
     cells: NDArray[np.int8]
     resolution: float
@@ -92,6 +108,8 @@ class ElevationMap:
         self._height: Floats = np.full(shape, np.nan)
         self._variance: Floats = np.zeros(shape)
         self._seen: Floats = np.full(shape, -np.inf)
+        self._since: Floats = np.zeros(shape)
+        """When each height was taken without regard to what was known before."""
         self._odd: NDArray[np.int8] = np.zeros(shape, dtype=np.int8)
         self._upright: NDArray[np.bool_] = np.zeros(shape, dtype=np.bool_)
         """Which cells hold something that stands in the LiDAR's plane: only of these a beam that passes shows that it is gone."""
@@ -99,6 +117,8 @@ class ElevationMap:
         near = np.hypot(dx - x, dy - y) < standing
         self._height[self._rolled(near)] = 0.0
         self._seen[self._rolled(near)] = 0.0
+        self.ground = 0.0
+        """Height of the ground that the robot stands on, m: where nothing is known of it, of that which it stood on before."""
 
     def __repr__(self) -> str:
         return f"ElevationMap({int(np.isfinite(self._height).sum())} of {self._height.size} cells known)"
@@ -129,7 +149,7 @@ class ElevationMap:
 
     @property
     def heights(self) -> Floats:
-        """m over the ground the robot stands on, NaN where nothing is known; shape (n, n), row 0 at the lowest y."""
+        """m over the floor that the robot began on, NaN where nothing is known; shape (n, n), row 0 at the lowest y."""
         return self._unrolled(self._height)
 
     def doubt(self, now: float) -> Floats:
@@ -161,21 +181,27 @@ class ElevationMap:
             part = (fresh, slice(None)) if axis == 0 else (slice(None), fresh)
             self._height[part], self._seen[part], self._odd[part], self._upright[part] = np.nan, -np.inf, 0, False
         self._row, self._column = row, column
+        near = np.arange(-_UNDERFOOT, _UNDERFOOT + 1)
+        under = self._height[np.ix_((row + near) % _CELLS, (column + near) % _CELLS)]
+        known = under[np.isfinite(under)]
+        if len(known):
+            self.ground = float(np.median(known))
 
     def integrate(self, now: float, points: Floats, eyes: Floats, plane: float = math.inf) -> None:
-        """Take in one picture: `points` (n, 3) and the `eyes` (n, 3) they were seen from, m; x and y on the map, z over the ground stood on.
+        """Take in one picture: `points` (n, 3) and the `eyes` (n, 3) they were seen from, m; x and y on the map, z over the floor begun on.
 
         `plane` is the height at which a LiDAR looks round, m: inf without one.
         """
-        holes = points[:, 2] < -_DEEP
+        holes, under = points[:, 2] < self.ground - _DEEP, points[:, 2] < self.ground + CEILING
         self._forget(now)
-        self._measured(now, points[points[:, 2] < CEILING], eyes[points[:, 2] < CEILING], plane)
+        self._measured(now, points[under], eyes[under], plane)
         if holes.any():
             self._passed_over(now, points[holes], eyes[holes])
 
     def integrate_scan(self, now: float, x: float, y: float, height: float, angles: Floats, ranges: Floats) -> None:
         """Take in one revolution of a level LiDAR at (x, y) and so high, m: beams to `angles` on the map (rad) that met something at `ranges`,
-        or nothing, which is inf. What stood in their way and does not any more is forgotten.
+        or nothing, which is inf. What stood in their way and does not any more is forgotten. Heights are left to the cameras: what a beam meets
+        may be a wall, or a slope that is lower there than the LiDAR.
         """
         ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
         far = np.arange(_CELL, _SCANNED, _CELL)
@@ -183,12 +209,24 @@ class ElevationMap:
         through_x, through_y = (start + way[:, None] * far for start, way in zip((x, y), ways.T, strict=True))
         _, places = self._places(through_x[passed], through_y[passed])
         flat = self._upright.reshape(-1)
-        gone = places[flat[places]]
-        self._height.reshape(-1)[gone], flat[gone] = np.nan, False
+        self._leave(np.unique(places[flat[places] & (self._height.reshape(-1)[places] > height + _ABOVE)]))
         met = ranges < _SCANNED
-        points = np.column_stack((np.array([x, y]) + ways[met] * ranges[met, None], np.full(int(met.sum()), height)))
-        self.integrate(now, points, np.broadcast_to(np.array([x, y, height]), points.shape))
-        self._upright.reshape(-1)[self._places(points[:, 0], points[:, 1])[1]] = True
+        ends = np.array([x, y]) + ways[met] * ranges[met, None]
+        self._upright.reshape(-1)[self._places(ends[:, 0], ends[:, 1])[1]] = True
+
+    def _leave(self, gone: NDArray[np.intp]) -> None:
+        """What stood in these cells, and what came with it, is not there any more: there is the floor that it stood on."""
+        if not len(gone):
+            return
+        was = np.zeros((_CELLS, _CELLS), dtype=np.bool_)
+        was.reshape(-1)[gone] = True
+        near = np.zeros_like(was)
+        for rows, columns in zip(*np.nonzero(was), strict=True):
+            beside = np.arange(-_COMPANY, _COMPANY + 1)
+            near[np.ix_((rows + beside) % _CELLS, (columns + beside) % _CELLS)] = True
+        with_it = near & (self._height > self.ground + _RISEN) & (self._since > self._since[was].min() - _TOGETHER)
+        self._height[was | with_it], self._variance[was | with_it] = self.ground, _TRODDEN**2
+        self._upright[was | with_it] = False
 
     def _forget(self, now: float) -> None:
         old = now - self._seen > _MEMORY
@@ -214,8 +252,17 @@ class ElevationMap:
         cells = np.flatnonzero(count)
         number = count[cells]
         mean = np.bincount(places, z, _CELLS * _CELLS)[cells] / number
+        self._follow_drift(mean - self._height.reshape(-1)[cells])
         away = np.bincount(places, far, _CELLS * _CELLS)[cells] / number
         self._fuse(now, cells, mean, (_NOISE + _SLANT * away) ** 2)
+
+    def _follow_drift(self, differs: Floats) -> None:
+        """Heights are counted from where odometry began, which drifts: what most cells of a picture have risen by, all have."""
+        known = differs[np.isfinite(differs)]
+        if len(known) >= _MANY:
+            drift = float(np.median(known))
+            self._height += drift
+            self.ground += drift
 
     def _fuse(self, now: float, cells: NDArray[np.intp], measured: Floats, variance: Floats) -> None:
         """A Kalman filter per cell. What contradicts it is taken when the next pictures say the same."""
@@ -231,6 +278,7 @@ class ElevationMap:
         filtered = np.where(contrary, known, known + share * differs)
         self._upright.reshape(-1)[cells[fresh & (measured < known)]] = False
         height[cells] = np.where(fresh, measured, filtered)
+        self._since.reshape(-1)[cells[fresh]] = now
         left = np.where(fresh, variance, np.where(contrary, before, (1.0 - share) * before))
         self._variance.reshape(-1)[cells] = left
         self._seen.reshape(-1)[cells] = now
@@ -240,7 +288,7 @@ class ElevationMap:
         ways = points - eyes
         shares = np.linspace(0.0, 1.0, math.ceil(float(np.hypot(ways[:, 0], ways[:, 1]).max()) / _CELL) + 2)
         x, y, z = (eyes[:, axis, None] + ways[:, axis, None] * shares for axis in range(3))
-        deep = z < -_EDGE
+        deep = z < self.ground - _EDGE
         inside, places = self._places(x[deep], y[deep])
         bound = np.full(_CELLS * _CELLS, np.inf)
         np.minimum.at(bound, places, z[deep][inside])
@@ -267,11 +315,11 @@ class ElevationMap:
                 doubt = 2.0 * np.sqrt(variance[first] + variance[second])
                 kind = np.where(step > CROSSABLE + _SLACK, WALL, LOW)
                 kind[~(step > _SMALLEST + doubt)] = UNSEEN
-                farther = np.abs(a) > np.abs(b)
+                farther = np.abs(a - self.ground) > np.abs(b - self.ground)
             for part, counts in ((first, farther), (second, ~farther)):
                 np.maximum(cells[part], np.where(counts, kind, UNSEEN), out=cells[part], casting="unsafe")
         bounded = variance >= _BOUND
-        cells[bounded] = np.where(height[bounded] < -CROSSABLE, WALL, LOW)
+        cells[bounded] = np.where(height[bounded] < self.ground - CROSSABLE, HIDDEN, LOW)
         upright = self._unrolled(self._upright)
         cells[upright & (cells == WALL)] = UPRIGHT
         row, column = self._first

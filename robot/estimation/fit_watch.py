@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["BLIND", "LOST", "TRACKING", "FitWatch"]
+__all__ = ["AMBIGUOUS", "BLIND", "LOST", "TRACKING", "FitWatch"]
 
 TRACKING: Final = "tracking"
 BLIND: Final = "blind"
 LOST: Final = "lost"
+AMBIGUOUS: Final = "ambiguous"
 
 GOOD: Final = 0.8
 """Scans of at least this quality fit: in a hall as it is on the map all but some per cent of the beams do."""
@@ -19,13 +20,15 @@ LOST_AFTER: Final = 1.0
 BLIND_AFTER: Final = 1.0
 """Seconds without a return, where the map has walls in reach, after which the LiDAR is blind."""
 SOONEST, LATEST = 2.0, 60.0
-"""Seconds between two searches: twice as long after each that found the robot where it was believed to be, or nothing that is certain."""
+"""Seconds between two searches: twice as long after each that found the robot where it was believed to be, or nothing that is certain; while
+the robot is lost they stay as they are."""
 
 
 class FitWatch:
     """Judges scan by scan. Times are of the scans, s; they never go back.
 
-    `state` is one of `TRACKING`, `BLIND` and `LOST`. Only `found` ends a state of being lost, or scans that fit again.
+    `state` is one of `TRACKING`, `BLIND`, `LOST` and `AMBIGUOUS`. Only a search that finds the robot ends a state of being lost, or scans that fit
+    again; scans do not end that several places are alike: `searched` with a find, `confirmed` or `given_up` does.
     """
 
     def __init__(self) -> None:
@@ -55,6 +58,8 @@ class FitWatch:
             self._fitted = now
         if quality >= GOOD:
             self._pause = SOONEST
+        if self.state == AMBIGUOUS:
+            return
         if now - self._taken > LOST_AFTER:
             self.state = LOST
         elif accepted and (self.state == BLIND or quality >= GOOD):
@@ -72,6 +77,14 @@ class FitWatch:
             self.state, self._fitted, self._taken, self._pause = TRACKING, now, now, SOONEST
         elif self.state != LOST:
             self._pause = min(2.0 * self._pause, LATEST)
+
+    def ambiguous(self, now: float) -> None:
+        """A search has told several places that are alike, and not the one that was believed."""
+        self.state, self._searched = AMBIGUOUS, now
+
+    def given_up(self) -> None:
+        """None of the places that were alike fits any more."""
+        self.state = LOST
 
     def confirmed(self, now: float) -> None:
         """A search has told that the robot is where it was believed to be: it is the hall that has changed."""

@@ -8,17 +8,19 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.estimation.elevation import FREE, LOW, UNSEEN, UPRIGHT, WALL, Relief
+from robot.estimation.elevation import FREE, HIDDEN, LOW, UNSEEN, UPRIGHT, WALL, Relief
 from robot.estimation.movers import Mover
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
-from robot.planning.grid import Grid
+from robot.planning.grid import Grid, distance_to
 
 __all__ = ["Footing"]
 
 _EXPLAINED = 0.15
 """What is seen so near to a mapped face is that face, m; chosen: three cells of the elevation map, for a pose that is a little wrong."""
+_BESIDE = 0.3
+"""So near to a slope that the map shows the ground is taken for a part of it, m; chosen: six cells, for a pose that is a little wrong."""
 _TRAIL = 0.3
 """Around a thing that moves, and so far behind it in time (s) and distance (m), the elevation map lags behind."""
 
@@ -30,6 +32,7 @@ class Footing:
         self._grid = grid
         shape = (grid.height, grid.width)
         self._cells: NDArray[np.int8] = np.full(shape, UNSEEN, dtype=np.int8)
+        self._slopes = _near_slopes(grid)
         self.known = False
         """Whether there has been any relief: without one nothing is unseen, as nobody looks."""
 
@@ -76,6 +79,9 @@ class Footing:
             lag_x, lag_y = mover.x - _TRAIL * mover.vx - at_x, mover.y - _TRAIL * mover.vy - at_y
             harmless |= np.hypot(lag_x, lag_y) < mover.radius + _TRAIL
         seen = np.where(seen == UPRIGHT, FREE if scanned else WALL, seen)
+        slopes = self._slopes[part]
+        seen = np.where(seen == HIDDEN, np.where(slopes, UNSEEN, WALL), seen)
+        seen = np.where(slopes & (seen == LOW), FREE, seen)
         new = np.where(harmless & (seen > FREE), FREE, seen)
         old = self._cells[part]
         new = np.where(new == UNSEEN, np.where(old > FREE, old, UNSEEN), new)
@@ -100,12 +106,31 @@ class Footing:
 
     def steps_within(self, pose: Pose2, radius: float) -> bool:
         """Whether there is a step within `radius` m."""
+        return bool((self._cells[self._around(pose, radius)] == LOW).any())
+
+    def slopes_within(self, pose: Pose2, radius: float) -> bool:
+        """Whether the map shows a slope within `radius` m, or up to 30 cm farther away."""
+        return self._grid.ground is not None and bool(self._slopes[self._around(pose, radius)].any())
+
+    def _around(self, pose: Pose2, radius: float) -> tuple[slice, slice]:
+        """The cells of a square about a pose."""
         grid = self._grid
         reach = math.ceil(radius / grid.resolution)
         column = math.floor((pose.x - grid.origin_x) / grid.resolution)
         row = math.floor((pose.y - grid.origin_y) / grid.resolution)
-        part = self._cells[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1]
-        return bool((part == LOW).any())
+        return (
+            slice(max(row - reach, 0), max(row + reach + 1, 0)),
+            slice(max(column - reach, 0), max(column + reach + 1, 0)),
+        )
+
+
+def _near_slopes(grid: Grid) -> NDArray[np.bool_]:
+    """Cells on a slope that the map shows, or beside one. There floor that is hidden behind a crest is no hole, and the crest is no step."""
+    if grid.ground is None:
+        return np.zeros((grid.height, grid.width), dtype=np.bool_)
+    gradients: Floats = np.array(np.gradient(grid.ground), dtype=np.float64)
+    sloping = np.hypot(gradients[0], gradients[1]) > 0.0
+    return np.asarray(distance_to(sloping, grid.resolution, _BESIDE) < _BESIDE)
 
 
 def _within(footprint: Footprint, pose: Pose2, x: Floats, y: Floats) -> NDArray[np.bool_]:

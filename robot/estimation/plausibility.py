@@ -34,6 +34,10 @@ FARTHEST, FASTEST = 4.0, 100.0
 """Bounds of what an encoder can show: rad, rad/s."""
 IN_THE_AIR = (0.1, 0.38)
 """Between these shares of its swing a foot is off the ground: whatever touches during all of that time is no contact."""
+FLYING = 1.5
+"""A foot that is to be in the air and moves faster than this over the ground (m/s) does not touch it, whatever its contact says."""
+FLOWN = 0.0125
+"""Seconds of such a flight with a closed contact that make a verdict: three samples at 200 Hz, as contacts may come late."""
 PRESSING = 40.0
 """A foot that bears so much (N) by the torques of its leg stands, whatever its contact says."""
 LOOKED = 0.0225
@@ -187,20 +191,34 @@ class ContactWatch:
         """Seconds for which the foot was looked at in the middle of this swing."""
         self._pressed = [0.0] * 4
         """Seconds for which its leg bore weight while the contact was open."""
+        self._flown = [0.0] * 4
+        """Seconds without a break for which it has flown while the contact was closed."""
 
     def check(
-        self, dt: float, sample: JointSample, legs: LegState, walker: SwingSchedule | None, silent: bool
+        self,
+        dt: float,
+        sample: JointSample,
+        legs: LegState,
+        walker: SwingSchedule | None,
+        silent: bool,
+        speed: Callable[[int], float] = lambda leg: 0.0,
     ) -> list[bool] | None:
-        """What to believe of each foot; None: what it shows. In a walk (`walker`) a foot that is not believed stands when it ought to."""
+        """What to believe of each foot; None: what it shows. In a walk (`walker`) a foot that is not believed stands when it ought to.
+
+        `speed` tells of a leg how fast its foot moves over the ground, m/s.
+        """
         if walker is None:
             return [True] * 4 if silent else None
         shown: list[bool] = sample.contact.tolist()
         believed: list[bool] = []
         for leg, contact in enumerate(shown):
-            progress = walker.swing(leg)
+            progress, flies = walker.swing(leg), False
             if self._judging and not silent:
+                flies = contact and progress > IN_THE_AIR[0] and speed(leg) > FLYING
                 self._judge(dt, leg, contact, progress, sample, legs, walker)
-            believed.append(contact if self.trusted[leg] and not silent else progress < 0.0)
+                self._flown[leg] = self._flown[leg] + dt if flies else 0.0
+                self.trusted[leg] = self.trusted[leg] and self._flown[leg] < FLOWN
+            believed.append((contact and not flies) if self.trusted[leg] and not silent else progress < 0.0)
         return None if believed == shown else believed
 
     def _judge(

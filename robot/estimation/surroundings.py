@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robot.estimation.elevation import Relief
 from robot.estimation.footing import Footing
 from robot.estimation.local_field import LocalField
-from robot.estimation.movers import Movers
+from robot.estimation.movers import Mover, Movers
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles, returns
@@ -23,6 +23,9 @@ __all__ = ["Surroundings"]
 
 MEMORY = 30.0
 """How long a mark out of sight is kept, s; chosen: most ways round a thing take less."""
+_YOUNG, _BESIDE, _GONE = 1.5, 0.3, 1.0
+"""Marks no older than this, s, and so near to what moves, m, came with it: out of sight they are kept for so long, s. Chosen: what moves is
+known to after 0.3 to 0.6 s."""
 _EXPLAINED, _PER_METRE = 0.10, 0.02
 """A hit this near to a mapped face is that face, m, and so much more per metre of the beam; chosen: five sigma of the LiDAR, and a heading that
 is wrong by a degree."""
@@ -65,6 +68,8 @@ class Surroundings:
         self._seen: Floats = np.full(shape, -np.inf)
         self._since: Floats = np.full(shape, np.inf)
         self._marked = np.zeros(shape, dtype=np.bool_)
+        self._fleeting = np.zeros(shape, dtype=np.bool_)
+        """Marks of what moves: whoever walks towards the robot hides them, and has left them."""
         self._blocked: list[tuple[float, float]] = []
         self.changes = 0
         """How often marks were added or removed."""
@@ -81,7 +86,7 @@ class Surroundings:
         """Drop every mark: the first recovery, for ghosts that no beam can clear."""
         self._seen.fill(-np.inf)
         self._since.fill(np.inf)
-        self._marked = np.zeros_like(self._marked)
+        self._marked, self._fleeting = np.zeros_like(self._marked), np.zeros_like(self._fleeting)
         self.movers.forget()
         self.footing.forget()
         self.changes += 1
@@ -121,6 +126,8 @@ class Surroundings:
         self._clear_seen_through(pose, np.where(np.isfinite(ranges), ranges, self.max_range))
         r, a = ranges[valid], angles[valid]
         self._mark(now, pose, pose.x + r * np.cos(a), pose.y + r * np.sin(a), r)
+        left = self._fleeting & (self._seen <= now - _GONE)
+        self._seen[left], self._since[left], self._fleeting[left] = -np.inf, np.inf, False
         marked = self._seen > now - self.memory
         if (marked != self._marked).any():
             self._marked = marked
@@ -135,14 +142,25 @@ class Surroundings:
         own = self.footprint.distances(c * dx + s * dy, c * dy - s * dx) <= 0.0
         inside = (rows >= 0) & (rows < grid.height) & (columns >= 0) & (columns < grid.width) & ~own
         rows, columns = rows[inside], columns[inside]
-        # Near a mapped face a hit is that face, seen from a pose that is a little wrong: the more so the farther the
-        # beam.
+        # Near a mapped face a hit is that face, seen from a pose that is a little wrong: the more so the farther the beam.
+        # So is a ramp that rises into the LiDAR's plane.
         unexplained = grid.clearance[rows, columns] > _EXPLAINED + _PER_METRE * ranges[inside]
+        unexplained &= ~grid.is_ground(pose.x, pose.y, rows, columns)
         rows, columns = rows[unexplained], columns[unexplained]
         known = self._known(now, rows, columns)
         self.movers.update(now, x[inside][unexplained], y[inside][unexplained], known)
         self._since[rows, columns] = np.minimum(self._since[rows, columns], now)
         self._seen[rows, columns] = now
+        for mover in self.movers.moving:
+            self._mark_fleeting(now, mover)
+
+    def _mark_fleeting(self, now: float, mover: Mover) -> None:
+        grid, reach = self.grid, mover.radius + _BESIDE
+        left, right = ((mover.x + side * reach - grid.origin_x) / grid.resolution for side in (-1, 1))
+        low, high = ((mover.y + side * reach - grid.origin_y) / grid.resolution for side in (-1, 1))
+        part = slice(max(int(low), 0), max(int(high) + 1, 0)), slice(max(int(left), 0), max(int(right) + 1, 0))
+        since = self._since[part]
+        self._fleeting[part] |= (since > now - _YOUNG) & (since <= now)
 
     def _known(self, now: float, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Which cells were marked, or touch one that was marked, a while ago."""
@@ -169,6 +187,7 @@ class Surroundings:
         gone = (far < self.max_range) & (behind > far + _SLACK)
         self._seen[rows[gone], columns[gone]] = -np.inf
         self._since[rows[gone], columns[gone]] = np.inf
+        self._fleeting[rows[gone], columns[gone]] = False
 
     # --- distances --------------------------------------------------------------------------------------------------
 

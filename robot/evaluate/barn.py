@@ -8,46 +8,74 @@ from __future__ import annotations
 import json
 import statistics
 import sys
+import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import asdict
 from datetime import date
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from robot.control.unmapped import SHEET, WALKING, Tuning
 from robot.evaluate.barn_run import Backend, Ended, Outcome, run
 from robot.evaluate.barn_worlds import BarnWorld, find_worlds
-from robot.evaluate.levels import Metric, machine
+from robot.evaluate.fidelity import IDEAL, Fidelity, add_fidelity
+from robot.evaluate.levels import Metric
+from robot.evaluate.machine import machine
+from robot.evaluate.trials import add_running, each, heading
 from robot.run.arguments import Parser, parse_seed
-from robot.sim.physics import BackendMissing
+from robot.sim.physics import check_engine
 
 __all__ = ["evaluate", "main", "show"]
 
 _BOUNDS = {"kinematic": (0.25, 0.48, 0.495), "physics": (0.15, 0.32, 0.45)}
 """Of the score: acceptable, good, excellent."""
+HULLS: Mapping[str, Tuning] = {"sheet": SHEET, "walking": WALKING}
+"""Outlines that may be kept clear of things."""
 _ENDS: tuple[Ended, ...] = ("success", "collision", "fall", "time-out", "gave up")
 
 
-def evaluate(worlds: Sequence[BarnWorld], backend: Backend, seeds: Sequence[int]) -> dict[str, Any]:
-    """Walk every world once for each seed, saying on stderr how each run ended. Returns a dict that JSON can hold."""
+def evaluate(
+    worlds: Sequence[BarnWorld],
+    backend: Backend,
+    seeds: Sequence[int],
+    *,
+    fidelity: Fidelity = IDEAL,
+    hull: str | None = None,
+    jobs: int = 1,
+    file: Path | None = None,
+) -> dict[str, Any]:
+    """Walk every world once for each seed, saying on stderr how each run ended. Returns a dict that JSON can hold.
+
+    `hull` is one of `HULLS`, without it the one that goes with the body; `file` keeps the outcomes.
+    """
+    began = time.monotonic()
+    hull = hull or ("sheet" if backend == "kinematic" else "walking")
     outcomes: list[Outcome] = []
-    for seed in seeds:
-        for world in worlds:
-            outcome = run(world, backend, seed)
-            outcomes.append(outcome)
-            print(_line(outcome), file=sys.stderr, flush=True)
+    cases = [(world, seed) for seed in seeds for world in worlds]
+    walked = partial(_walked, backend=backend, hull=hull, fidelity=fidelity)
+    what = f"BARN, {backend}, hull {hull}, {fidelity}"
+    with closing(each(walked, cases, jobs=jobs, file=file, what=what, name=_name)) as told:
+        for held in told:
+            outcomes.append(Outcome(**held))
+            print(_line(outcomes[-1]), file=sys.stderr, flush=True)
     ends = Counter(outcome.ended for outcome in outcomes)
-    walked = [outcome.seconds for outcome in outcomes if outcome.ended == "success"]
+    times = [outcome.seconds for outcome in outcomes if outcome.ended == "success"]
     points = statistics.fmean(outcome.score for outcome in outcomes)
     return {
         "backend": backend,
+        "hull": hull,
+        **fidelity.told,
         "seeds": list(seeds),
         "date": date.today().isoformat(),
         "machine": machine(),
+        "wall_seconds": round(time.monotonic() - began, 1),
         "runs": len(outcomes),
         "ends": {str(name): ends[name] for name in _ENDS},
         "success": ends["success"] / len(outcomes),
-        "mean_seconds": statistics.fmean(walked) if walked else None,
+        "mean_seconds": statistics.fmean(times) if times else None,
         "score": points,
         "bounds": _BOUNDS[backend],
         "level": Metric("score", "", _BOUNDS[backend], lambda _: points, larger_is_better=True).level(points),
@@ -55,9 +83,18 @@ def evaluate(worlds: Sequence[BarnWorld], backend: Backend, seeds: Sequence[int]
     }
 
 
+def _walked(case: tuple[BarnWorld, int], backend: Backend, hull: str, fidelity: Fidelity) -> dict[str, Any]:
+    world, seed = case
+    return asdict(run(world, backend, seed, HULLS[hull], fidelity))
+
+
+def _name(case: tuple[BarnWorld, int]) -> list[int]:
+    return [case[0].index, case[1]]
+
+
 def show(result: dict[str, Any]) -> str:
     """The runs and their summary as text."""
-    here, ends = result["machine"], result["ends"]
+    ends = result["ends"]
     lines = [f"{'world':>7}{'seed':>6}  {'ended':<11}{'seconds':>8}{'score':>8}"]
     lines += [_line(Outcome(**row)) for row in result["outcomes"]]
     least, good, best = result["bounds"]
@@ -66,9 +103,9 @@ def show(result: dict[str, Any]) -> str:
         [
             *lines,
             "",
-            f"BARN, back end {result['backend']}; pose: legs and IMU alone; map: LiDAR alone",
-            f"seeds {', '.join(map(str, result['seeds']))}; {result['date']}; {here['processor']}, {here['cores']} cores, "
-            f"Python {here['python']}, MuJoCo {here['mujoco']}",
+            f"BARN, back end {result['backend']}, sensors {result['sensors']}, actuators {result['actuators']}, "
+            f"hull {result['hull']}; pose: legs and IMU alone; map: LiDAR alone",
+            f"seeds {', '.join(map(str, result['seeds']))}; {heading(result)}",
             f"{result['runs']} runs: {ends['success']} successes ({100 * result['success']:.1f} %), {ends['collision']} collisions, "
             f"{ends['fall']} falls, {ends['time-out']} time-outs, {ends['gave up']} given up{seconds}",
             f"score {result['score']:.4f} of 0.5 (acceptable {least}, good {good}, excellent {best}): "
@@ -83,7 +120,7 @@ def _line(outcome: Outcome) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the worlds of a folder; 0 if the score is at least acceptable, 1 if not, 3 without the physics back end. Raises `UsageError`."""
+    """Run the worlds of a folder; 0 if the score is at least acceptable, 1 if not. Raises `UsageError`, `BackendMissing`."""
     parser = Parser(prog="python -m robot evaluate barn", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("folder", type=Path, help="folder with BARN worlds as JSON files, or one such file")
     parser.add_argument(
@@ -91,14 +128,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--seeds", type=parse_seed, nargs="+", default=[1], help="each world once for every seed")
     parser.add_argument("--worlds", type=int, nargs="+", metavar="N", help="only the worlds with these indices")
+    parser.add_argument(
+        "--hull", choices=tuple(HULLS), help="outline that is kept clear: the data sheet's 1.1 x 0.5 m, or what walking legs sweep"
+        " (default: walking in physics, else sheet)",
+    )  # fmt: skip
+    add_fidelity(parser)
+    add_running(parser)
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     asked = parser.parse_args(argv)
+    fidelity = Fidelity.of(asked)
     worlds = find_worlds(asked.folder, asked.worlds)
-    try:
-        result = evaluate(worlds, asked.backend, asked.seeds)
-    except BackendMissing as error:
-        print(error, file=sys.stderr)
-        return 3
+    if asked.backend == "physics":
+        check_engine()
+    result = evaluate(
+        worlds, asked.backend, asked.seeds, fidelity=fidelity, hull=asked.hull, jobs=asked.jobs, file=asked.resume
+    )
     print(json.dumps(result, indent=2) if asked.json else show(result))
     return 0 if result["level"] else 1
 

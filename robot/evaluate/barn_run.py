@@ -17,7 +17,9 @@ import numpy as np
 from robot.control.gait_controller import GaitController
 from robot.control.motion import Motion, State
 from robot.control.unmapped import SHEET, WALKING, Tuning, unmapped_navigator
+from robot.evaluate.barn_sight import Level, Leveled, Sight
 from robot.evaluate.barn_worlds import BarnWorld
+from robot.evaluate.fidelity import IDEAL, Fidelity
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2, Twist2
 from robot.hardware.body import Body
@@ -35,8 +37,8 @@ LIMIT = 100.0
 """Seconds after which a run ends."""
 PERIOD = 0.005
 """Of gait control, s."""
-STEER, SCAN = 10, 20
-"""Gait steps between two steps of the navigator (20 Hz), and between two scans (10 Hz)."""
+STEER = 10
+"""Gait steps between two steps of the navigator (20 Hz)."""
 MOTOR_DELAY = 0.004
 """s."""
 
@@ -65,15 +67,25 @@ def score(world: BarnWorld, seconds: float) -> float:
 class Walk:
     """One robot in one world; `steps` walks it."""
 
-    def __init__(self, world: BarnWorld, backend: Backend, seed: int, tuning: Tuning | None = None) -> None:
+    def __init__(
+        self,
+        world: BarnWorld,
+        backend: Backend,
+        seed: int,
+        tuning: Tuning | None = None,
+        fidelity: Fidelity = IDEAL,
+    ) -> None:
         self.world = world
         self._tuning = tuning or (SHEET if backend == "kinematic" else WALKING)
         self.body: Body
         self._drive: KinematicBody | None = None
         if backend == "kinematic":
-            self.body = self._drive = KinematicBody(world.scene, seed=seed)
+            self.body = self._drive = KinematicBody(world.scene, seed=seed, sensors=fidelity.errors)
         else:
-            self.body = PhysicsBody(world.scene, seed=seed, delay=MOTOR_DELAY)
+            self.body = PhysicsBody(
+                world.scene, seed=seed, delay=MOTOR_DELAY, sensors=fidelity.errors, actuators=fidelity.drives
+            )
+        self._sight: Sight = Level(self.body) if fidelity.errors.lidar.sweep == 0.0 else Leveled(self.body)
         self.gait = GaitController(motor_delay=MOTOR_DELAY)
         start, goal = world.scene.start, world.goal
         away = hypot(goal.x - start.x, goal.y - start.y)
@@ -112,8 +124,8 @@ class Walk:
         while self.ended is None:
             tick = self._ticks - begun
             if tick % STEER == 0:
-                scan = self.body.lidar() if tick % SCAN == 0 else None
-                motion = navigator.step(tick * PERIOD, self.pose(), self.velocity(), scan)
+                scan, taken_at = self._sight.look(tick)
+                motion = navigator.step(tick * PERIOD, self.pose(), self.velocity(), scan, taken_at)
                 self.gait.command(motion.vx, motion.vy, motion.wz)
                 yield motion
                 if motion.state is State.FAILED:
@@ -131,6 +143,7 @@ class Walk:
 
     def _step(self) -> None:
         targets = self.gait.step(PERIOD, self.body.imu(), self.body.joints())
+        self._sight.moved(self.body.time, self.gait.state)
         if self._drive is None:
             self.body.command(targets)
         else:
@@ -153,9 +166,11 @@ class Walk:
             self.ended = "time-out"
 
 
-def run(world: BarnWorld, backend: Backend, seed: int, tuning: Tuning | None = None) -> Outcome:
+def run(
+    world: BarnWorld, backend: Backend, seed: int, tuning: Tuning | None = None, fidelity: Fidelity = IDEAL
+) -> Outcome:
     """Walk through `world` once; without `tuning` with the numbers that go with the body."""
-    walk = Walk(world, backend, seed, tuning)
+    walk = Walk(world, backend, seed, tuning, fidelity)
     deque(walk.steps(), maxlen=0)
     walk.body.close()
     ended: Ended = walk.ended or "gave up"

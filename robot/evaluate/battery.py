@@ -135,8 +135,9 @@ def level_changes(seed: int) -> float:
 
 def main(argv: Sequence[str]) -> int:
     """Print the table, or with ``--json`` the same as JSON. Exit code 0 if every metric is at least acceptable."""
-    options = parser("battery", (__doc__ or "").splitlines()[0], takes=TAKES).parse_args(argv)
+    options = parser("battery", (__doc__ or "").splitlines()[0], takes=TAKES, in_pieces=True).parse_args(argv)
     result = measure(
-        metrics(), options.seeds, backend="battery model, no body", quick=options.quick, only=options.only, takes=TAKES
-    )
+        metrics(), options.seeds, backend="battery model, no body", quick=options.quick, only=options.only, takes=TAKES, jobs=options.jobs,
+        file=options.resume, make=metrics,
+    )  # fmt: skip
     return conclude("Battery", result, as_json=options.json)

@@ -1,8 +1,8 @@
 """Goals among ten people who walk about: does the robot reach them, and whom does it touch by its own doing?
 
 `python -m robot evaluate crowd`. The whole robot in physics, with sight. People walk straight lines at 0.5 to 1.5 m/s, stop for a robot that
-stands right before them, and go another way after two seconds. A contact is the robot's doing when in the half second before it came
-towards the other faster than 0.05 m/s.
+stands right before them, and go another way after two seconds. A contact is the robot's doing when in the half second before it, by its
+middle or by a turn, came towards the other faster than 0.05 m/s.
 """
 
 from __future__ import annotations
@@ -16,9 +16,11 @@ from functools import partial
 from typing import Any
 
 from robot.evaluate.crowd_run import WALKERS, Outcome, walk
+from robot.evaluate.fidelity import add_sensors
 from robot.evaluate.trials import circumstances, heading, trial_parser, trials
+from robot.hardware.sensors import SensorKind
 from robot.run.arguments import whole
-from robot.sim.physics import BackendMissing, check_engine
+from robot.sim.physics import check_engine
 
 __all__ = ["ENOUGH", "main", "show", "summary"]
 
@@ -46,17 +48,17 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     }
 
 
-def run(seed: int, seconds: float) -> dict[str, Any]:
+def run(seed: int, seconds: float, sensors: SensorKind) -> dict[str, Any]:
     """One trial by its seed, as JSON can hold how it went."""
-    return asdict(walk(seed, seconds))
+    return asdict(walk(seed, seconds, sensors=sensors))
 
 
 def show(result: Mapping[str, Any]) -> str:
     """What was measured, as text."""
     return "\n".join(
         [
-            f"crowd of {WALKERS}, 0.5 to 1.5 m/s, back end physics",
-            f"seeds {result['seed']} to {result['seed'] + result['trials'] - 1}; {heading(result)}",
+            f"crowd of {WALKERS}, 0.5 to 1.5 m/s, sensors {result['sensors']}, back end physics",
+            heading(result, result["trials"]),
             "",
             f"{result['minutes']:.1f} minutes, walked {result['metres']:.0f} m",
             f"goals reached  {result['reached']} of {result['goals']} ({result['reached_percent']:.1f} %, wanted {ENOUGH:g})",
@@ -75,23 +77,22 @@ def tell(held: Mapping[str, Any]) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the figures; 0 without a fall or a contact that the robot caused and with enough goals, 1 otherwise, 3 without MuJoCo."""
+    """Print the figures; 0 without a fall or a contact that the robot caused and with enough goals, 1 otherwise. Raises `UsageError`, `BackendMissing`."""
     parser = trial_parser("crowd", (__doc__ or "").split("\n")[0], "a quarter of an hour on an idle core")
     parser.add_argument(
         "--trials", type=whole(1, 10000), metavar="N", help=f"how many of {SECONDS:g} s (default {TRIALS})"
     )
+    add_sensors(parser)
     asked = parser.parse_args(argv)
-    try:
-        check_engine()
-    except BackendMissing as error:
-        print(error, file=sys.stderr)
-        return 3
+    check_engine()
     many, began = asked.trials or (TRIALS // 10 if asked.quick else TRIALS), time.monotonic()
     told = trials(
-        partial(run, seconds=SECONDS), range(asked.seed, asked.seed + many), jobs=asked.jobs, file=asked.resume, tell=tell,
-        what=f"crowd of {WALKERS}, {SECONDS:g} s",
+        partial(run, seconds=SECONDS, sensors=asked.sensors), range(asked.seed, asked.seed + many), jobs=asked.jobs, file=asked.resume,
+        tell=tell, what=f"crowd of {WALKERS}, {SECONDS:g} s, sensors {asked.sensors}",
     )  # fmt: skip
-    result: dict[str, Any] = summary([Outcome(**held) for held in told]) | circumstances(asked, began)
+    result: dict[str, Any] = (
+        summary([Outcome(**held) for held in told]) | circumstances(asked, began) | {"sensors": asked.sensors}
+    )
     print(json.dumps(result, indent=2) if asked.json else show(result))
     good = result["falls"] == result["caused"] == 0 and result["reached_percent"] >= ENOUGH
     return 0 if good else 1

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections import deque
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import hypot, pi
 from typing import Any, Final
 
 import numpy as np
 
 from actors import Child, execute, run
-from robot.evaluate.watched import WatchedBody
+from robot.evaluate.encounters import Contact, Encounters
+from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
+from robot.hardware.sensors import SensorKind, Sensors
 from robot.run.judge import Judge, Score
 from robot.scenes.scene import Box, Cylinder, Scene, Walker
 from robot.sim.battery import Pack
+from robot.sim.physics import PhysicsBody
 from robot.tree import robot_tree
 
 __all__ = ["WALKERS", "Outcome", "hall", "walk"]
@@ -28,17 +30,10 @@ _RADIUS, _HEIGHT = 0.25, 1.75
 _PLACES, _GOALS = 200, 100
 _APART: Final = 5.0
 """From one goal to the next, m."""
-_RISING: Final = 4.0
-"""Seconds until the robot walks."""
 NEAR_ENOUGH: Final = {"position_tolerance": 0.25, "yaw_tolerance": 0.25}
 """A goal is reached from so near, m and rad: nav2's tolerances. Somebody may stand on it."""
-_BEFORE: Final = 0.5
-_TOWARDS: Final = 0.05
-"""A contact is the robot's doing when it came towards the other faster than this, m/s, on average over any tenth of a second of the time
-before, s."""
-_TENTH: Final = 0.1
-_AGAIN: Final = 1.0
-"""A touch so soon after the last of the same person is the same contact, s."""
+PATIENCE: Final = 60.0
+"""A goal that has been under way for longer when a trial ends was not reached, s; others are not counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +54,7 @@ class Outcome:
     @property
     def caused(self) -> int:
         """Contacts that the robot caused."""
-        return sum(contact["towards"] > _TOWARDS for contact in self.contacts)
+        return sum(Contact(**contact).caused for contact in self.contacts)
 
 
 def hall(seed: int) -> tuple[Scene, tuple[Pose2, ...]]:
@@ -90,62 +85,46 @@ def _person(random: np.random.Generator, start: Pose2) -> Walker:
     return Walker(Cylinder(*first, _RADIUS, _HEIGHT), tuple(way), speed)
 
 
-class CrowdBody(WatchedBody):
-    """Writes down who was touched, and how fast the robot came towards them before."""
+class CrowdBody(PhysicsBody):
+    """Tells its encounters of every touch at every physics step."""
 
     def __init__(self, *args: Any, **given: Any) -> None:
         super().__init__(*args, **given)
-        self.contacts: list[dict[str, Any]] = []
-        self._been: deque[tuple[float, float, float]] = deque()
-        self._last: dict[str, float] = {}
+        self.encounters = Encounters()
 
     def _step(self, ticks: int) -> None:
         super()._step(ticks)
         x, y = self._qpos[:2].tolist()
-        self._been.append((self.time, x, y))
-        while self._been[0][0] < self.time - _BEFORE - _TENTH:
-            self._been.popleft()
+        self.encounters.see(self.time, Pose2(x, y, yaw_of(*self._qpos[3:7].tolist())))
         if not self._data.ncon:
             return
         for name in self._touching():
-            if not name.startswith("walker"):
-                continue
-            if self.time - self._last.get(name, -_AGAIN) >= _AGAIN:
-                towards = self._towards(int(name.partition("_")[2]))
-                self.contacts.append({"who": name, "at": round(self.time, 2), "towards": round(towards, 3)})
-            self._last[name] = self.time
-
-    def _towards(self, index: int) -> float:
-        """The highest speed (m/s) of the body towards a walker's present place, averaged over a tenth of a second."""
-        place_x, place_y = self._data.mocap_pos[index, :2].tolist()
-        been = np.array(self._been)
-        gaps = np.hypot(been[:, 1] - place_x, been[:, 2] - place_y)
-        later = np.searchsorted(been[:, 0], been[:, 0] + _TENTH)
-        inside = later < len(been)
-        first = np.flatnonzero(inside)
-        if not len(first):
-            return 0.0
-        return float(((gaps[first] - gaps[later[first]]) / (been[later[first], 0] - been[first, 0])).max())
+            if name.startswith("walker"):
+                self.encounters.touch(name, *self._data.mocap_pos[int(name.partition("_")[2]), :2].tolist())
 
 
-def walk(seed: int, seconds: float, *, sight: bool = True) -> Outcome:
+def walk(seed: int, seconds: float, *, sensors: SensorKind = "ideal") -> Outcome:
     """Walk from goal to goal among the people for so long."""
     scene, goals = hall(seed)
-    body = CrowdBody(scene, seed=seed)
+    body = CrowdBody(scene, seed=seed, sensors=Sensors.of(sensors))
     waypoints = [(f"goal_{number}", pose) for number, pose in enumerate(goals, start=1)]
-    tree = robot_tree(body, Pack(100.0), waypoints, sight=sight)
+    tree = robot_tree(body, Pack(100.0), waypoints, sight=True)
     score = Score()
 
     async def main() -> None:
         async with run(tree, seed=seed, sinks=(), parameters={"/navigation": NEAR_ENOUGH}) as system:
             await system.join(Child(Judge, args=(body, score)))
-            body.watch(after=_RISING)
             while system.clock.now() < seconds and score.falls == 0:
                 await system.clock.sleep(0.1)
-            body.watch(after=float("inf"))
 
     execute(main, clock="virtual")
+    reached, failures = (
+        sum(goal.succeeded for goal in score.goals),
+        [goal.reason for goal in score.goals if not goal.succeeded],
+    )
+    if body.time - max((goal.at for goal in score.goals), default=0.0) > PATIENCE:
+        failures.append(f"not reached within {PATIENCE:g} s")
     return Outcome(
-        seed, round(body.time, 1), len(score.goals), sum(goal.succeeded for goal in score.goals),
-        [goal.reason for goal in score.goals if not goal.succeeded], score.falls, body.contacts, round(score.walked, 1),
+        seed, round(body.time, 1), reached + len(failures), reached, failures, score.falls,
+        [asdict(contact) for contact in body.encounters.contacts], round(score.walked, 1),
     )  # fmt: skip

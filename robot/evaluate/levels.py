@@ -8,23 +8,24 @@ Every figure is the median over the seeds, with the least and the largest, and i
 from __future__ import annotations
 
 import json
-import os
-import platform
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from datetime import date
-from importlib import metadata
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any, TypeAlias
 
+from robot.evaluate.machine import machine
+from robot.evaluate.trials import add_running, each, heading
 from robot.run.arguments import Parser, parse_seed
 from robot.run.errands import UsageError
 from robot.run.status import Part, StatusLine
 
-__all__ = ["Bounds", "Metric", "conclude", "machine", "measure", "parser", "table"]
+__all__ = ["Bounds", "Metric", "conclude", "measure", "parser", "table"]
 
 LEVELS = ("acceptable", "good", "excellent")
 NO_LEVEL = "no bounds"
@@ -51,13 +52,25 @@ class Metric:
         return reached[-1] if reached else "" if bounds else NO_LEVEL
 
 
-def parser(name: str, description: str, *, seeds: Sequence[int] = (1, 2, 3, 4, 5), takes: str = "") -> Parser:
-    """A command line for `python -m robot evaluate NAME` with what all of them take: --seeds, --only, --quick, --json."""
+def parser(
+    name: str,
+    description: str,
+    *,
+    seeds: Sequence[int] = (1, 2, 3, 4, 5),
+    takes: str = "",
+    in_pieces: bool = False,
+) -> Parser:
+    """A command line for `python -m robot evaluate NAME` with what all of them take: --seeds, --only, --quick, --json.
+
+    With `in_pieces` also --jobs and --resume.
+    """
     about = f"All of it takes {takes}." if takes else None
     made = Parser(prog=f"python -m robot evaluate {name}", description=description, epilog=about)
     made.add_argument("--seeds", type=parse_seed, nargs="+", default=list(seeds), help="one run of everything per seed")
     made.add_argument("--quick", action="store_true", help="the short measurements only")
     made.add_argument("--only", default="", help="only metrics whose name contains this")
+    if in_pieces:
+        add_running(made)
     made.add_argument("--json", action="store_true", help="print JSON instead of a table")
     return made
 
@@ -70,13 +83,20 @@ def measure(
     quick: bool = False,
     only: str = "",
     takes: str = "",
+    jobs: int = 1,
+    file: Path | None = None,
+    make: Callable[[], Sequence[Metric]] | None = None,
     **settings: Any,
 ) -> dict[str, Any]:
     """Measure each line for each seed, saying on stderr how far it is. `takes` is how long all of it takes, in words.
 
-    Returns a dict that JSON can hold: back end, machine, date, `settings`, and one entry per metric with its value per seed, median,
+    With `jobs` above 1 in so many processes, for which `make` has to make the metrics anew: a function that can be pickled. `file` keeps the
+    values, and those that it has are not measured again.
+
+    Returns a dict that JSON can hold: back end, machine, date, wall time, `settings`, and one entry per metric with its value per seed, median,
     least, largest, bounds and the level that its median reaches. Raises `UsageError` when no metric is called like `only`.
     """
+    started = time.monotonic()
     chosen = [metric for metric in metrics if only in metric.name and (metric.quick or not quick)]
     if not chosen:
         known = ", ".join(repr(metric.name) for metric in metrics if metric.quick or not quick)
@@ -85,39 +105,46 @@ def measure(
     print(f"metrics to measure: {len(chosen)}, each with {len(seeds)} seeds{about}", file=sys.stderr, flush=True)
     rows: list[dict[str, Any]] = []
     line = StatusLine()
-    for number, metric in enumerate(chosen, start=1):
-        began, values = time.perf_counter(), list[float]()
-        for seed in seeds:
-            if line.live:
-                line.show(
-                    [
-                        Part(
-                            1,
-                            f"[{number}/{len(chosen)}] {metric.name}: seed {seed}, {len(values)} of {len(seeds)} done",
-                        )
-                    ]
-                )
-            values.append(metric.take(seed))
-        rows.append(_row(metric, values))
-        seconds = time.perf_counter() - began
-        line.clear()
-        print(
-            f"[{number}/{len(chosen)}] {metric.name}: {median(values):.4g} {metric.unit} ({seconds:.0f} s)",
-            file=sys.stderr, flush=True,
-        )  # fmt: skip
+    by_name = {metric.name: metric for metric in chosen}
+    cases = [(metric.name, seed) for metric in chosen for seed in seeds]
+    take = partial(_take, by_name) if jobs == 1 or make is None else partial(_make_and_take, make)
+    what = json.dumps({"backend": backend, **settings}, sort_keys=True)
+    with closing(each(take, cases, jobs=jobs if make is not None else 1, file=file, what=what)) as outcomes:
+        for number, metric in enumerate(chosen, start=1):
+            began, values = time.perf_counter(), list[float]()
+            for seed in seeds:
+                if line.live:
+                    done = f"seed {seed}, {len(values)} of {len(seeds)} done"
+                    line.show([Part(1, f"[{number}/{len(chosen)}] {metric.name}: {done}")])
+                values.append(float(next(outcomes)["value"]))
+            rows.append(_row(metric, values))
+            seconds = time.perf_counter() - began
+            line.clear()
+            print(
+                f"[{number}/{len(chosen)}] {metric.name}: {median(values):.4g} {metric.unit} ({seconds:.0f} s)",
+                file=sys.stderr, flush=True,
+            )  # fmt: skip
     return {
-        "backend": backend, "seeds": list(seeds), **settings,
-        "date": date.today().isoformat(), "machine": machine(), "metrics": rows,
+        "backend": backend, "seeds": list(seeds), **settings, "date": date.today().isoformat(), "machine": machine(),
+        "wall_seconds": round(time.monotonic() - started, 1), "metrics": rows,
     }  # fmt: skip
+
+
+def _take(metrics: Mapping[str, Metric], case: tuple[str, int]) -> dict[str, Any]:
+    name, seed = case
+    return {"value": metrics[name].take(seed)}
+
+
+def _make_and_take(make: Callable[[], Sequence[Metric]], case: tuple[str, int]) -> dict[str, Any]:
+    """In a process of its own."""
+    return _take({metric.name: metric for metric in make()}, case)
 
 
 def table(title: str, result: dict[str, Any]) -> str:
     """What `measure` gave, as text under a title line."""
-    here = result["machine"]
     lines = [
         f"{title}, back end {result['backend']}",
-        f"seeds {', '.join(map(str, result['seeds']))}; {result['date']}; {here['processor']}, {here['cores']} cores, "
-        f"Python {here['python']}, MuJoCo {here['mujoco']}",
+        f"seeds {', '.join(map(str, result['seeds']))}; {heading(result)}",
         "",
         f"{'metric':<42}{'median':>10}{'min':>10}{'max':>10} {'unit':<6}{'accept.':>8}{'good':>8}{'excell.':>8}  level",
     ]
@@ -134,22 +161,6 @@ def conclude(title: str, result: dict[str, Any], *, as_json: bool) -> int:
     return 0 if all(row["level"] for row in result["metrics"]) else 1
 
 
-def machine() -> dict[str, Any]:
-    """What the figures were measured on."""
-    processor = platform.processor() or platform.machine()
-    described = Path("/proc/cpuinfo")
-    if described.exists():
-        names = [line.split(":", 1)[1].strip() for line in described.read_text().splitlines() if "model name" in line]
-        processor = names[0] if names else processor
-    return {
-        "processor": processor,
-        "cores": os.cpu_count(),
-        "system": platform.platform(),
-        "python": platform.python_version(),
-        "mujoco": _version("mujoco-core"),
-    }
-
-
 def _row(metric: Metric, values: Sequence[float]) -> dict[str, Any]:
     middle = median(values)
     return {
@@ -163,10 +174,3 @@ def _row(metric: Metric, values: Sequence[float]) -> dict[str, Any]:
         "better": "larger" if metric.larger_is_better else "smaller",
         "level": metric.level(middle),
     }
-
-
-def _version(package: str) -> str:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return "none"

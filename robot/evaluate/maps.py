@@ -1,8 +1,6 @@
 """Moving AI grid maps: are our shortest paths exact, and how long do they take? `python -m robot evaluate maps FOLDER`.
 
-Formats: https://movingai.com/benchmarks/formats.html. A `.map` holds rows of cells (``.``, ``G`` and ``S`` are passable
-here; water only from water, so it is not entered); a `.scen` holds one question a row, with the length of its shortest
-path at the end.
+With `--drawn` the maps are drawn from a seed instead: dense fields and narrow mazes of 512 x 512 cells.
 """
 
 from __future__ import annotations
@@ -11,44 +9,33 @@ import json
 import statistics
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from datetime import date
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot.evaluate.jump_points import GridPath, OctileSearch
-from robot.evaluate.levels import machine
+from robot.evaluate.machine import machine
+from robot.evaluate.map_questions import Question, read_map, read_questions
+from robot.evaluate.map_worlds import KINDS, drawn, questions_on
+from robot.evaluate.trials import add_running, each
 from robot.planning.errors import NavigationError
 from robot.planning.grid import Cell
 from robot.planning.path import pull
-from robot.run.arguments import Parser
+from robot.run.arguments import Parser, parse_seed, whole
 from robot.run.errands import UsageError
 
-__all__ = ["MapReport", "Question", "evaluate", "main", "read_map", "read_questions"]
+__all__ = ["MapReport", "draw", "evaluate", "main"]
 
-_PASSABLE = ".GS"
-
-
-@dataclass(frozen=True, slots=True)
-class Question:
-    """One row of a scenario: cells as (row, column), row 0 on top; the length of the shortest path in cells."""
-
-    start: Cell
-    goal: Cell
-    length: float
-
-    @property
-    def pathless(self) -> bool:
-        """Whether the file says that there is no way: it writes a length of 0 between two different cells."""
-        return self.length == 0.0 and self.start != self.goal
-
-    def agrees(self, cost: float) -> bool:
-        """The rounding that the files allow: 1e-4 of the length plus 5e-3."""
-        return abs(cost - self.length) <= 1e-4 * self.length + 5e-3
+QUESTIONS = 200
+"""On each map that is drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,42 +55,28 @@ class MapReport:
     expansions_per_s: float
     any_angle: float
     """Mean of length pulled straight / octile length; collision-free at half-cell sampling."""
-    wrong: tuple[str, ...]
+    wrong: Sequence[str]
     """The first rows that were not exact."""
-
-
-def read_map(path: Path) -> NDArray[np.bool_]:
-    """Passable cells of a `.map` file, shape (height, width). Raises `ValueError` with the file's name."""
-    head, found, body = path.read_text(encoding="ascii").partition("map\n")
-    rows = body.splitlines() if found else []
-    sizes = dict(line.split() for line in head.splitlines() if line.startswith(("height", "width")))
-    width, height = int(sizes.get("width", -1)), int(sizes.get("height", -1))
-    rows = rows[:height]
-    if len(rows) != height or any(len(row) != width for row in rows):
-        raise ValueError(f"{path} is not a Moving AI map: it promises {width} x {height} cells and holds other rows")
-    return np.array([[cell in _PASSABLE for cell in row] for row in rows])
-
-
-def read_questions(path: Path) -> Iterator[Question]:
-    """The rows of a `.scen` file. Raises `ValueError` with file and line."""
-    for number, line in enumerate(path.read_text(encoding="ascii").splitlines(), start=1):
-        if not line.strip() or line.startswith("version"):
-            continue
-        columns = line.split()
-        if len(columns) != 9:
-            raise ValueError(f"{path}:{number} has {len(columns)} columns; a scenario row has 9")
-        x0, y0, x1, y1 = map(int, columns[4:8])
-        yield Question((y0, x0), (y1, x1), float(columns[8]))
 
 
 def evaluate(path: Path, limit: int | None = None) -> MapReport:
     """Answer the questions beside a `.map` file (its name plus ``.scen``); with `limit`, that many spread over all
     rows.
     """
-    free = read_map(path)
     questions = list(read_questions(path.with_name(path.name + ".scen")))
     if limit is not None and limit < len(questions):
         questions = [questions[i * len(questions) // limit] for i in range(limit)]
+    return answer(path.name, read_map(path), questions)
+
+
+def draw(kind: str, seed: int, size: int, many: int) -> MapReport:
+    """Answer `many` questions on a map that is drawn, of `size` x `size` cells."""
+    free = drawn(kind, seed, size)
+    return answer(f"{kind}, seed {seed}", free, questions_on(free, seed, many))
+
+
+def answer(name: str, free: NDArray[np.bool_], questions: Sequence[Question]) -> MapReport:
+    """Answer questions about one map."""
     begun = time.process_time()
     search = OctileSearch(free, landmarks=True)
     build = time.process_time() - begun
@@ -115,19 +88,19 @@ def evaluate(path: Path, limit: int | None = None) -> MapReport:
     for question in questions:
         begun = time.process_time()
         try:
-            answer = search.solve(question.start, question.goal)
+            found = search.solve(question.start, question.goal)
         except NavigationError as error:
             if not question.pathless:
                 wrong.append(f"{question}: {error}")
             continue
         times.append(time.process_time() - begun)
-        expansions += answer.expanded
-        if question.pathless or not question.agrees(answer.cost):
-            wrong.append(f"{question}: {answer.cost:.6f}")
-        ratios.append(_pulled(answer, weights))
+        expansions += found.expanded
+        if question.pathless or not question.agrees(found.cost):
+            wrong.append(f"{question}: {found.cost:.6f}")
+        ratios.append(_pulled(found, weights))
     total = sum(times)
     return MapReport(
-        map=path.name,
+        map=name,
         width=free.shape[1],
         height=free.shape[0],
         rows=len(questions),
@@ -180,6 +153,25 @@ def _text(reports: Sequence[MapReport]) -> str:
     return "\n".join(lines)
 
 
+def _maps_in(folder: Path) -> list[Path]:
+    """Raises `UsageError` when there is none with questions."""
+    maps = [folder] if folder.is_file() else sorted(folder.glob("*.map"))
+    maps = [path for path in maps if path.with_name(path.name + ".scen").exists()]
+    if not maps:
+        raise UsageError(
+            f"{folder} holds no .map file with a .map.scen beside it" if folder.exists() else f"there is no {folder}"
+        )
+    return maps
+
+
+def _evaluate(path: str, limit: int | None) -> dict[str, Any]:
+    return asdict(evaluate(Path(path), limit))
+
+
+def _draw(kind: str, seed: int, size: int, many: int) -> dict[str, Any]:
+    return asdict(draw(kind, seed, size, many))
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the maps of a folder and print the figures; 0 when every row is exact, 1 when not. Raises `UsageError` when there is
     nothing to run.
@@ -187,21 +179,44 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = Parser(
         prog="python -m robot evaluate maps", description="Exactness and speed of path search on Moving AI maps."
     )
-    parser.add_argument("folder", type=Path, help="folder with NAME.map and NAME.map.scen files, or one .map file")
+    parser.add_argument(
+        "folder", type=Path, nargs="?", help="folder with NAME.map and NAME.map.scen files, or one .map file"
+    )
+    parser.add_argument(
+        "--drawn", nargs="*", choices=tuple(KINDS), metavar="KIND", help=f"maps that are drawn instead: {', '.join(KINDS)} (all)"
+    )  # fmt: skip
+    parser.add_argument("--seed", type=parse_seed, default=1, help="of maps that are drawn (default 1)")
+    parser.add_argument(
+        "--size", type=whole(8, 4096), default=512, metavar="CELLS", help="of their sides (default 512)"
+    )
+    add_running(parser)
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    parser.add_argument("--limit", type=int, metavar="N", help="at most N rows of each scenario, evenly spread")
+    parser.add_argument(
+        "--limit",
+        type=int,
+        metavar="N",
+        help="at most N rows of each scenario, evenly spread; with --drawn so many questions a map",
+    )
     options = parser.parse_args(argv)
-    folder: Path = options.folder
-    maps = [folder] if folder.is_file() else sorted(folder.glob("*.map"))
-    maps = [path for path in maps if path.with_name(path.name + ".scen").exists()]
-    if not maps:
-        raise UsageError(
-            f"{folder} holds no .map file with a .map.scen beside it" if folder.exists() else f"there is no {folder}"
-        )
-    reports = [evaluate(path, options.limit) for path in maps]
+    if (options.folder is None) == (options.drawn is None):
+        raise UsageError("give a folder, or --drawn")
+    run: Callable[[str], dict[str, Any]]
+    if options.drawn is not None:
+        names, many = list(options.drawn or KINDS), options.limit or QUESTIONS
+        run = partial(_draw, seed=options.seed, size=options.size, many=many)
+        what = f"maps drawn by seed {options.seed}, {options.size} cells, {many} questions"
+    else:
+        names, run = [str(path) for path in _maps_in(options.folder)], partial(_evaluate, limit=options.limit)
+        what = f"maps, limit {options.limit}"
+    with closing(each(run, names, jobs=options.jobs, file=options.resume, what=what)) as told:
+        reports = [MapReport(**held) for held in told]
     if options.json:
-        told = {"date": date.today().isoformat(), "machine": machine(), "maps": [asdict(report) for report in reports]}
-        print(json.dumps(told, indent=2))
+        result = {
+            "date": date.today().isoformat(),
+            "machine": machine(),
+            "maps": [asdict(report) for report in reports],
+        }
+        print(json.dumps(result, indent=2))
     else:
         print(_text(reports))
     return 0 if all(report.exact == report.rows for report in reports) else 1

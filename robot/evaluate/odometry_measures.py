@@ -6,18 +6,15 @@ from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from functools import lru_cache
 from math import cos, degrees, sin
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from actors import Child, Node, execute, run
-from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.std_srvs.srv import Trigger
-from robot.contracts import CALIBRATE_SENSOR, IMU_CALIBRATION, POSE, STAND
-from robot.geometry.angles import wrap
-from robot.geometry.messages import from_pose
+from robot.contracts import CALIBRATE_SENSOR, IMU_CALIBRATION, STAND
+from robot.evaluate.fidelity import Fidelity
 from robot.geometry.vectors import Vector
-from robot.hardware.body import Body
 from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from robot.model.modes import Mode
 from robot.run.choice import only
@@ -27,16 +24,11 @@ from robot.sim.physics import PhysicsBody
 from robot.testing import PERIOD, Conditions, Trial
 from robot.tree import robot_tree
 
-__all__ = ["OnMap", "Walked", "calibration_error", "patrol", "walk"]
-
-Seen: TypeAlias = tuple[tuple[float, float, float], tuple[float, float]]
-"""Error of one pose (m, m, rad), and the true place (m)."""
+__all__ = ["Walked", "calibration_error", "walk"]
 
 WALK_SECONDS = 60.0
 SETTLED = 9.0
 """Seconds until a robot that was told to stand up stands still: it rises for 3 s, then settles."""
-GETTING_UP = 4.0
-"""Seconds until the robot walks: the localizer's first scans are not counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +46,10 @@ class Walked:
 
 
 @lru_cache(maxsize=64)
-def walk(seed: int, delay: float) -> Walked:
+def walk(seed: int, given: Conditions) -> Walked:
     """Stand up, then walk about for a minute; infinite after a fall."""
     random = np.random.default_rng([seed, 6])
-    trial = Trial(seed, conditions=Conditions(delay=delay))
+    trial = Trial(seed, conditions=given)
     trial.stand_up()
     rows: list[tuple[float, float, float, float]] = []
     turned = [_yaw_error(trial)]
@@ -77,43 +69,9 @@ def walk(seed: int, delay: float) -> Walked:
     return Walked(float(np.hypot(speed_x, speed_y)), degrees(tilt), height, abs(degrees(drift)))
 
 
-@dataclass(frozen=True, slots=True)
-class OnMap:
-    """How far the pose on the map was from the truth, rmse."""
-
-    place: float
-    """m."""
-    heading: float
-    """Degrees."""
-    walked: float
-    """m."""
-
-
-@lru_cache(maxsize=64)
-def patrol(seed: int, delay: float, seconds: float) -> OnMap:
-    """The whole robot on its patrol of the warehouse, on the virtual clock."""
-    scene = get_world("warehouse")
-    body = PhysicsBody(scene, seed=seed, delay=delay)
-    waypoints = [(f"patrol_{number}", pose) for number, pose in enumerate(scene.patrol, start=1)]
-    tree = robot_tree(body, Pack(90.0), waypoints, motor_delay=delay)
-    seen: list[Seen] = []
-
-    async def main() -> None:
-        async with run(tree, seed=seed, sinks=()) as system:
-            await system.clock.sleep(GETTING_UP)
-            await system.join(Child(_Witness, args=(body, seen)))
-            await system.clock.sleep(seconds)
-
-    _simulate(main)
-    x, y, yaw = np.sqrt(np.mean(np.square([error for error, _ in seen]), axis=0)).tolist()
-    places = np.array([place for _, place in seen])[:: round(50.0 * 0.5)]  # one in half a second: sway is no walking
-    walked = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-    return OnMap(float(np.hypot(x, y)), degrees(yaw), walked)
-
-
-def calibration_error(seed: int, delay: float, *, standing: bool) -> float:
+def calibration_error(seed: int, delay: float, fidelity: Fidelity, *, standing: bool) -> float:
     """Largest error of the three gyro biases that a calibration finds, rad/s; infinite if it is refused. The robot lies, or stands."""
-    body = _Revealed(get_world("empty"), seed=seed, delay=delay)
+    body = _Revealed(get_world("empty"), seed=seed, delay=delay, sensors=fidelity.errors, actuators=fidelity.drives)
     nodes = ("motors", "proprioception", "gait", "calibration")
     tree = only(robot_tree(body, Pack(90.0), [("here", body.scene.start)], motor_delay=delay), nodes)
     found: list[float] = []
@@ -143,21 +101,6 @@ class _Revealed(PhysicsBody):
     def gyro_bias(self) -> Vector:
         """rad/s, of the latest sample."""
         return self._imu_noise.gyro.bias
-
-
-class _Witness(Node):
-    """Compares every pose with the true one of its instant."""
-
-    def __init__(self, body: Body, seen: list[Seen]) -> None:
-        self._body, self._seen = body, seen
-
-    @POSE.on()
-    def pose(self, message: PoseStamped) -> None:
-        self._body.advance(self.clock.now())
-        truth, told = self._body.truth(), from_pose(message.pose)
-        x, y, _ = truth.position.tolist()
-        error = (told.x - x, told.y - y, wrap(told.yaw - truth.yaw))
-        self._seen.append((error, (x, y)))
 
 
 def _simulate(main: Callable[[], Coroutine[Any, Any, None]]) -> None:

@@ -14,12 +14,13 @@ from dataclasses import asdict
 from functools import partial
 from typing import Any
 
+from robot.evaluate.fidelity import add_sensors
 from robot.evaluate.room_worlds import room
 from robot.evaluate.rooms_run import Outcome, walk
 from robot.evaluate.trials import circumstances, heading, trial_parser, trials
 from robot.hardware.sensors import SensorKind
 from robot.run.arguments import whole, within
-from robot.sim.physics import BackendMissing, check_engine
+from robot.sim.physics import check_engine
 
 __all__ = ["ENOUGH", "main", "show", "summary"]
 
@@ -55,7 +56,7 @@ def show(result: Mapping[str, Any]) -> str:
     return "\n".join(
         [
             f"rooms, at up to {result['speed']:g} m/s, {'with' if result['sight'] else 'without'} sight, sensors {result['sensors']}, back end physics",
-            f"seeds {result['seed']} to {result['seed'] + result['rooms'] - 1}; {heading(result)}",
+            heading(result, result["rooms"]),
             "",
             f"rooms {result['rooms']}; walked {result['metres']:.0f} m; highest true speed over half a second {result['fastest']:.2f} m/s",
             f"goals reached  {result['reached']} of {result['goals']} ({result['reached_percent']:.1f} %, wanted {ENOUGH:g})",
@@ -67,32 +68,20 @@ def show(result: Mapping[str, Any]) -> str:
 
 def tell(held: Mapping[str, Any]) -> str:
     """One line of an outcome that JSON holds."""
-    outcome = Outcome(**held)
-    bumps = "".join(f"; touched {name} at {at:g} s" for name, at in outcome.bumps.items())
-    failures = "".join(f"; {reason}" for reason in outcome.failures)
-    return f"room {outcome.seed}: {outcome.reached} of {outcome.goals} goals in {outcome.seconds:.0f} s, {outcome.falls} falls{bumps}{failures}"
+    return Outcome(**held).line("room")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the figures; 0 without a fall or a contact and with enough goals, 1 otherwise, 3 without MuJoCo. Raises `UsageError`."""
-    parser = trial_parser("rooms", (__doc__ or "").split("\n")[0], "half an hour on an idle core")
+    """Print the figures; 0 without a fall or a contact and with enough goals, 1 otherwise. Raises `UsageError`, `BackendMissing`."""
+    parser = trial_parser("rooms", (__doc__ or "").split("\n")[0], "twenty minutes on a core")
     parser.add_argument("--rooms", type=whole(1, 10000), metavar="N", help=f"how many (default {ROOMS})")
     parser.add_argument(
         "--speed", type=within(0.1, 1.6, "m/s"), default=SPEED, help="the fastest walk, m/s (default 1)"
     )
     parser.add_argument("--blind", action="store_true", help="without depth cameras and elevation map, to compare")
-    parser.add_argument(
-        "--sensors",
-        choices=("ideal", "real"),
-        default="ideal",
-        help="of LiDAR, IMU and legs (default ideal: white noise)",
-    )
+    add_sensors(parser)
     asked = parser.parse_args(argv)
-    try:
-        check_engine()
-    except BackendMissing as error:
-        print(error, file=sys.stderr)
-        return 3
+    check_engine()
     many, began = asked.rooms or (ROOMS // 10 if asked.quick else ROOMS), time.monotonic()
     told = trials(
         partial(run, speed=asked.speed, sight=not asked.blind, sensors=asked.sensors), range(asked.seed, asked.seed + many),

@@ -8,8 +8,10 @@ from actors import Child, execute, run
 from robot.evaluate.room_worlds import Room
 from robot.evaluate.watched import WatchedBody
 from robot.hardware.sensors import SensorKind, Sensors
+from robot.model.actuators import ActuatorDesign
 from robot.run.judge import Judge, Score
 from robot.sim.battery import Pack
+from robot.sim.ground import Ground
 from robot.tree import robot_tree
 
 __all__ = ["Outcome", "walk"]
@@ -39,10 +41,27 @@ class Outcome:
     fastest: float
     """True speed over half a second, m/s."""
 
+    def line(self, what: str) -> str:
+        """It as a line; `what` it was a walk through."""
+        bumps = "".join(f"; touched {name} at {at:g} s" for name, at in self.bumps.items())
+        failures = "".join(f"; {reason}" for reason in self.failures)
+        return f"{what} {self.seed}: {self.reached} of {self.goals} goals in {self.seconds:.0f} s, {self.falls} falls{bumps}{failures}"
 
-def walk(room: Room, seed: int, speed: float, *, sight: bool = True, sensors: SensorKind = "ideal") -> Outcome:
-    """Walk to all goals of a room, at up to `speed` m/s."""
-    body = WatchedBody(room.scene, seed=seed, delay=MOTOR_DELAY, sensors=Sensors.of(sensors))
+
+def walk(
+    room: Room,
+    seed: int,
+    speed: float,
+    *,
+    sight: bool = True,
+    sensors: SensorKind = "ideal",
+    ground: Ground | None = None,
+    actuators: ActuatorDesign | None = None,
+) -> Outcome:
+    """Walk to all goals of a room, at up to `speed` m/s, on the `ground` and with the drives that are given."""
+    body = WatchedBody(
+        room.scene, seed=seed, delay=MOTOR_DELAY, ground=ground, actuators=actuators, sensors=Sensors.of(sensors)
+    )
     waypoints = [(f"goal_{number}", pose) for number, pose in enumerate(room.goals, start=1)]
     tree = robot_tree(body, Pack(90.0), waypoints, laps=1, motor_delay=MOTOR_DELAY, sight=sight)
     score = Score()

@@ -23,7 +23,7 @@ from typing import Any, Final, TypeAlias
 from robot.control.unmapped import SHEET
 from robot.evaluate.barn_run import LIMIT, Outcome, run
 from robot.evaluate.field_worlds import PASSAGE, field_world
-from robot.evaluate.levels import machine
+from robot.evaluate.machine import machine
 from robot.run.arguments import Parser, whole
 from robot.run.errands import UsageError
 
@@ -82,6 +82,8 @@ LEFT_OUT: Final[Mapping[str, str]] = MappingProxyType(
         "config.groping_speed": "with depth cameras only",
         "config.step_speed": "with depth cameras only",
         "config.step_ahead": "with depth cameras only",
+        "config.slope_speed": "where the map shows slopes only",
+        "config.slope_ahead": "where the map shows slopes only",
         "config.first_step": "for the first period only",
         "config.longest_step": "for late periods only",
         "config.usual_pace": "for the display only",

@@ -1,6 +1,6 @@
 """Whether the robot ever falls because of us: what stops a walk, at every phase of the stride and every speed, and sensors that fail.
 
-`python -m robot evaluate stops`. Each row is so many robots that walk in physics, with noisy sensors, and meet one cause; it tells how many
+`python -m robot evaluate stops`. Each row is so many robots that walk in physics, with sensors and drives as they are, and meet one cause; it tells how many
 fell, and within which time the others knew of it.
 """
 
@@ -18,11 +18,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from robot.evaluate.fidelity import IDEAL, Fidelity, add_fidelity
 from robot.evaluate.stops_run import CAUSES, FAULTY, Case, Outcome, run
 from robot.evaluate.trials import circumstances, each, heading, trial_parser
 from robot.run.arguments import within
 from robot.run.errands import UsageError
-from robot.sim.physics import BackendMissing, check_engine
+from robot.sim.physics import check_engine
 
 __all__ = ["SPEEDS", "Row", "main", "measure", "rows", "show"]
 
@@ -48,12 +49,14 @@ class Row:
     """Seconds within which each has to be known; None: whenever."""
 
 
-def rows(seed: int, delay: float, *, phases: int = PHASES, draws: int = DRAWS) -> tuple[Row, ...]:
+def rows(
+    seed: int, delay: float, *, phases: int = PHASES, draws: int = DRAWS, fidelity: Fidelity = IDEAL
+) -> tuple[Row, ...]:
     """All of them, for a motor delay in s. No case depends on another, nor on how many there are."""
     stops = [
         Row(
             f"{cause}, {speed:g} m/s",
-            tuple(Case(cause, speed, number / phases, seed, delay) for number in range(phases)),
+            tuple(Case(cause, speed, number / phases, seed, delay, fidelity=fidelity) for number in range(phases)),
             None,
         )
         for cause in CAUSES
@@ -62,7 +65,7 @@ def rows(seed: int, delay: float, *, phases: int = PHASES, draws: int = DRAWS) -
     faults = [
         Row(
             f"sensor faults, {speed:g} m/s",
-            tuple(_drawn(seed, delay, speed, number) for number in range(draws // len(FAULT_SPEEDS))),
+            tuple(_drawn(seed, delay, speed, number, fidelity) for number in range(draws // len(FAULT_SPEEDS))),
             KNOWN_WITHIN,
         )
         for speed in FAULT_SPEEDS
@@ -70,12 +73,12 @@ def rows(seed: int, delay: float, *, phases: int = PHASES, draws: int = DRAWS) -
     return (*stops, *faults)
 
 
-def _drawn(seed: int, delay: float, speed: float, number: int) -> Case:
+def _drawn(seed: int, delay: float, speed: float, number: int, fidelity: Fidelity) -> Case:
     """A fault at a random moment of a walk with a random turn. Faults take turns, so that each has its share."""
     random = np.random.default_rng([seed, number, round(1000 * speed)])
     names = sorted(FAULTY)
     turn = float(random.uniform(-MOST_TURN, MOST_TURN))
-    return Case(names[number % len(names)], speed, float(random.uniform()), seed, delay, turn)
+    return Case(names[number % len(names)], speed, float(random.uniform()), seed, delay, turn, fidelity=fidelity)
 
 
 # -- measuring --------------------------------------------------------------------------------------------------------
@@ -126,7 +129,8 @@ def show(result: Mapping[str, Any]) -> str:
     told = result["rows"]
     return "\n".join(
         [
-            f"stops and sensor faults, motor delay {result['delay_ms']:g} ms, seed {result['seed']}, back end physics",
+            f"stops and sensor faults, motor delay {result['delay_ms']:g} ms, sensors {result['sensors']}, actuators {result['actuators']}, "
+            f"seed {result['seed']}, back end physics",
             heading(result),
             "",
             f"{'cause':<32}{'falls':>10}{'known, median':>16}{'worst':>9}{'never':>7}{'late':>6}",
@@ -152,21 +156,19 @@ def _line(row: Mapping[str, Any]) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the table; 0 without a fall and with every fault known in time, 1 otherwise, 3 without the physics back end. Raises `UsageError`."""
+    """Print the table; 0 without a fall and with every fault known in time, 1 otherwise. Raises `UsageError`, `BackendMissing`."""
     parser = trial_parser(
         "stops", (__doc__ or "").split("\n")[0], "half an hour on an idle core",
         quick="4 phases a row instead of 32, 40 sensor faults instead of 200", seed="of all robots",
     )  # fmt: skip
     parser.add_argument("--only", default="", help="only rows whose name contains this")
     parser.add_argument("--delay", type=within(0.0, 20.0, "milliseconds"), default=8.0, help="motor delay, ms")
+    add_fidelity(parser)
     asked = parser.parse_args(argv)
-    try:
-        check_engine()
-    except BackendMissing as error:
-        print(error, file=sys.stderr)
-        return 3
-    size = {"phases": 4, "draws": 40} if asked.quick else {}
-    every = rows(asked.seed, asked.delay / 1000.0, **size)
+    check_engine()
+    size: dict[str, Any] = {"phases": 4, "draws": 40} if asked.quick else {}
+    fidelity = Fidelity.of(asked)
+    every = rows(asked.seed, asked.delay / 1000.0, fidelity=fidelity, **size)
     chosen = [row for row in every if asked.only in row.name]
     if not chosen:
         raise UsageError(
@@ -174,6 +176,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
     began = time.monotonic()
     told = measure(chosen, asked.jobs, asked.resume)
-    result = circumstances(asked, began) | {"delay_ms": asked.delay, "rows": told}
+    result = circumstances(asked, began) | fidelity.told | {"delay_ms": asked.delay, "rows": told}
     print(json.dumps(result, indent=2) if asked.json else show(result))
     return 1 if any(row["falls"] or row["known_late"] for row in told) else 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from argparse import Namespace
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -14,11 +14,11 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-from robot.evaluate.levels import machine
+from robot.evaluate.machine import machine
 from robot.run.arguments import Parser, parse_seed, whole
 from robot.run.errands import UsageError
 
-__all__ = ["Outcome", "circumstances", "each", "heading", "trial_parser", "trials"]
+__all__ = ["Outcome", "add_running", "circumstances", "each", "heading", "trial_parser", "trials"]
 
 C = TypeVar("C")
 
@@ -38,12 +38,17 @@ def trial_parser(
     made = Parser(prog=f"python -m robot evaluate {name}", description=description, epilog=f"All of it takes {takes}.")
     made.add_argument("--seed", type=parse_seed, default=1, help=f"{seed} (default 1)")
     made.add_argument("--quick", action="store_true", help=quick)
-    made.add_argument("--jobs", type=whole(1, 256), default=1, metavar="N", help="processes (default 1)")
-    made.add_argument(
-        "--resume", type=Path, metavar="FILE", help="keep each outcome here, and do not run again what is kept"
-    )
+    add_running(made)
     made.add_argument("--json", action="store_true", help="print JSON instead of text")
     return made
+
+
+def add_running(parser: ArgumentParser) -> None:
+    """Add --jobs and --resume."""
+    parser.add_argument("--jobs", type=whole(1, 256), default=1, metavar="N", help="processes (default 1)")
+    parser.add_argument(
+        "--resume", type=Path, metavar="FILE", help="keep each outcome here, and do not run again what is kept"
+    )
 
 
 def trials(
@@ -99,11 +104,12 @@ def circumstances(asked: Namespace, began: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def heading(result: Mapping[str, Any]) -> str:
-    """The circumstances as a line, without the seed."""
+def heading(result: Mapping[str, Any], many: int | None = None) -> str:
+    """The circumstances as a line; with the seeds, where there are so `many` trials of one each."""
     here = result["machine"]
+    seeds = "" if many is None else f"seeds {result['seed']} to {result['seed'] + many - 1}; "
     return (
-        f"{result['date']}; {here['processor']}, {here['cores']} cores, Python {here['python']}, MuJoCo {here['mujoco']}; "
+        f"{seeds}{result['date']}; {here['processor']}, {here['cores']} cores, Python {here['python']}, MuJoCo {here['mujoco']}; "
         f"{result['wall_seconds']:.0f} s"
     )
 
@@ -115,7 +121,9 @@ def _kept(file: Path | None, what: str) -> dict[str, Outcome]:
         lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
         return {json.dumps(line["case"]): line["outcome"] for line in lines if line["what"] == what}
     except (OSError, ValueError, TypeError, KeyError) as error:
-        raise UsageError(f"--resume {file}: these are no outcomes of an earlier run: {error}") from error
+        raise UsageError(
+            f"--resume {file}: these are no outcomes of an earlier run: {error}; name another file, or remove this one"
+        ) from error
 
 
 @contextmanager

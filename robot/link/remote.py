@@ -13,9 +13,9 @@ from typing import Any, Final
 import numpy as np
 
 from robot.geometry.planar import Pose2
-from robot.geometry.vectors import Floats, Vector, rotation_of
+from robot.geometry.vectors import Vector, rotation_of
 from robot.hardware.arm import ArmBusy, ArmDevice, ArmState, GripperState
-from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.hardware.beams import BEAMS, MAX_RANGE, beam_angles
 from robot.hardware.body import (
     NO_REPLAY,
     ActuatorState,
@@ -49,7 +49,7 @@ from robot.sim.mjcf import obstacle_names
 from robot.sim.noise import LidarNoise
 from robot.sim.rays import cast
 from robot.sim.sight import sight
-from robot.sim.spin import beam_directions, groups_of
+from robot.sim.spin import beam_directions
 
 __all__ = ["LinkedBody"]
 
@@ -198,23 +198,24 @@ class LinkedBody:
         return self._noise.apply(cast(self._scene, x, y, yaw, beams, max_range, height=z), max_range)
 
     def sweep(self) -> Sweep | None:
-        """The revolution that ends now, by the body's place and speed of its newest instant; its own legs are not seen."""
+        """The revolution that ends now, each beam from where the body was then, by its place and speed of its newest instant.
+
+        Its own legs are not seen.
+        """
         taken = self._sensors.lidar.sweep
         if taken == 0.0:
             return None
         state = self.state()
-        truth, now, groups = state.truth, time.monotonic(), groups_of(taken)
+        truth, now = state.truth, time.monotonic()
         attitude = rotation_of(truth.quaternion)
         turning, mount = attitude @ truth.angular_velocity, attitude @ self._noise.mount
-        seen: list[Floats] = []
-        for number, angles in enumerate(groups):
-            passed = now - state.at - taken * (1.0 - (number + 0.5) / len(groups))
-            rays = beam_directions(angles) @ mount.T
-            rays = rays + passed * np.cross(turning, rays)
-            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-            eye = truth.position + passed * truth.velocity
-            seen.append(np.minimum(sight(self._scene.obstacles, self._scene.pits, eye, rays, MAX_RANGE), MAX_RANGE))
-        return Sweep(now - taken + self._shift(), taken, self._noise.apply(np.concatenate(seen), MAX_RANGE))
+        passed = now - state.at - taken * (1.0 - (np.arange(BEAMS)[:, np.newaxis] + 0.5) / BEAMS)
+        rays = beam_directions(beam_angles(BEAMS)) @ mount.T
+        rays = rays + passed * np.cross(turning, rays)
+        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+        eyes = truth.position + passed * truth.velocity
+        met = sight(self._scene.obstacles, self._scene.pits, eyes, rays, MAX_RANGE, self._scene.terrain)
+        return Sweep(now - taken + self._shift(), taken, self._noise.apply(np.minimum(met, MAX_RANGE), MAX_RANGE))
 
     def truth(self) -> Truth:
         return read_truth(self._told(), self._obstacles)

@@ -36,25 +36,27 @@ class DepthCameras(Node):
     async def on_start(self) -> None:
         self._noise = DepthNoise(np.random.default_rng(self.rng.getrandbits(64)))
         self._taken = 0
-        self._late: PointCloud2 | None = None
 
-    @every(hz=1.0 / LATENCY)
-    def work(self) -> None:
-        """Deliver the picture before, and take the next: by turns."""
-        if self._late is not None:
-            self.points(self._late)
-            self._late = None
-        elif self.points.subscription_count:
-            self._late = self._picture()
+    @every(hz=10)
+    def look(self) -> None:
+        """Take a picture; it is delivered `LATENCY` later."""
+        picture = self._picture() if self.points.subscription_count else None
+        if picture is not None:
+            self.spawn(self._deliver(picture), name="deliver")
+
+    async def _deliver(self, picture: PointCloud2) -> None:
+        await self.clock.sleep(LATENCY)
+        self.points(picture)
 
     def _picture(self) -> PointCloud2 | None:
         now = self.clock.now()
         self._body.advance(now)
-        truth, pits = self._body.truth(), self._body.scene.pits
+        truth, scene = self._body.truth(), self._body.scene
         pattern = self._taken % PATTERNS
         self._taken += 1
         rotation = rotation_of(truth.quaternion)
-        depths = self._noise.apply(look(self._body.obstacles(), pits, truth.position, rotation, pattern))
+        exact = look(self._body.obstacles(), scene.pits, truth.position, rotation, pattern, scene.terrain)
+        depths = self._noise.apply(exact)
         if depths is None:
             return None
         return pack_points(Header(stamp=self.clock.stamp(now), frame_id="base_link"), seen(depths, pattern))

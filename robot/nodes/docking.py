@@ -42,7 +42,7 @@ from robot.contracts import (
 )
 from robot.control.dock import DockConfig, Sight, approach, remaining
 from robot.estimation.dock_finder import find_dock
-from robot.estimation.pose_history import PoseHistory
+from robot.estimation.history import pose_history
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
@@ -144,7 +144,7 @@ class Docking(Node):
 
     async def on_start(self) -> None:
         self._pose: Pose2 | None = None
-        self._poses = PoseHistory()
+        self._poses = pose_history()
         self._mode = ""
         self._charging = False
         self._outcome = self._stopped = ""

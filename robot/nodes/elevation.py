@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from actors import Node, every, publishes
+from actors.images import cloud_of
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
 from actors.interfaces.nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry
 from actors.interfaces.sensor_msgs.msg import LaserScan, PointCloud2
 from actors.interfaces.std_msgs.msg import Header
 from robot.contracts import DEPTH_POINTS, ELEVATION_POINTS, GAIT_STATUS, ODOMETRY, POSE, RELIEF, SCAN
-from robot.estimation.attitude_history import AttitudeHistory
 from robot.estimation.elevation import ElevationMap
-from robot.estimation.pose_history import PoseHistory
+from robot.estimation.history import attitude_history, pose_history
 from robot.geometry.angles import yaw_of
 from robot.geometry.messages import from_pose, seconds
 from robot.geometry.vectors import Floats, Vector, rotation_of
@@ -20,16 +20,19 @@ from robot.hardware.beams import beam_angles, returns
 from robot.hardware.depth import eyes
 from robot.interfaces.robactor_msgs.msg import GaitStatus
 from robot.model.modes import ON_ITS_FEET
-from robot.nodes.point_clouds import pack_points, unpack_points
+from robot.nodes.point_clouds import unpack_points
 
 __all__ = ["Elevation"]
 
 STANDING = 0.8
 """The floor under the robot at the start is taken to be level so far around it, m: its corners are 0.6 m away."""
+CELL = np.dtype([(name, "<f4") for name in ("x", "y", "z", "doubt", "age")])
+"""Of elevation/points."""
 
 
 class Elevation(Node):
-    """Publishes elevation, 10 Hz: where the floor can be trodden on; and elevation/points while somebody listens.
+    """Publishes elevation, 10 Hz: where the floor can be trodden on; and elevation/points, 2 Hz, while somebody listens: what is known of each
+    cell, with `doubt` (m, a standard deviation) and `age` (s, since it was seen last) as further fields.
 
     Takes depth/points, lidar/scan, odom (attitude and height), pose (where on the map) and gait_status: while the robot lies or rises, how
     high its cameras are is not known well enough, and nothing is taken in or said.
@@ -39,7 +42,7 @@ class Elevation(Node):
     points = publishes(ELEVATION_POINTS)
 
     async def on_start(self) -> None:
-        self._poses, self._attitudes = PoseHistory(), AttitudeHistory()
+        self._poses, self._attitudes = pose_history(), attitude_history()
         self._map: ElevationMap | None = None
         self._up = False
 
@@ -57,7 +60,7 @@ class Elevation(Node):
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
         q, z = message.pose.pose.orientation, message.pose.pose.position.z
-        self._attitudes.add(seconds(message.header.stamp), np.array([q.w, q.x, q.y, q.z]), z)
+        self._attitudes.add(seconds(message.header.stamp), (np.array([q.w, q.x, q.y, q.z]), z))
 
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
@@ -87,9 +90,13 @@ class Elevation(Node):
     def show(self) -> None:
         if self._map is None or not self.points.subscription_count:
             return
-        x, y = (np.broadcast_to(axis, self._map.heights.shape) for axis in self._map.centres())
-        cells = np.stack([x, y, self._map.heights], axis=-1)
-        self.points(pack_points(Header(stamp=self.clock.stamp(), frame_id="map"), cells[np.isfinite(cells[:, :, 2])]))
+        now, heights = self.clock.now(), self._map.heights
+        known = np.isfinite(heights)
+        cells = np.empty(int(known.sum()), dtype=CELL)
+        layers = (*self._map.centres(), heights, self._map.doubt(now), self._map.age(now))
+        for name, layer in zip(CELL.names or (), layers, strict=True):
+            cells[name] = np.broadcast_to(layer, known.shape)[known]
+        self.points(cloud_of(cells, Header(stamp=self.clock.stamp(), frame_id="map")))
 
     def _message(self, stamp: float, header: Header) -> OccupancyGrid:
         assert self._map is not None

@@ -16,7 +16,7 @@ from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion, State
 from robot.control.navigator import Navigator
 from robot.estimation.elevation import Relief
-from robot.estimation.pose_history import PoseHistory
+from robot.estimation.history import History, pose_history
 from robot.geometry.messages import seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
 from robot.geometry.vectors import Floats
@@ -63,7 +63,7 @@ class Heard:
     """and whether, that the LiDAR sees nothing where there are walls."""
     stopped: str = ""
     """The reasons of a safety stop; empty when there is none."""
-    poses: PoseHistory = field(default_factory=PoseHistory)
+    poses: History[Pose2] = field(default_factory=pose_history)
     """Those of the last seconds, for scans that were taken a while ago."""
 
     def take_relief(self) -> Relief | None:

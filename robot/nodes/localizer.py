@@ -5,15 +5,19 @@ Equations: docs/control.md#localization.
 
 from __future__ import annotations
 
+from math import inf, isfinite, sqrt
+
 from actors import Node, parameter, publishes
+from actors.interfaces.geometry_msgs.msg import PoseWithCovarianceStamped
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
-from robot.contracts import GET_ROBOT_POSE, LOCALIZATION, ODOMETRY, POSE, RELOCALIZE, SCAN
-from robot.estimation.fit_watch import BLIND, LOST, TRACKING, FitWatch
-from robot.estimation.pose_history import PoseHistory
-from robot.estimation.relocalize import CERTAIN, Found, Relocalizer, apart
+from robot.contracts import GET_ROBOT_POSE, INITIAL_POSE, LOCALIZATION, ODOMETRY, POSE, RELOCALIZE, SCAN
+from robot.estimation.fit_watch import AMBIGUOUS, BLIND, LOST, TRACKING, FitWatch
+from robot.estimation.history import begun_anew, pose_history
+from robot.estimation.relocalize import CERTAIN, Found, Near, Relocalizer, apart
+from robot.estimation.rivals import Rivals
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose, inverse
@@ -26,16 +30,20 @@ __all__ = ["Localizer"]
 
 LONGEST = 0.1
 """A scan is taken to be at most so much newer than the odometry, s: five messages."""
-JUMP = 0.5
-"""An odometry step longer than this, m, means that odometry has begun anew."""
-FASTEST = 2.0
-"""What the robot may have gone meanwhile, along and across together, m/s; more than it can."""
 SEARCH = 0.3
 """Seconds that a search of the whole map takes."""
 LEAST = 0.5
 """Least score of a place that the robot is taken to."""
+MOST = 8
+"""So many places that are alike are weighed."""
+WEIGHED = 50
+"""Scans after which a robot that believes to be at one of the places that are alike stays there."""
+SIGMAS = 3.0
+NEAREST, LEAST_TURN = 0.5, 0.35
+"""Somebody who tells where the robot is may be wrong by three standard deviations, and by this (m, rad) whatever those are."""
 SAYINGS = {
     LOST: "scans do not fit the map: looking where on it the robot is",
+    AMBIGUOUS: "scans fit several places of the map alike: walk it about by hand, or tell it by /initialpose",
     BLIND: "the LiDAR sees nothing, where the map has walls",
 }
 
@@ -45,7 +53,8 @@ class Localizer(Node):
     restart.
 
     While scans do not fit the map there, it looks for them on the whole map, and goes where they fit, if they fit in one place only; that is
-    `relocalize` by itself. What the pose is worth is told on localization.
+    `relocalize` by itself. Places that one scan cannot tell from each other are weighed by the next ones. Who knows better tells it by
+    initialpose. What the pose is worth is told on localization.
 
     Parameters: gain, the share of each scan's correction that is taken at once; range_bias.
     """
@@ -69,13 +78,16 @@ class Localizer(Node):
         self._odom = Pose2(0.0, 0.0)
         self._stamp = 0.0
         self._speed = ZERO_TWIST
-        self._odoms = PoseHistory()
+        self._odoms = pose_history()
         self._watch = FitWatch()
         self._told = TRACKING
         self._newest: tuple[Floats, Pose2] | None = None
         """The latest scan, and where odometry had the robot then."""
         self._relocalizer: Relocalizer | None = None
         self._searching = False
+        self._near: Near | None = None
+        """Where somebody has said that the robot is, until a search there has ended."""
+        self._rivals: Rivals | None = None
 
     async def on_start(self) -> None:
         self._matcher = ScanMatcher(self._grid, bias_sd=self.range_bias)
@@ -88,8 +100,8 @@ class Localizer(Node):
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
         odom = from_pose(message.pose.pose)
-        passed = max(0.0, seconds(message.header.stamp) - self._stamp) if self._offset is not None else 0.0
-        jumped = abs(odom.x - self._odom.x) + abs(odom.y - self._odom.y) > JUMP + FASTEST * passed
+        passed = seconds(message.header.stamp) - self._stamp if self._offset is not None else 0.0
+        jumped = begun_anew((self._odom.x, self._odom.y), (odom.x, odom.y), passed)
         if jumped:
             self._odoms.clear()
         self._odoms.add(seconds(message.header.stamp), odom)
@@ -123,6 +135,8 @@ class Localizer(Node):
             step = compose(inverse(prior), fitted)
             taken = compose(prior, Pose2(self.gain * step.x, self.gain * step.y, self.gain * step.yaw))
             self._offset = compose(taken, inverse(moved))
+        if self._rivals is not None:
+            self._weigh(self._rivals, ranges, moved)
         self._tell()
         if not self._searching and self._watch.wants_search(stamp):
             self.spawn(self._search_now())
@@ -143,46 +157,97 @@ class Localizer(Node):
         else:
             self.log.warning(SAYINGS[self._told], x=round(self._here.x, 2), y=round(self._here.y, 2))
 
+    @INITIAL_POSE.on()
+    def initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+        """Believe it at once, and look for the newest scan about there."""
+        pose, frame = from_pose(message.pose.pose), message.header.frame_id
+        if frame not in ("map", "") or not all(map(isfinite, (pose.x, pose.y, pose.yaw))):
+            self.log.warning("an initial pose that is none: give finite numbers in frame 'map'", frame=frame)
+            return
+        variance = message.pose.covariance
+        place, turn = (sqrt(v) if 0.0 < v < inf else 0.0 for v in (max(variance[0], variance[7]), variance[35]))
+        self._near = Near(pose, max(NEAREST, SIGMAS * float(place)), max(LEAST_TURN, SIGMAS * float(turn)))
+        self._rivals, self._here = None, pose
+        if self._offset is not None:
+            self._offset = compose(pose, inverse(self._odom))
+        self.log.info("told where the robot is", x=round(pose.x, 2), y=round(pose.y, 2), yaw=round(pose.yaw, 2))
+        if not self._searching:
+            self.spawn(self._search_now())
+
     async def _search_now(self) -> None:
         await self._search()
 
     async def _search(self) -> str | None:
-        """Look for the newest scan on the whole map, and go there if it is certain. Returns why not."""
+        """Look for the newest scan, on the whole map or about where somebody has said, and go there if it is certain. Returns why not."""
         if self._newest is None or self._offset is None:
             return "there was no scan yet"
+        if self._searching:
+            return "a search is under way: ask again when it has ended"
         if self._relocalizer is None:
             self._relocalizer = Relocalizer(self._grid)
-        (ranges, moved), self._searching = self._newest, True
+        self._searching = True
         try:
-            found = await self.offload(self._relocalizer.search, ranges, takes=SEARCH, thread=True)
+            while True:
+                (ranges, moved), near = self._newest, self._near
+                found = await self.offload(self._relocalizer.search, ranges, near, takes=SEARCH, thread=True)
+                if near is self._near:  # nobody has said meanwhile that the robot is elsewhere
+                    break
         finally:
-            self._searching = False
+            self._searching, self._near = False, None
         believed = compose(self._offset, moved)
-        here = self._relocalizer.score(believed, ranges)
-        return self._heed(found, here, moved, believed)
+        here = self._relocalizer.score(believed, ranges) if near is None else 0.0
+        return self._heed(self._relocalizer, found, here, moved, believed)
 
-    def _heed(self, found: list[Found], here: float, moved: Pose2, believed: Pose2) -> str | None:
+    def _heed(
+        self, relocalizer: Relocalizer, found: list[Found], here: float, moved: Pose2, believed: Pose2
+    ) -> str | None:
         """Take the place that a search has found, if it is the only one of its kind and better than the one that was believed."""
-        now = self._stamp
         best = found[0] if found else None
         if best is not None and not apart(best.pose, believed):
-            self._watch.confirmed(now)
-            self._watch.searched(now, found=False)
-            self._tell()
+            self._go(compose(believed, inverse(moved)), moved)
             return None
-        rival = max(here, found[1].score if len(found) > 1 else 0.0)
-        if best is None or best.score < LEAST or best.score - rival < CERTAIN:
-            self._watch.searched(now, found=False)
-            alike = sum(best is not None and best.score - one.score < CERTAIN for one in found)
-            return f"the scan fits {alike} places alike" if alike > 1 else "the scan fits no other place"
-        self._offset = compose(best.pose, inverse(moved))
-        self._here = compose(self._offset, self._odom)
-        self.log.warning(
-            "found elsewhere on the map", x=round(best.pose.x, 2), y=round(best.pose.y, 2), score=round(best.score, 2)
-        )
-        self._watch.searched(now, found=True)
+        if best is None or best.score < LEAST:
+            self._watch.searched(self._stamp, found=False)
+            return "the scan fits no other place"
+        places = [one.pose for one in found[:MOST] if best.score - one.score < CERTAIN]
+        if best.score - here < CERTAIN:
+            places.append(believed)
+            self._watch.searched(self._stamp, found=False)
+        elif len(places) > 1:
+            self._watch.ambiguous(self._stamp)
+        else:
+            self._go(compose(best.pose, inverse(moved)), moved)
+            return None
+        self._rivals = Rivals(relocalizer, places, moved)
         self._tell()
-        return None
+        return f"the scan fits {len(places)} places alike"
+
+    def _weigh(self, rivals: Rivals, ranges: Floats, moved: Pose2) -> None:
+        """Go where the robot is as soon as scans tell it."""
+        rivals.weigh(ranges, moved)
+        offset = rivals.offset()
+        if offset is not None:
+            self._go(offset, moved)
+        elif rivals.best < LEAST:
+            self._rivals = None
+            self._watch.given_up()
+        elif self._watch.state == TRACKING and rivals.scans >= WEIGHED:
+            self._rivals = None
+
+    def _go(self, offset: Pose2, moved: Pose2) -> None:
+        """The robot is where `offset` from odom to map says; it may have been believed to be there."""
+        assert self._offset is not None
+        self._rivals = None
+        there = compose(offset, moved)
+        if not apart(there, compose(self._offset, moved)):
+            self._watch.confirmed(self._stamp)
+            self._watch.searched(self._stamp, found=False)
+        else:
+            self._offset = offset
+            self._here = compose(offset, self._odom)
+            self.log.warning("found elsewhere on the map", x=round(there.x, 2), y=round(there.y, 2))
+            self._watch.searched(self._stamp, found=True)
+        self._tell()
 
     @RELOCALIZE.serve()
     async def relocalize(self, request: Trigger_Request) -> Trigger_Response:

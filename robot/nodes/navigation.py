@@ -37,7 +37,7 @@ from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion
 from robot.control.navigator_config import NavigatorConfig
 from robot.estimation.elevation import Relief
-from robot.estimation.fit_watch import BLIND, LOST
+from robot.estimation.fit_watch import AMBIGUOUS, BLIND, LOST
 from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, Twist2
@@ -155,7 +155,7 @@ class Navigation(Node):
     @LOCALIZATION.on()
     def localization(self, message: String) -> None:
         """A robot that does not know where it is stands still, and goes on when it does; one whose LiDAR sees nothing walks slowly."""
-        self._heard.lost, self._heard.blind = message.data == LOST, message.data == BLIND
+        self._heard.lost, self._heard.blind = message.data in (LOST, AMBIGUOUS), message.data == BLIND
 
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:

@@ -12,6 +12,7 @@ from actors.tf2 import Transform
 from actors.time import nanoseconds_of, stamp_of
 from robot.contracts import ODOMETRY, SCAN, SCAN_RAW
 from robot.estimation.deskew import Deskew
+from robot.estimation.history import begun_anew
 from robot.geometry.messages import seconds
 
 __all__ = ["ScanCorrection"]
@@ -22,8 +23,6 @@ SLACK: Final = 0.005
 
 WAITING: Final = 3
 """Sweeps that wait for odometry; of more, the newest stay."""
-JUMP: Final = 0.5
-"""An odometry step longer than this, m, means that odometry has begun anew."""
 
 
 class ScanCorrection(Node):
@@ -38,16 +37,17 @@ class ScanCorrection(Node):
     def __init__(self) -> None:
         self._deskew = Deskew()
         self._waiting: deque[LaserScan] = deque(maxlen=WAITING)
-        self._last = (0.0, 0.0, 0.0)
+        self._last = (0.0, 0.0)
 
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
         base = Transform.from_msg(message.pose.pose)
         x, y, _ = base.translation
-        if abs(x - self._last[0]) + abs(y - self._last[1]) > JUMP:
+        stamp, newest = seconds(message.header.stamp), self._deskew.newest
+        if begun_anew(self._last, (x, y), stamp - newest if newest is not None else 0.0):
             self._deskew.clear()
-        self._last = base.translation
-        self._deskew.add(seconds(message.header.stamp), base.translation, base.rpy)
+        self._last = (x, y)
+        self._deskew.add(stamp, base.translation, base.rpy)
         self._correct()
 
     @SCAN_RAW.on()

@@ -7,7 +7,7 @@ from robot.picture.solids import Colour
 __all__ = [
     "BLACK", "BOARD", "CARTONS", "CHARGE", "CONCRETE", "CRATE", "DADO", "DARK", "FRAME", "GLASS", "GRAPHITE",
     "HAZARD", "HAZE", "JOINT", "LINE", "PATH", "PILLAR", "PRINT", "ROBOT", "RUBBER", "SKY", "STEEL", "TRAIL",
-    "WALL", "WHITE", "Colour", "linear", "srgb",
+    "WALL", "WHITE", "Colour", "linear",
 ]  # fmt: skip
 
 
@@ -15,12 +15,6 @@ def linear(text: str) -> Colour:
     """`rrggbb` as linear light."""
     channels = [int(text[i : i + 2], 16) / 255.0 for i in (0, 2, 4)]
     r, g, b = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels)
-    return r, g, b
-
-
-def srgb(text: str) -> tuple[int, int, int]:
-    """`rrggbb` as three bytes."""
-    r, g, b = (int(text[i : i + 2], 16) for i in (0, 2, 4))
     return r, g, b
 
 

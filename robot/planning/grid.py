@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from robot.geometry.vectors import Floats
 from robot.planning.errors import InvalidPose
+from robot.planning.ground import ground_of, rises_to_lidar
 from robot.scenes.scene import Box, Obstacle, Scene
 
 __all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Cell", "Grid", "block_mean", "distance_to", "signed_distance"]
@@ -102,6 +103,8 @@ class Grid:
     origin_y: float = 0.0
     exact_clearance: Floats | None = field(default=None, repr=False)
     """Clearance known better than from the cells, same shape; `from_scene` fills it."""
+    ground: Floats | None = field(default=None, repr=False)
+    """Height (m) of what is walked on, same shape; None where it is level floor all over."""
 
     def __post_init__(self) -> None:
         if self.occupied.ndim != 2 or self.occupied.size == 0:
@@ -124,8 +127,8 @@ class Grid:
     def from_scene(cls, scene: Scene, resolution: float = _CELL, margin: float = _RIM) -> Self:
         """The map of a scene's floor, with what is mapped on it and a rim of `margin` metres, so that the walls on its edge are on the map.
 
-        A cell is occupied when its middle lies in an obstacle or outside of the floor; the clearance is exact. The rim
-        is solid: behind a thin wall the distance to its far face would draw scan matching through it.
+        A cell is occupied when its middle lies in an obstacle, outside of the floor, or on ground that cannot be walked on; the clearance
+        from obstacles is exact. The rim is solid: behind a thin wall the distance to its far face would draw scan matching through it.
         """
         x0, y0, x1, y1 = (edge + side * margin for edge, side in zip(scene.bounds, (-1, -1, 1, 1), strict=True))
         width, height = (max(1, round((b - a) / resolution)) for a, b in ((x0, x1), (y0, y1)))
@@ -136,8 +139,13 @@ class Grid:
         clearance = np.minimum.reduce([x - low_x, high_x - x, y - low_y, high_y - y])
         for obstacle in (one for one in scene.obstacles if one.mapped):
             np.minimum(clearance, signed_distance(obstacle, x, y), out=clearance)
+        ground: Floats | None = None
+        if scene.terrain:
+            ground, blocked = ground_of(scene.terrain, x, y, clearance > 0.0)
+            if blocked.any():
+                np.minimum(clearance, distance_to(blocked, resolution), out=clearance)
         clearance.setflags(write=False)
-        return cls(clearance <= 0.0, resolution, x0, y0, exact_clearance=clearance)
+        return cls(clearance <= 0.0, resolution, x0, y0, exact_clearance=clearance, ground=ground)
 
     @classmethod
     def from_occupancy(
@@ -190,6 +198,13 @@ class Grid:
         column = math.floor((x - self.origin_x) / self.resolution)
         row = math.floor((y - self.origin_y) / self.resolution)
         return (row, column) if 0 <= row < self.height and 0 <= column < self.width else None
+
+    def is_ground(self, x: float, y: float, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Which cells hold ground so high that it returns the beams of the LiDAR of a robot at (x, y)."""
+        here = self.cell(x, y)
+        if self.ground is None or here is None:
+            return np.zeros(rows.shape, dtype=np.bool_)
+        return rises_to_lidar(self.ground[rows, columns], float(self.ground[here]))
 
     def middle(self, row: int, column: int) -> tuple[float, float]:
         """The point (x, y) in the middle of a cell, metres."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from actors import Child, Supervisor
 from actors.suggest import did_you_mean
 
-__all__ = ["UnknownNode", "changed", "nodes_of", "only"]
+__all__ = ["UnknownNode", "changed", "check_journals", "nodes_of", "only"]
 
 
 class UnknownNode(LookupError):
@@ -43,3 +43,14 @@ def only(tree: Supervisor, names: Sequence[str]) -> Supervisor:
         near = did_you_mean(name, known, "did", most=3, cutoff=0.5, quoted=False)
         raise UnknownNode(f"there is no node {name!r}; {near or 'there are: ' + ', '.join(known)}")
     return changed(tree, lambda child: child if child.name in wanted else None)
+
+
+def check_journals(tree: Supervisor, names: Sequence[str]) -> None:
+    """Raise `UnknownNode` for a name, or the path of a supervisor such as ``robot/safety``, that the tree does not have."""
+    paths = [name for name in names if "/" in name and not name.startswith("/")]
+    only(tree, [name for name in names if name not in paths])
+    known = [f"{tree.name}/{child.name}" for child in tree.children if isinstance(child, Supervisor)]
+    for path in paths:
+        if path not in known:
+            near = did_you_mean(path, known, "did")
+            raise UnknownNode(f"there is no subtree {path!r}; {near or 'there are: ' + ', '.join(known)}")

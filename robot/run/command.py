@@ -358,10 +358,10 @@ def check_crashes(tree: Supervisor, crashes: Sequence[Crash | Hang], option: str
 
 def check_replay(tree: Supervisor, names: Sequence[str]) -> None:
     """Refuse to keep journals of what is not there. Raises `UsageError`."""
-    from robot.run.choice import UnknownNode, only
+    from robot.run.choice import UnknownNode, check_journals
 
     try:
-        only(tree, names)
+        check_journals(tree, names)
     except UnknownNode as error:
         raise UsageError(f"--replay: {error}") from None
 

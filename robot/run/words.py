@@ -190,7 +190,7 @@ def _add_output(add: Any) -> None:
         action="extend",
         nargs="+",
         metavar="NODE",
-        help="keep journals of these nodes, on topics NODE/_journal, for `bag record --replay` and `bag replay`",
+        help="keep journals of these nodes, and of subtrees by their path (robot/navigation), for `bag record --replay` and `bag replay`",
     )
     add(
         "--journals",

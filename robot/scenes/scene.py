@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from robot.geometry.planar import Pose2
+from robot.scenes.terrain import Ramp
 
 __all__ = ["Box", "Cylinder", "Obstacle", "Pit", "Scene", "Thing", "Walker"]
 
@@ -116,6 +117,8 @@ class Scene:
     """Where the floor lies deeper; no two of them overlap."""
     walkers: tuple[Walker, ...] = ()
     """Who and what moves; in the physics body only, and not in one of another process."""
+    terrain: tuple[Ramp, ...] = ()
+    """What rises from the floor to be walked on, in the physics body; the robot begins on the floor."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A read-only view of places is not copied to other processes, the places are."""

@@ -15,6 +15,7 @@ from actors.suggest import did_you_mean
 from robot.geometry.planar import Pose2
 from robot.scenes.dock import station
 from robot.scenes.kitchen import kitchen
+from robot.scenes.ramps import ramps
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 
 __all__ = ["WORLDS", "UnknownWorld", "get_world"]
@@ -123,6 +124,7 @@ _BUILDERS: dict[str, Callable[[], Scene]] = {
     "corridor": _corridor,
     "pillars": _pillars,
     "kitchen": kitchen,
+    "ramps": ramps,
 }
 
 WORLDS: tuple[str, ...] = tuple(_BUILDERS)

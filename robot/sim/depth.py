@@ -10,6 +10,7 @@ import numpy as np
 from robot.geometry.vectors import Floats, Vector
 from robot.hardware.depth import CAMERAS, FARTHEST, camera_of, eyes, rays
 from robot.scenes.scene import Obstacle, Pit
+from robot.scenes.terrain import Ramp
 from robot.sim.sight import sight
 
 __all__ = ["LATENCY", "DepthNoise", "look", "seen"]
@@ -46,7 +47,12 @@ class DepthNoise:
 
 
 def look(
-    obstacles: Sequence[Obstacle], pits: Sequence[Pit], position: Vector, rotation: Floats, pattern: int
+    obstacles: Sequence[Obstacle],
+    pits: Sequence[Pit],
+    position: Vector,
+    rotation: Floats,
+    pattern: int,
+    terrain: Sequence[Ramp] = (),
 ) -> Floats:
     """Exact depths of all pixels for a body there, m, inf for none; `rotation` (3, 3) turns body axes into the world's."""
     directions = rays(pattern) @ rotation.T
@@ -54,7 +60,7 @@ def look(
     for number, camera in enumerate(CAMERAS):
         own = camera_of() == number
         eye = position + rotation @ np.array(camera.place)
-        depths[own] = sight(obstacles, pits, eye, directions[own], FARTHEST)
+        depths[own] = sight(obstacles, pits, eye, directions[own], FARTHEST, terrain)
     return depths
 
 

@@ -37,15 +37,24 @@ from robot.model.parameters import (
     TRUNK,
 )
 from robot.scenes.scene import Box, Obstacle, Scene
+from robot.scenes.terrain import Ramp
 from robot.sim.arm_mjcf import arm_body, drives, thing_bodies, welds
 from robot.sim.ground import Ground
 
-__all__ = ["FLOOR_GROUP", "OBSTACLE_GROUP", "ROBOT_GROUP", "obstacle_names", "walker_names", "write_model"]
+__all__ = [
+    "FLOOR_GROUP",
+    "OBSTACLE_GROUP",
+    "ROBOT_GROUP",
+    "obstacle_names",
+    "terrain_names",
+    "walker_names",
+    "write_model",
+]
 
 SKID_DEPTH = 0.17
 """Underside of the landing skid below the hip plane, m: sitting without power the robot rests on it, 16 mm below `sit`."""
 FLOOR_GROUP, ROBOT_GROUP, OBSTACLE_GROUP = 0, 1, 2
-"""Geometry groups: the floor, the robot's own parts, and the scene's obstacles, which the lidar sees."""
+"""Geometry groups: the floor, the robot's own parts, and the scene's obstacles and terrain, which the lidar sees."""
 
 
 def obstacle_names(scene: Scene) -> tuple[str, ...]:
@@ -56,6 +65,11 @@ def obstacle_names(scene: Scene) -> tuple[str, ...]:
 def walker_names(scene: Scene) -> tuple[str, ...]:
     """The name of every walker, such as ``walker_0``."""
     return tuple(f"walker_{index}" for index in range(len(scene.walkers)))
+
+
+def terrain_names(scene: Scene) -> tuple[str, ...]:
+    """The name of each piece of terrain, such as ``terrain_0``."""
+    return tuple(f"terrain_{index}" for index in range(len(scene.terrain)))
 
 
 def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = False) -> str:
@@ -74,7 +88,7 @@ def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = Fa
   </default>
   <worldbody>
     {_floor(scene, ground)}
-    {_obstacles(scene)}{_walkers(scene)}
+    {_obstacles(scene)}{_walkers(scene)}{_terrain(scene)}
     <body name="body" pos="0 0 0.486" childclass="robot">
       <freejoint name="body"/>
       {_inertial(BODY_MASS, (0.0, 0.0, 0.0), BODY_INERTIA)}
@@ -145,6 +159,21 @@ def _walkers(scene: Scene) -> str:
         f"{_shape(replace(walker.shape, x=0.0, y=0.0))}/></body>"
         for name, walker in zip(walker_names(scene), scene.walkers, strict=True)
     )
+
+
+def _terrain(scene: Scene) -> str:
+    return "".join(
+        f'<geom name="{name}" class="scene" group="{OBSTACLE_GROUP}" type="box" {_ground(piece)}/>'
+        for name, piece in zip(terrain_names(scene), scene.terrain, strict=True)
+    )
+
+
+def _ground(piece: Ramp) -> str:
+    """Turned about z, then about its own y."""
+    middle, half = piece.box
+    turn, rise = piece.yaw / 2, -piece.rise / 2
+    quaternion = (cos(turn) * cos(rise), -sin(turn) * sin(rise), cos(turn) * sin(rise), sin(turn) * cos(rise))
+    return f'pos="{_numbers(middle)}" size="{_numbers(half)}" quat="{_numbers(quaternion)}"'
 
 
 def _shape(obstacle: Obstacle) -> str:

@@ -26,7 +26,15 @@ from robot.model.stance import nominal_feet
 from robot.scenes.scene import Obstacle, Scene
 from robot.sim.actuators import Actuators
 from robot.sim.ground import Ground
-from robot.sim.mjcf import FLOOR_GROUP, OBSTACLE_GROUP, ROBOT_GROUP, obstacle_names, walker_names, write_model
+from robot.sim.mjcf import (
+    FLOOR_GROUP,
+    OBSTACLE_GROUP,
+    ROBOT_GROUP,
+    obstacle_names,
+    terrain_names,
+    walker_names,
+    write_model,
+)
 from robot.sim.physics_arm import PhysicsArm
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
 from robot.sim.spin import beam_directions
@@ -218,12 +226,13 @@ class PhysicsBody(BodyShell):
         self._torque: Vector = data.actuator_force[:12]
         self._acceleration: Vector = data.sensordata[:3]
         self._touch: Vector = data.sensordata[3:7]
+        self._friction: Vector = model.geom_friction[:, 0]
         self._trunk: int = model.body("body").id
         self._applied: Vector = data.xfrc_applied[self._trunk]
         self._bias: Vector = model.actuator_biasprm[:12]
         self._limits: Vector = model.actuator_forcerange[:12]
         self._foot_geoms = [model.geom(f"{leg}_foot").id for leg in LEGS]
-        self._floor = model.geom("floor").id
+        self._floors = {model.geom(name).id for name in ("floor", *terrain_names(self._scene))}
         self._upper = {model.geom(name).id for name in ("trunk", "skid", *(f"{leg}_thigh" for leg in LEGS))}
         names = obstacle_names(self._scene) + walker_names(self._scene)
         self._obstacles = {model.geom(name).id: name for name in names}
@@ -256,6 +265,7 @@ class PhysicsBody(BodyShell):
     def _step(self, ticks: int) -> None:
         """One physics step of so many ticks."""
         self._limit_torques()
+        self._feel_ice()
         self._option.timestep = ticks * TICK
         self._move_walkers()
         if self._arm is not None:
@@ -274,6 +284,13 @@ class PhysicsBody(BodyShell):
             x, y = self._qpos[:2].tolist()
             self._walkers.advance(self.time, Pose2(x, y, _yaw(self._qpos[3:7])))
             self._data.mocap_pos[:] = self._walkers.places
+
+    def _feel_ice(self) -> None:
+        """Each foot has the friction of the floor below it."""
+        ground, ice = self._ground, self._ground.ice
+        if ice is not None:
+            x = self._data.geom_xpos[self._foot_geoms, 0]
+            self._friction[self._foot_geoms] = np.where((x > ice.start) & (x < ice.end), ice.friction, ground.friction)
 
     def _limit_torques(self) -> None:
         """Tell MuJoCo what each drive can give in the coming step; those without current brake by their windings alone."""
@@ -303,7 +320,8 @@ class PhysicsBody(BodyShell):
 
     def _lying(self) -> bool:
         return any(
-            self._floor in pair and not self._upper.isdisjoint(pair) for pair in self._data.contact.geom.tolist()
+            not self._floors.isdisjoint(pair) and not self._upper.isdisjoint(pair)
+            for pair in self._data.contact.geom.tolist()
         )
 
     def _touching(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The ideal depth camera: exact distances along rays in any direction, to the floor with its pits and to all that stands or hangs on it."""
+"""The ideal depth camera: exact distances along rays in any direction, to floor, pits and ramps and to all that stands or hangs on them."""
 
 from __future__ import annotations
 
@@ -9,20 +9,31 @@ import numpy as np
 
 from robot.geometry.vectors import Floats
 from robot.scenes.scene import Box, Cylinder, Obstacle, Pit
+from robot.scenes.terrain import Ramp
 
 __all__ = ["sight"]
 
 
-def sight(obstacles: Sequence[Obstacle], pits: Sequence[Pit], eye: Floats, rays: Floats, farthest: float) -> Floats:
-    """Length (m) of every ray from `eye` (3,) until it meets something, inf for nothing within `farthest`.
+def sight(
+    obstacles: Sequence[Obstacle],
+    pits: Sequence[Pit],
+    eye: Floats,
+    rays: Floats,
+    farthest: float,
+    terrain: Sequence[Ramp] = (),
+) -> Floats:
+    """Length (m) of every ray from `eye`, (3,) or one a ray, (n, 3), until it meets something, inf for nothing within `farthest`.
 
-    `rays` are unit vectors, shape (n, 3). Exact to rounding. The eye is above the floor, and in no obstacle.
+    `rays` are unit vectors, shape (n, 3). Exact to rounding. The eyes are above the ground, and in no obstacle.
     """
+    eye = eye.T  # its rows are x, y and z, whether of one eye or of many
     with np.errstate(divide="ignore", invalid="ignore"):
         met = _floor(pits, eye, rays)
         for one in obstacles:
-            if hypot(one.x - eye[0], one.y - eye[1]) - _reach(one) < farthest:
+            if np.min(np.hypot(one.x - eye[0], one.y - eye[1])) - _reach(one) < farthest:
                 np.fmin(met, _box(one, eye, rays) if isinstance(one, Box) else _cylinder(one, eye, rays), out=met)
+        for piece in terrain:
+            np.fmin(met, _ramp(piece, eye, rays), out=met)
     met[met > farthest] = np.inf
     return met
 
@@ -39,21 +50,35 @@ def _floor(pits: Sequence[Pit], eye: Floats, rays: Floats) -> Floats:
         inside = np.flatnonzero((np.abs(x) < pit.length / 2) & (np.abs(y) < pit.width / 2))
         if len(inside):
             into = rays[inside]
-            wall_x = (np.copysign(pit.length / 2, into[:, 0]) + pit.x - eye[0]) / into[:, 0]
-            wall_y = (np.copysign(pit.width / 2, into[:, 1]) + pit.y - eye[1]) / into[:, 1]
-            met[inside] = np.fmin(np.fmin(wall_x, wall_y), -(eye[2] + pit.depth) / into[:, 2])
+            above = eye[:, inside] if eye.ndim > 1 else eye
+            wall_x = (np.copysign(pit.length / 2, into[:, 0]) + pit.x - above[0]) / into[:, 0]
+            wall_y = (np.copysign(pit.width / 2, into[:, 1]) + pit.y - above[1]) / into[:, 1]
+            met[inside] = np.fmin(np.fmin(wall_x, wall_y), -(above[2] + pit.depth) / into[:, 2])
     return met
 
 
 def _box(box: Box, eye: Floats, rays: Floats) -> Floats:
-    """The slab method in the box's own axes. A ray along a face gives inf; in its very plane NaN, which `fmin` passes by."""
     c, s = cos(box.yaw), sin(box.yaw)
     dx, dy = eye[0] - box.x, eye[1] - box.y
     start = (c * dx + s * dy, c * dy - s * dx, eye[2] - (box.bottom + box.height) / 2)
     along = (c * rays[:, 0] + s * rays[:, 1], c * rays[:, 1] - s * rays[:, 0], rays[:, 2])
-    half = (box.length / 2, box.width / 2, (box.height - box.bottom) / 2)
-    enter, leave = np.full(len(rays), -np.inf), np.full(len(rays), np.inf)
-    for p, u, h in zip(start, along, half, strict=True):
+    return _between_faces(start, along, (box.length / 2, box.width / 2, (box.height - box.bottom) / 2))
+
+
+def _ramp(ramp: Ramp, eye: Floats, rays: Floats) -> Floats:
+    middle, half = ramp.box
+    c, s, level, up = cos(ramp.yaw), sin(ramp.yaw), cos(ramp.rise), sin(ramp.rise)
+    # own axes as rows: along the slope, across it, and out of it
+    axes = np.array([(level * c, level * s, up), (-s, c, 0.0), (-up * c, -up * s, level)])
+    return _between_faces(axes @ (eye.T - np.array(middle)).T, axes @ rays.T, half)
+
+
+def _between_faces(
+    start: Sequence[float] | Floats, along: Sequence[Floats] | Floats, halves: Sequence[float]
+) -> Floats:
+    """The slab method in a box's own axes. A ray along a face gives inf; in its very plane NaN, which `fmin` passes by."""
+    enter, leave = np.full(len(along[0]), -np.inf), np.full(len(along[0]), np.inf)
+    for p, u, h in zip(start, along, halves, strict=True):
         inverse = 1.0 / u
         middle, wide = -p * inverse, h * np.abs(inverse)
         np.fmax(enter, middle - wide, out=enter)

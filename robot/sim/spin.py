@@ -11,7 +11,7 @@ from robot.geometry.vectors import Floats
 from robot.hardware.beams import BEAMS, beam_angles
 from robot.hardware.body import Sweep
 
-__all__ = ["GROUP", "Spin", "beam_directions", "groups_of"]
+__all__ = ["GROUP", "Spin", "beam_directions"]
 
 GROUP = 0.005
 """Time of the beams that look at once, s: the period of the other sensors, so that a turning LiDAR chops no step of the simulation up."""
@@ -20,11 +20,6 @@ GROUP = 0.005
 def beam_directions(angles: Floats) -> Floats:
     """Unit vectors in the sensor's axes, shape (n, 3): its beams lie in its plane of x and y."""
     return np.column_stack((np.cos(angles), np.sin(angles), np.zeros(len(angles))))
-
-
-def groups_of(sweep: float) -> list[Floats]:
-    """The angles (rad) of a revolution of `sweep` seconds, by the groups that look at once."""
-    return np.array_split(beam_angles(BEAMS), max(1, round(sweep / GROUP)))
 
 
 class Spin:
@@ -36,7 +31,7 @@ class Spin:
 
     def __init__(self, sweep: float, look: Callable[[Floats], Floats]) -> None:
         self._sweep, self._look = sweep, look
-        self._parts = groups_of(sweep)
+        self._parts = np.array_split(beam_angles(BEAMS), max(1, round(sweep / GROUP)))
         self._seen: list[Floats] = []
         self._began = inf
         self._revolutions = 0

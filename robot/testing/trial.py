@@ -15,10 +15,11 @@ from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Truth
+from robot.hardware.sensors import Sensors
 from robot.model.actuators import ActuatorDesign
 from robot.model.modes import ON_ITS_FEET, Mode
 from robot.scenes.scene import Scene
-from robot.sim.ground import Ground
+from robot.sim.ground import Ground, Ice
 from robot.sim.physics import PhysicsBody
 from robot.testing.faults import FAULTS, Spoil
 
@@ -48,11 +49,15 @@ class Conditions:
     """Where the payload lies, forward and left of the body's centre, m."""
     actuators: ActuatorDesign | None = None
     """Drives as they are; without them each has its torque limit always."""
+    sensors: Sensors | None = None
+    """How wrong the sensors are; without them `Sensors.ideal()`."""
+    ice: Ice | None = None
+    """A smoother strip of the floor."""
 
     @property
     def ground(self) -> Ground:
         """What it stands on and carries."""
-        return Ground(self.friction, self.slope, self.payload, self.payload_at)
+        return Ground(self.friction, self.slope, self.payload, self.payload_at, self.ice)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +111,9 @@ class Trial:
         limits: CommandLimits | None = None,
     ) -> None:
         given = conditions or Conditions()
-        self.body = PhysicsBody(scene, seed=seed, delay=given.delay, ground=given.ground, actuators=given.actuators)
+        self.body = PhysicsBody(
+            scene, seed=seed, delay=given.delay, ground=given.ground, actuators=given.actuators, sensors=given.sensors
+        )
         self.gait = GaitController(gait=gait, motor_delay=given.delay, limits=limits)
         self.fallen = False
         self._spoil: Spoil | None = None

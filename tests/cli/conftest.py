@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Node, System, run
+from actors import Child, Node, Supervisor, System, run
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from cli.command import run_group
 
@@ -113,7 +113,9 @@ def system_of(meeting: int) -> SystemOf:
     """``async with system_of(Child(Talker)) as system``: nodes of this process, which commands find."""
 
     @asynccontextmanager
-    async def started(*tree: Child | type[Node], observers: tuple[Any, ...] = ()) -> AsyncGenerator[System]:
+    async def started(
+        *tree: Child | Supervisor | type[Node], observers: tuple[Any, ...] = ()
+    ) -> AsyncGenerator[System]:
         transport = ZenohTransport(ZenohConfig(gossip_port=meeting))
         async with run(*tree, transport=transport, signals=False, sinks=(), observers=observers) as system:
             yield system

@@ -12,6 +12,7 @@ from pathlib import Path
 from actors import Child
 from actors.replay import Journal, journals_in, load
 from tests.actors.replay.story import OTHERS, Hero
+from tests.actors.replay.test_subtree import TEAM, Doubler, Source, Summer
 from tests.cli.conftest import Command, SystemOf
 
 ABSENT = (
@@ -51,7 +52,8 @@ async def test_a_journal_of_a_running_robot_is_begun_from_another_terminal_and_r
         part = await robot("topic", "echo", "--once", "/navigation/_journal", "std_msgs/msg/UInt8MultiArray")
         assert part.code == 0, part.err
         for _ in range(2):  # what is published now has been heard by the recorder, which began before
-            await robot("topic", "echo", "--once", "--qos-durability", "volatile", "/navigation/_journal")
+            heard = await robot("topic", "echo", "--once", "--qos-durability", "volatile", "/navigation/_journal")
+            assert heard.code == 0, heard.err
         recording.send_signal(signal.SIGINT)
         assert await recording.wait() == 0
         refused = await robot("bag", "record", "--replay", "motors", "--restart", "-o", str(tmp_path / "none"))
@@ -95,3 +97,37 @@ async def test_a_node_is_not_restarted_unless_that_is_asked_for_nor_if_its_journ
             assert done.code == 0, done.err
             assert system.node(Hero).incarnation == 2
     assert load(tmp_path / "journals" / "hero.journal").start.incarnation == 2
+
+
+async def test_the_journal_of_a_subtree_is_recorded_from_another_terminal_and_replayed(
+    command: Command, robot: Command, system_of: SystemOf, tmp_path: Path
+) -> None:
+    async with system_of(Child(Source), TEAM, observers=(Journal(on_request=True),)) as system:
+        refused = await command("bag", "record", "--replay", "--subtree", "system/team", "-o", str(tmp_path / "none"))
+        assert refused.code == 1
+        assert (
+            "no journal of system/team is kept. A journal begins with a life of its node: with --restart" in refused.err
+        )
+        words = ("--replay", "--subtree", "system/team", "--restart", "--duration", "2", "-o", str(tmp_path / "walk"))
+        done = await robot("bag", "record", *words)
+        assert done.code == 0, done.err
+        assert "system/team is restarted, and its journal begins" in done.err
+        assert [system.node(one).incarnation for one in (Doubler, Summer)] == [2, 2]
+    replayed = await command("bag", "replay", str(tmp_path / "walk"), "--subtree", "system/team")
+    assert replayed.code == 0, replayed.out + replayed.err
+    assert replayed.out.startswith("system/team: equal; ")
+
+
+async def test_of_a_subtree_that_is_not_there_the_journal_is_waited_for(
+    command: Command, robot: Command, system_of: SystemOf, tmp_path: Path
+) -> None:
+    path = str(tmp_path / "walk")
+    async with system_of(OTHERS):
+        later = await robot("bag", "record", "--subtree", "system/team", "-o", path, "--duration", "0")
+        assert later.code == 0
+        assert "system/team is not there; its journal is recorded if its program keeps one" in later.err
+        never = await command("bag", "record", "--subtree", "system/team", "--restart", "-o", str(tmp_path / "none"))
+        assert never.code == 1
+        assert "start it with `run --replay system/team`" in never.err
+    unsaid = await command("bag", "record", "--replay", "-o", str(tmp_path / "none"))
+    assert (unsaid.code, unsaid.err) == (1, "--replay: say of which node, or of which nodes with --subtree PATH\n")

@@ -13,11 +13,14 @@ import pytest
 
 from actors import Child, Supervisor, execute, run
 from actors.bag import Recorder, RecordOptions, Selection
+from actors.interfaces.std_msgs.msg import Int32
 from actors.replay import Journal
+from actors.replay.publishing import topic_of
 from cli.bag import main
 from cli.command import CommandFailed
-from tests.actors.replay.story import OTHERS, Hero, Visitor, lived, story
+from tests.actors.replay.story import NUMBERS, OTHERS, Hero, Visitor, lived, story
 from tests.actors.replay.test_by_topics import Adder, Twice
+from tests.actors.replay.test_subtree import TEAM, WORLD, Doubler, Source
 
 
 class Heavy(Hero):
@@ -213,3 +216,64 @@ def test_a_parameter_that_the_node_does_not_have_is_refused_before_anything_runs
     with pytest.raises(CommandFailed, match=r"^parameters: .*factor"):
         main(["replay", str(journal), "--set", "factor=99"])
     assert capsys.readouterr() == ("", "")
+
+
+async def bag_of_a_subtree(path: Path) -> None:
+    journal = Journal("world/team", publish=True)
+    topics = [topic_of("world/team"), "/results"]
+    recorder = Child(Recorder, args=(path, RecordOptions(selection=Selection(topics=topics))))
+    async with run(
+        Supervisor("world", children=[recorder, Child(Source), TEAM]), observers=(journal,), sinks=()
+    ) as system:
+        await system.clock.sleep(1.5)
+
+
+class Thrice(Doubler):
+    """With another constant."""
+
+    @NUMBERS.on()
+    def double(self, message: Int32) -> None:
+        super().double(Int32(data=message.data + (message.data == 60)))
+
+
+def test_a_subtree_is_replayed_from_a_bag_and_a_changed_node_in_it_is_found_at_the_border(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(tmp_path / "walk")
+    execute(lambda: bag_of_a_subtree(tmp_path / "walk"), clock="virtual")
+    assert main(["replay", path, "--subtree", "world/team"]) == 0
+    assert capsys.readouterr().out.startswith("world/team: equal; ")
+    changed = ["--subtree", "world/team", "--node", "doubler", "--with", "tests.cli.test_bag_replay:Thrice"]
+    main(["replay", path, *changed])
+    assert (
+        "inside: publish /doubled[59] at 0.600000 s, field data: recorded 120, replayed 122" in capsys.readouterr().out
+    )
+    assert main(["replay", path, "--subtree", "world/team", "--node", "doubler", "--set", "factor=1", "--json"]) == 1
+    facts: dict[str, Any] = json.loads(capsys.readouterr().out)
+    assert "publish /results[0] at 0.320000 s" in facts["differences"][0]
+    assert facts["inner"][0].startswith("publish /doubled[0] at 0.010000 s")
+    with pytest.raises(CommandFailed, match="say which one is changed; it has /doubler, /summer"):
+        main(["replay", path, "--subtree", "world/team", "--set", "factor=1"])
+    with pytest.raises(CommandFailed, match="has no journal of world/crew; it has those of: world/team"):
+        main(["replay", path, "--subtree", "world/crew"])
+    with pytest.raises(CommandFailed, match=r"--node NODE, or which nodes with --subtree PATH"):
+        main(["replay", path])
+
+
+def test_the_file_of_a_subtree_is_replayed_by_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(tmp_path / "team.journal")
+    execute(lambda: saved_team(tmp_path / "team.journal"), clock="virtual")
+    assert main(["replay", file]) == 0
+    assert main(["replay", file, "--subtree", "world/team"]) == 0
+    with pytest.raises(CommandFailed, match="is the journal of world/team, not of world/crew"):
+        main(["replay", file, "--subtree", "world/crew"])
+    with pytest.raises(SystemExit):
+        main(["replay", file, "--subtree", "team"])
+    assert "'team' is no path of a supervisor below the root, such as robot/navigation" in capsys.readouterr().err
+
+
+async def saved_team(path: Path) -> None:
+    journal = Journal("world/team")
+    async with run(WORLD, observers=(journal,), sinks=()) as system:
+        await system.clock.sleep(0.3)
+    journal.save(path, "world/team")

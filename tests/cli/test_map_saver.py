@@ -50,6 +50,10 @@ async def test_the_map_of_a_running_robot_is_saved_and_read_back(
 async def test_what_cannot_be_saved_is_one_line(robot: Command, tmp_path: Path) -> None:
     nobody = await robot("map_saver_cli", "-t", "nowhere", "--timeout", "0.5")
     assert (nobody.code, "no map on /nowhere for 0.5 s" in nobody.err) == (1, True)
+    misnamed = await robot("map_saver_cli", "-t", "bad name")
+    assert misnamed.code == 1
+    (line,) = misnamed.err.splitlines()
+    assert "/bad name" in line and "ROBACTOR_TRACEBACK" not in line
 
 
 async def test_thresholds_and_folders_that_cannot_be_are_one_line(

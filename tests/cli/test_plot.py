@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from actors import Node, QoS, Topic, every, publishes
 from actors.interfaces.geometry_msgs.msg import Vector3Stamped
@@ -87,9 +88,21 @@ async def test_R_03_samples_are_written_and_drawn(system_of: SystemOf, command: 
     assert len(ramp) > 10
     assert ramp == [ramp[0] + step for step in range(len(ramp))], "no sample is lost"
     assert {row.split(",")[2] for row in rows if "position" in row} == {"-0.5"}
-    data = image.read_bytes()
-    assert data.startswith(b"\x89PNG\r\n\x1a\n")
-    assert struct.unpack(">II", data[16:24]) == (900, 480)
+    drawn = imread(image)
+    assert drawn.shape[:2] == (480, 900)
+    ink = (drawn[:, :, 2] - drawn[:, :, 0] > 0.3).nonzero()  # the curves are blue
+    rising = ink[0] < 240
+    assert np.corrcoef(ink[1][rising], ink[0][rising])[0, 1] < -0.95, "the ramp goes up, which is towards row 0"
+    assert np.ptp(ink[0][~rising]) < 5, "the joint stands still"
+
+
+async def test_without_matplotlib_a_picture_is_refused_before_anything_is_collected(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("cli.plotting.find_spec", lambda name: None)
+    refused = await command("plot", "/imu/data/vector/x", "--png", "x.png")
+    assert (refused.code, refused.out) == (1, "")
+    assert "pip install 'robactor[plots]'" in refused.err
 
 
 @pytest.mark.parametrize(

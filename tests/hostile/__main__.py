@@ -57,7 +57,8 @@ def _crowd(seconds: float) -> int:
     alone = asyncio.run(crowd.watch(min(seconds, 30.0), readers=0, sleepers=0, vandals=0))
     outcome = asyncio.run(crowd.watch(seconds, readers=13, sleepers=5, vandals=2))
     for name, one in (("alone", alone), ("20 clients", outcome)):
-        print(f"{name:<11} {one.rate:7.2f} Hz, lateness p50 {one.lateness(50):6.2f} ms, p99 {one.lateness(99):6.2f} ms")
+        late = f"lateness p50 {one.lateness(50):6.2f} ms, p99 {one.lateness(99):6.2f} ms"
+        print(f"{name:<11} {one.rate:7.2f} Hz, {late}, {100 * one.processor:5.1f} % of a core")
     print(f"heard       {min(outcome.heard):,} to {max(outcome.heard):,} messages by each reader, of {outcome.sent:,}")
     print(f"vandals     {outcome.thrown_out:,} times thrown out; grown by {outcome.grown:,} kB after the first fifth")
     wrong = crowd.findings(outcome)

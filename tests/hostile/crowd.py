@@ -8,6 +8,7 @@ import json
 import resource
 import struct
 import sys
+import time
 from asyncio.subprocess import PIPE, create_subprocess_exec
 from dataclasses import dataclass, field
 from typing import Any
@@ -64,6 +65,8 @@ class CrowdOutcome:
     """How many numbers each reader has heard; each without a gap, or that and a lost connection is counted in `gaps`."""
     gaps: int = 0
     thrown_out: int = 0
+    processor: float = 0.0
+    """Processor time of the whole process, the node's and the server's, for each second."""
     grown: int = 0
     """By so many kilobytes the process has grown after the first fifth."""
     room: int = 0
@@ -91,12 +94,13 @@ async def watch(seconds: float, *, readers: int, sleepers: int, vandals: int) ->
         assert crowd.stdin is not None and crowd.stdout is not None
         assert await crowd.stdout.readline() == b"ready\n"
         source = system.node(Source)
-        begun, source.lateness, before = source.number, [], system.clock.now()
+        begun, source.lateness, before, spent = source.number, [], system.clock.now(), time.process_time()
         for share in (0.2, 0.8):
             await asyncio.sleep(seconds * share)
             outcome.grown = _memory() - outcome.grown
         outcome.sent, outcome.late = source.number - begun, source.lateness
-        outcome.rate = outcome.sent / (system.clock.now() - before)
+        took = system.clock.now() - before
+        outcome.rate, outcome.processor = outcome.sent / took, (time.process_time() - spent) / took
         crowd.stdin.close()
         told = json.loads(await crowd.stdout.readline())
         outcome.heard, outcome.gaps, outcome.thrown_out = told["heard"], told["gaps"], told["thrown_out"]

@@ -100,7 +100,7 @@ def later():
 def test_what_is_imported_is_declared() -> None:
     test = {"pytest", "pytest_asyncio"}
     extras = PROJECT["optional-dependencies"]
-    optional = declared(extras["security"]) | declared(extras["images"]) | {"opentelemetry"}
+    optional = declared(extras["security"]) | declared(extras["images"]) | declared(extras["plots"]) | {"opentelemetry"}
     assert imported("actors", "robot", "cli") - test - optional <= declared(PROJECT["dependencies"])
 
 
@@ -141,6 +141,7 @@ def test_what_is_declared_is_imported() -> None:
     assert declared(PROJECT["dependencies"]) == imported("actors", "robot", "cli", typing=False) - {
         "PIL",  # of the extra `images`
         "cryptography",  # of the extra `security`
+        "matplotlib",  # of the extra `plots`
         "opentelemetry",  # of the extra `otel`
         "pytest",
         "pytest_asyncio",

@@ -39,6 +39,7 @@ from robot.contracts import (
 from robot.geometry.messages import pose_stamped, to_pose
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.hardware.body import Body
+from robot.hardware.sensors import Sensors
 from robot.interfaces.robactor_msgs.msg import GaitStatus
 from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
@@ -101,8 +102,8 @@ def robot_around(body: Body, *, percent: float = 90.0) -> Supervisor:
 
 
 def whole() -> Supervisor:
-    """With its mission, and with an arm: every node that the robot can have."""
-    return Robot(body="kinematic", mission="patrol", seed=1, arm=True).tree
+    """With its mission, an arm, real sensors and sight: every node that the robot can have."""
+    return Robot(body="kinematic", mission="patrol", seed=1, arm=True, sensors=Sensors.real(), sight=True).tree
 
 
 def without(tree: Supervisor, *names: str) -> Supervisor:

@@ -83,6 +83,8 @@ TOPICS = """\
 /imu/data_raw sensor_msgs/msg/Imu
     <- proprioception best_effort 5
     -> gait best_effort 5
+/initialpose geometry_msgs/msg/PoseWithCovarianceStamped
+    -> localizer reliable 10
 /joint_states sensor_msgs/msg/JointState
     <- proprioception reliable 10
     -> gait reliable 10

@@ -125,6 +125,8 @@ class _Execution:
         self._module = module
         self._given = {**given, "proc_info": self._info, "proc_output": self._output, "test_args": dict(arguments)}
         self._ready = Event()
+        self._late = self._over = False
+        """Whether the launch was not ready in time, and whether it has ended before it was ready."""
         self._active: unittest.TestResult | None = None
 
     def _watched(self, description: LaunchDescription, arguments: Mapping[str, str]) -> LaunchDescription:
@@ -158,10 +160,15 @@ class _Execution:
         try:
             code = self._service.run(shutdown_when_idle=not stays)
         finally:
-            early = not self._ready.is_set()
-            self._ready.set()  # so that the thread ends if the launch has ended before
-        if code or early or self._active is None:
-            why = f"exit code {code}" if code else f"it was not ready within {seconds:g} s" if early else ""
+            self._over = not self._ready.is_set()
+            self._ready.set()  # so that the thread ends, without running a test, if the launch has ended before
+        if code or self._over or self._active is None:
+            if code:
+                why = f"exit code {code}"
+            elif self._late:
+                why = f"it was not ready within {seconds:g} s"
+            else:
+                why = "nothing was left to run: add ReadyToTest() where it is missing, or keep_alive()"
             return Outcome(
                 0, (("launch", f"The launch ended before its tests were done. {why}\n{self._output.tail()}"),)
             )
@@ -170,7 +177,8 @@ class _Execution:
     def _test(self, seconds: float) -> None:
         """Wait until the launch is ready, run the tests, and end the launch."""
         try:
-            if self._ready.wait(seconds):
+            self._late = not self._ready.wait(seconds)
+            if not (self._late or self._over):
                 given = {**self._given, "launch_service": self._service}
                 self._active = self._runner.run(suite_of(self._module, given, after=False))
                 with self._info.proc_event:

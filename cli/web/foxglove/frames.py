@@ -6,6 +6,7 @@ from struct import Struct, error
 from typing import Final, NamedTuple
 
 from cli.web.errors import BadRequest
+from cli.web.outbox import Spliced
 
 __all__ = [
     "ClientMessage",
@@ -75,9 +76,9 @@ def playback_frame(state: PlaybackState, *, sought: bool, request: str = "") -> 
     return _PLAYBACK_STATE.pack(5, state.status, max(0, state.at_ns), state.rate, sought, len(id)) + id
 
 
-def message_frame(subscription: int, at_ns: int, payload: bytes) -> bytes:
+def message_frame(subscription: int, at_ns: int, payload: bytes) -> Spliced:
     """A message for a subscription; `at_ns` are nanoseconds since 1970."""
-    return _MESSAGE.pack(1, subscription, max(0, at_ns)) + payload
+    return Spliced(_MESSAGE.pack(1, subscription, max(0, at_ns)), payload)
 
 
 def time_frame(at_ns: int) -> bytes:

@@ -28,7 +28,7 @@ from cli.web.foxglove.publishing import ENCODINGS, Publishing
 from cli.web.foxglove.services import call
 from cli.web.foxglove.state import StateReports
 from cli.web.operations import Op, perform
-from cli.web.outbox import Frame
+from cli.web.outbox import Frame, Packet
 from cli.web.parameters import event_values, split
 
 if TYPE_CHECKING:
@@ -71,6 +71,8 @@ class FoxgloveSession:
         self._publishing = Publishing(hub)
         self._connections: Connections | None = None
         self._state: StateReports | None = None
+        self.wants_findings = False
+        """Whether `found` is to be called."""
         self._watched: set[str] | None = None
         """The parameters of which changes are told; empty for all, None for none."""
         self._ops: dict[str, Op] = {
@@ -87,6 +89,8 @@ class FoxgloveSession:
             "fetchAsset": self._later(self._fetch_asset),
             "robactor.subscribeSystem": self._watch_state,
             "robactor.unsubscribeSystem": self._unwatch_state,
+            "robactor.subscribeFindings": partial(self._watch_findings, True),
+            "robactor.unsubscribeFindings": partial(self._watch_findings, False),
             "robactor.killNode": self._kill_node,
             **bag_ops(hub.bags, client, self),
         }
@@ -153,6 +157,10 @@ class FoxgloveSession:
         """Tell the state of the system, if the client wants to know."""
         if self._state is not None:
             self._client.outbox.replace("state", write_json(self._state.report(snapshot)))
+
+    def found(self, findings: list[dict[str, Any]]) -> None:
+        """Tell what the doctor finds now."""
+        self._client.outbox.replace("findings", write_json({"op": "robactor.findings", "findings": findings}))
 
     def time(self, at_ns: int) -> None:
         """Tell the time of the simulation."""
@@ -286,6 +294,9 @@ class FoxgloveSession:
     def _unwatch_state(self, request: dict[str, Any]) -> None:
         self._state = None
 
+    def _watch_findings(self, wanted: bool, request: dict[str, Any]) -> None:
+        self.wants_findings = wanted
+
     def _kill_node(self, request: dict[str, Any]) -> None:
         name, problem = text(request, "node"), None
         try:
@@ -314,7 +325,7 @@ class FoxgloveSession:
         self._say("status", level=level, message=message[:1000], **({} if id is None else {"id": id}))
 
 
-def _send(send: Callable[[int, Frame], None], id: int, arrival: Arrival) -> None:
+def _send(send: Callable[[int, Packet], None], id: int, arrival: Arrival) -> None:
     send(id, message_frame(id, arrival.at_ns, arrival.cdr))
 
 

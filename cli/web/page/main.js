@@ -8,6 +8,7 @@ import { watchSafety } from "./core/safety.js";
 import { Timeline } from "./core/timeline.js";
 
 const PANES = { robot: "Robot", graph: "Graph", plot: "Plot", console: "Console", parameters: "Parameters", goals: "Goals", doctor: "Doctor", bags: "Bags" };
+const REPLACES = { graph: "rqt_graph", plot: "rqt_plot", console: "rqt_console", parameters: "rqt_reconfigure" };
 const host = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`;
 const here = `${host}${location.search}`; // with ?bag=NAME the panes show that recording
 const main = document.querySelector("#main");
@@ -86,8 +87,15 @@ function showStatus() {
   status.textContent = link.connected ? "connected" : "not connected";
 }
 
+/** The number of problems beside the doctor's tab: they arise whatever is being looked at. */
+function warn(problems) {
+  const tab = document.querySelector('#tabs a[data-pane="doctor"]');
+  tab.querySelector(".count")?.remove();
+  if (problems) tab.append(h("span.count", { title: `${problems} problem${problems > 1 ? "s" : ""}` }, problems));
+}
+
 for (const [name, title] of Object.entries(PANES)) {
-  const tab = h("a", { href: `#${name}` }, title);
+  const tab = h("a", { href: `#${name}`, title: REPLACES[name] && `Instead of ${REPLACES[name]}` }, title);
   tab.dataset.pane = name;
   document.querySelector("#tabs").append(tab);
 }
@@ -103,6 +111,7 @@ addEventListener("keydown", (event) => {
 });
 link.addEventListener("open", showStatus);
 link.addEventListener("close", showStatus);
+link.addEventListener("findings", ({ detail }) => warn(detail.filter(({ level }) => level === "problem").length));
 link.watchSystem();
 watchSafety(robot);
 new Timeline(link, asked("bag") ? `${location.pathname}${without("bag")}#robot` : "");

@@ -21,6 +21,7 @@ from actors.hosts.messages import Asked, Ended, Granted, Hello, Launch, Launched
 from actors.hosts.there import Launcher, transport_here
 from actors.hosts.tls import _Caller, address_of, serve
 from actors.node.placement import Placement
+from actors.processes import spawned
 from actors.processes.channel import framed
 from actors.processes.messages import Beat, Line, Opaque, Order, Over, Ready, StopAsked
 from actors.processes.pickling import pack, unpack
@@ -221,7 +222,7 @@ async def test_a_machine_that_can_start_nothing_says_so_to_the_child(monkeypatch
     def refuse(name: str, *, fenced: bool) -> Any:
         raise OSError("no more processes")
 
-    monkeypatch.setattr(theres, "start", refuse)
+    monkeypatch.setattr(spawned, "start", refuse)
     launcher = Launcher()
     await asyncio.sleep(0)
 

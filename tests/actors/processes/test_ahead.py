@@ -8,7 +8,7 @@ import signal
 import pytest
 
 from actors import Child, DynamicSupervisor, StartFailed, Supervisor, run
-from actors.processes import ahead, spawned
+from actors.processes import spawned
 from actors.processes.spawned import Started
 from tests.actors.processes.kit import Diary, Scripted, in_order, running, until
 
@@ -25,7 +25,6 @@ def started(monkeypatch: pytest.MonkeyPatch) -> dict[str, Started]:
         return found[name]
 
     monkeypatch.setattr(spawned, "start", noted)
-    monkeypatch.setattr(ahead, "start", noted)
     return found
 
 

@@ -244,10 +244,10 @@ async def story(*more: Child, hero: Child = HERO, seconds: float = 0.3) -> tuple
 async def lived(system: System, seconds: float) -> list[str]:
     """What happens to the hero from outside."""
     await system.clock.sleep(seconds)
-    became = await system.node(Visitor).visit()
+    became = await system.node("visitor").visit()
     refused, taken = (system.node(Hero).set_parameter("factor", value) for value in (99, 3))
     assert (refused.successful, taken.successful) == (False, True)
     await system.clock.sleep(0.1)
     system.crash(Hero, RuntimeError("struck by lightning"))
     await system.clock.sleep(seconds)
-    return became + await system.node(Visitor).visit()
+    return became + await system.node("visitor").visit()

@@ -128,7 +128,7 @@ def test_another_process_begins_a_journal_by_a_parameter_and_is_told_why_not() -
     assert "lambda" in reasons["holding"]
     assert "a journal is kept to the end of the run: that of /hero, hero cannot be ended" in reasons["left out"]
     (failed,) = [line for line in lines if line.event == "no journal was begun"]
-    assert failed.fields["node_name"] == "once"
+    assert failed.fields["node_name"] == "/once"
     assert "the device is gone" in failed.fields["because"]
     assert replay(journal.tape("hero")).equal
 

@@ -29,7 +29,22 @@ def start(node: str = "/a") -> tuple[Any, ...]:
         "start",
         2.0,
         0,
-        Start(node, 1, ("a",), b"", b"", b"", None, seed=0, process="", level=20, virtual=True, origin=2.0, epoch=0.0),
+        Start(
+            node,
+            node,
+            1,
+            ("a",),
+            b"",
+            b"",
+            b"",
+            None,
+            seed=0,
+            process="",
+            level=20,
+            virtual=True,
+            origin=2.0,
+            epoch=0.0,
+        ),
     )
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import functools
 import os
 import signal
 import socket
 import sys
 import threading
+import time
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -19,7 +21,7 @@ import anyio.to_process
 import anyio.to_thread
 import pytest
 
-from actors.time.virtual_loop import Deadlock, Stalled, VirtualLoop
+from actors.time.virtual_loop import Deadlock, Livelock, Stalled, VirtualLoop
 
 PYTHON = sys.executable
 
@@ -300,6 +302,45 @@ class TestSocketsAndSignals:
                 return receiving.result(), now()
 
         assert run(main, max_spins=1000) == (b"now", 0.0)
+
+    def test_a_task_that_connects_again_at_once_for_ever_is_reported(self) -> None:
+        async def reconnect(port: int) -> None:
+            while True:
+                with contextlib.suppress(ConnectionError):
+                    await asyncio.open_connection("127.0.0.1", port)
+
+        async def main() -> None:
+            with socket.socket() as free:
+                free.bind(("127.0.0.1", 0))  # nobody listens
+                with anyio.move_on_after(3600):
+                    await reconnect(free.getsockname()[1])
+
+        with pytest.raises(Livelock) as caught:
+            run(main, socket_patience=0.05)
+        report = str(caught.value)
+        assert report.startswith("Sockets or signals have kept the loop busy for 0.05 real seconds at one instant.")
+        assert "reconnect" in report
+        assert "let it sleep between two attempts" in report
+
+    def test_traffic_at_one_instant_may_last_while_a_thread_is_waited_for(self) -> None:
+        async def main() -> tuple[int, float]:
+            loop, over = asyncio.get_running_loop(), threading.Event()
+            here, there = socket.socketpair()
+            with here, there:
+                here.setblocking(False)
+                there.setblocking(False)
+                waiting = loop.run_in_executor(None, over.wait)
+                began, told = time.perf_counter(), 0
+                while time.perf_counter() - began < 0.2:
+                    await loop.sock_sendall(there, b"x")
+                    told += len(await loop.sock_recv(here, 1))
+                    await asyncio.sleep(0)
+                over.set()
+                await waiting
+                return told, now()
+
+        told, at = run(main, socket_patience=0.05)
+        assert (told > 100, at) == (True, 0.0)
 
     @pytest.mark.parametrize("live", [True, False])
     def test_a_signal_wakes_the_loop(self, live: bool) -> None:

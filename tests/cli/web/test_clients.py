@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,8 @@ from websockets.exceptions import ConnectionClosed
 from actors import Topic
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
-from cli.web.outbox import GATHER, MOST_ANSWERS, MOST_BYTES, Outbox, OutboxFull
+from cli.web.outbox import GATHER, MOST_ANSWERS, MOST_BYTES, Outbox, OutboxFull, Spliced
+from cli.web.writing import written
 from tests.cli.web.stage import serving, until
 
 PICTURE = Topic(Image, "/picture")
@@ -22,7 +25,7 @@ PICTURE = Topic(Image, "/picture")
 async def drained(outbox: Outbox) -> list[object]:
     found: list[object] = []
     while outbox.waiting:
-        found.append(await outbox.next())
+        found += await outbox.batch()
     return found
 
 
@@ -55,21 +58,21 @@ async def test_where_memory_ends_the_largest_subscription_gives_way_and_the_smal
 
 async def test_messages_wait_for_others_to_be_sent_together_and_answers_do_not_wait() -> None:
     outbox, loop = Outbox(), asyncio.get_running_loop()
-    first = asyncio.ensure_future(outbox.next())
+    first = asyncio.ensure_future(outbox.batch(1))
     await asyncio.sleep(0)
     begun = loop.time()
     outbox.offer("a", "1")
     outbox.offer("a", "2")
-    assert await first == "1"
+    assert await first == ["1"]
     assert loop.time() - begun >= GATHER * 0.99 and outbox.waiting == 1
 
-    assert await outbox.next() == "2"
-    second = asyncio.ensure_future(outbox.next())
+    assert await outbox.batch() == ["2"]
+    second = asyncio.ensure_future(outbox.batch(1))
     await asyncio.sleep(0)
     outbox.offer("a", "3")
     outbox.answer("answer")
     await asyncio.sleep(0)
-    assert second.done() and second.result() == "answer"
+    assert second.done() and second.result() == ["answer"]
 
 
 async def test_a_client_that_wants_the_newest_only_gets_no_other_and_has_lost_nothing() -> None:
@@ -84,6 +87,17 @@ async def test_one_message_that_is_larger_than_all_room_still_goes() -> None:
     outbox = Outbox()
     outbox.offer("a", b"x" * (MOST_BYTES + 1))
     assert len(await drained(outbox)) == 1
+
+
+async def test_a_batch_ends_with_the_message_that_fills_it_and_the_rest_waits_for_the_next() -> None:
+    outbox = Outbox()
+    for number in range(5):
+        outbox.offer("a", bytes([number]) * 40)
+    outbox.offer("a", Spliced(b"head", b"x" * 100))
+    assert [frame[0] for frame in await outbox.batch(100) if isinstance(frame, bytes)] == [0, 1, 2]
+    assert (outbox.sent, outbox.sent_bytes, outbox.waiting, outbox.waiting_bytes) == (3, 120, 3, 184)
+    assert len(await outbox.batch(100)) == 3
+    assert (outbox.sent, outbox.sent_bytes, outbox.waiting_bytes) == (6, 304, 0)
 
 
 async def test_frames_that_belong_together_are_dropped_together() -> None:
@@ -127,6 +141,33 @@ async def test_a_client_that_never_reads_loses_its_messages_and_nobody_else_does
             assert asleep.outbox.dropped > 20 and asleep.outbox.waiting_bytes <= MOST_BYTES
             assert awake.outbox.dropped == 0
             sleeper.socket.transport.abort()
+
+
+async def test_what_gathers_is_one_write_for_each_client_and_the_messages_are_shared(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    writes: list[list[Spliced]] = []
+
+    def spy(frames: Iterable[Any]) -> bytes:
+        listed = list(frames)
+        if all(isinstance(frame, Spliced) for frame in listed):
+            writes.append(listed)
+        return written(listed)
+
+    monkeypatch.setattr("cli.web.client.written", spy)
+    async with serving() as stage, stage.foxglove() as first, stage.foxglove() as second:
+        for client in (first, second):
+            channel = await client.channel("/chatter")
+            await client.say("subscribe", subscriptions=[{"id": 1, "channelId": channel["id"]}])
+            await client.say("getParameters", parameterNames=["/talker.speed"], id="subscribed")
+            await client.find("parameterValues", id="subscribed")
+        for number in range(5):
+            stage.talker.chatter(String(data=str(number)))
+        for client in (first, second):
+            assert [(await client.binary())[-2:-1].decode() for _ in range(5)] == ["0", "1", "2", "3", "4"]
+    one, other = writes
+    assert [frame.payload for frame in one] == [frame.payload for frame in other] and len(one) == 5
+    assert all(mine.payload is theirs.payload for mine, theirs in zip(one, other, strict=True))
 
 
 @pytest.mark.parametrize("garbage", ["garbage", '{"op": "' + 90 * "\N{SNOWMAN}" + '"}'], ids=["text", "wide letters"])

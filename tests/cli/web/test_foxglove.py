@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import struct
 from pathlib import Path
@@ -14,8 +15,8 @@ from actors.interfaces import decode, encode
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rosgraph_msgs.msg import Clock
-from actors.interfaces.std_msgs.msg import String
-from tests.cli.web.stage import CHATTER, Foxglove, Stage, serving, until
+from actors.interfaces.std_msgs.msg import Int32, String
+from tests.cli.web.stage import CHATTER, WAIT, Foxglove, Stage, serving, until
 
 
 async def subscribed(stage: Stage, client: Foxglove, topic: str, id: int) -> None:
@@ -224,3 +225,21 @@ async def test_the_time_is_that_of_the_clock_topic_while_there_is_one_and_the_vi
             assert "time" in (await later.find("serverInfo"))["capabilities"]
         await stage.system.leave(simulation)
         assert "time" not in (await client.find("serverInfo"))["capabilities"]
+
+
+async def test_what_the_doctor_finds_is_told_as_it_arises_and_no_more_when_nobody_asks() -> None:
+    async with serving() as stage, stage.foxglove() as client:
+        await client.say("robactor.subscribeFindings")
+        assert (await client.find("robactor.findings"))["findings"] == []
+        listener = await stage.system.join(Child(Node, name="listener"))
+        async with listener.node.subscribe(Topic(Int32, "/chatter")), asyncio.timeout(WAIT):
+            while not (findings := (await client.find("robactor.findings"))["findings"]):
+                pass
+        assert [(one["level"], one["check"], one["subject"]) for one in findings] == [
+            ("problem", "types of topics", "/chatter")
+        ]
+        assert findings[0]["remedy"] == "give one of them another name"
+        figures = stage.system.graph.topics["/_robactor/figures"]
+        assert len(figures.subscriptions) == 1, "other processes tell their figures"
+        await client.say("robactor.unsubscribeFindings")
+        await until(lambda: not figures.subscriptions)

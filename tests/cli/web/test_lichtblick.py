@@ -31,6 +31,9 @@ async def test_all_that_lichtblick_asks_of_a_robot_is_there_and_nothing_is_refus
         wanted = {one["topic"] for frame in FRAMES for one in frame.get("subscriptions", [])}
         await until(lambda: all(any(end.node.fqn == "/_web" for end in topics[name].subscriptions) for name in wanted))
 
+        await client.say("getParameters", parameterNames=[], id="last")
+        await client.find("parameterValues", id="last")  # whatever was refused has been told before
+
         assert "/battery.use_sim_time" in {one["name"] for one in values["parameters"]}
         assert [one for one in client.frames if isinstance(one, dict) and one["op"] == "status"] == []
         drawn = set(LAYOUT["configById"]["3D!robot"]["topics"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import csv
 import io
+import json
 import re
 from urllib.parse import urlsplit
 
@@ -85,6 +86,25 @@ async def test_the_robot_is_driven_by_keys_and_by_the_stick_and_stands_still_whe
         assert driven < 1.5
 
 
+async def test_on_a_phone_the_stick_is_pushed_by_a_finger() -> None:
+    async with browsing(size=PHONE) as visit:
+        await visit.open("robot")
+        page = visit.page
+        await button(page, "Walk").tap()
+        await expect(page.locator(".chip", has_text="mode")).to_contain_text("walk", timeout=15_000)
+        stick = page.locator(".stick")
+        await stick.scroll_into_view_if_needed()
+        box = await stick.bounding_box()
+        assert box is not None
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        hand = await page.context.new_cdp_session(page)
+        for what, places in (("touchStart", [{"x": x, "y": y}]), ("touchMove", [{"x": x, "y": y - 40}])):
+            await hand.send("Input.dispatchTouchEvent", {"type": what, "touchPoints": places})
+        await until(lambda: visit.robot.body.truth().position[0] > 0.2)
+        await hand.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        await expect(page.locator(".chip", has_text="driver")).to_contain_text("nobody")
+
+
 async def test_one_tap_stops_the_robot_on_a_phone_from_every_pane_and_it_can_be_cleared() -> None:
     async with browsing(size=PHONE) as visit:
         for pane in PANES:
@@ -141,7 +161,8 @@ async def test_a_node_that_is_killed_begins_its_next_life_before_ones_eyes() -> 
         await expect(leaf).to_contain_text("1 restart")
         assert node(visit.system, "lidar").incarnation == 2
         await visit.open("doctor")
-        await expect(page.get_by_text("/lidar was restarted 1 time")).to_be_visible()
+        finding = page.locator(".finding", has_text="/lidar it has ended with an error")
+        await expect(finding).to_contain_text("nodes run: 1 restart so far")
 
 
 async def test_a_topic_that_is_clicked_shows_who_publishes_and_takes_it() -> None:
@@ -265,18 +286,51 @@ async def test_the_console_shows_lines_by_level_node_and_text() -> None:
         await expect(lines).to_have_count(0)
 
 
-async def test_a_goal_of_any_action_is_sent_watched_and_canceled() -> None:
+async def test_a_goal_of_any_action_is_filled_in_sent_watched_and_canceled() -> None:
     async with browsing() as visit:
         await visit.open("goals?action=/move_to_position")
         page = visit.page
-        goal = page.get_by_label("Goal, as JSON")
-        await expect(goal).to_have_value(re.compile("target_x"), timeout=15_000)
-        await goal.fill('{"target_x": 3.0, "target_y": 0.0}')
+        target = page.get_by_label("target_x")
+        await expect(target).to_have_value("0.0", timeout=15_000)
+        field = page.locator(".field", has=target)
+        await target.fill("three")
         await button(page, "Send goal").click()
+        await expect(field.get_by_role("status")).to_have_text('"three" is no number')
+        await expect(target).to_be_focused()
+        await expect(page.locator(".run")).to_have_count(0)
+
+        await target.fill("3")
+        await target.press("Enter")
         card = page.locator(".run")
         await expect(card).to_contain_text("distance_remaining", timeout=15_000)
         await card.get_by_role("button", name="Cancel").click()
         await expect(card).to_contain_text("canceled", timeout=15_000)
+
+
+async def test_a_goal_with_messages_in_it_is_written_in_the_form_or_as_json_and_keeps_what_is_written() -> None:
+    async with browsing() as visit:
+        await visit.open("goals?action=/navigate_to_goal")
+        page = visit.page
+        pose = page.get_by_role("group", name="target_pose")
+        frame = pose.get_by_label("frame_id")
+        await expect(frame).to_have_value("map", timeout=15_000)
+        await expect(pose.get_by_label("w float64")).to_have_value("1.0")
+        await pose.get_by_label("frame_id").fill("odom")
+        await pose.get_by_role("group", name="position").get_by_label("x float64").fill("1.5")
+
+        await button(page, "As JSON").click()
+        text = page.get_by_label("Goal, as JSON")
+        written = json.loads(await text.input_value())
+        assert written["target_pose"]["header"] == {"frame_id": "odom"}
+        assert written["target_pose"]["pose"] == {
+            "position": {"x": 1.5, "y": 0, "z": 0},
+            "orientation": {"x": 0, "y": 0, "z": 0, "w": 1},
+        }
+        written["target_pose"]["pose"]["position"]["y"] = -2
+        await text.fill(json.dumps(written))
+        await button(page, "As JSON").click()
+        await expect(pose.get_by_role("group", name="position").get_by_label("y float64")).to_have_value("-2")
+        await expect(frame).to_have_value("odom")
 
 
 # -- all of it --------------------------------------------------------------------------------------------------------------------

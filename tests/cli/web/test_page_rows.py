@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import csv
 import io
+import re
+from pathlib import Path
 from statistics import fmean
 
 import anyio
@@ -19,6 +21,8 @@ from tests.cli.web.browsing import Browsing, browsing, node, until
 
 pytestmark = [pytest.mark.browser]
 
+README = Path(__file__).parents[3] / "README.md"
+RQT = {"rqt_graph": "graph", "rqt_console": "console", "rqt_plot": "plot", "rqt_reconfigure": "parameters"}
 SPOKEN = Topic(String, "/spoken", qos.SENSOR_DATA)
 HEARD = Topic(String, "/spoken", qos.DEFAULT)
 
@@ -101,10 +105,13 @@ async def test_R_03_a_field_of_200_messages_a_second_is_plotted_without_a_gap() 
     async with browsing(tree=Supervisor("tree", children=[Child(ImuPublisher)])) as visit:
         await visit.open("plot?series=/imu/data.angular_velocity.z")
         page = visit.page
-        await expect(page.locator(".legend li", has_text="angular_velocity")).not_to_contain_text("–")
+        legend = page.locator(".legend li", has_text="angular_velocity")
+        await expect(legend).not_to_contain_text("–")
         before = published(visit)
         await visit.counted("received", (await visit.report())["received"] + 1200)
         after = published(visit)
+        await expect(legend).to_contain_text(re.compile(r"\d Hz, mean "))
+        told = re.search(r"([\d.]+) Hz, mean (\S+), (\S+) to (\S+)$", await legend.locator(".sums").inner_text())
         async with page.expect_download() as saved:
             await page.get_by_role("button", name="CSV", exact=True).click()
         text = await anyio.Path(await (await saved.value).path()).read_text(encoding="utf-8")
@@ -114,6 +121,20 @@ async def test_R_03_a_field_of_200_messages_a_second_is_plotted_without_a_gap() 
     rate = (after[0] - before[0]) / (after[1] - before[1])  # 200 Hz, on a machine that has the time
     assert len(samples) > 1000 and len(samples) / (times[-1] - times[0]) == pytest.approx(rate, rel=0.05)
     assert abs(fmean(values)) < 0.001
+    assert told is not None
+    assert float(told[1]) == pytest.approx(rate, rel=0.1) and abs(float(told[2])) < 0.001
+    assert float(told[3]) <= 0.0 <= float(told[4])
+
+
+async def test_R_05_each_of_rqts_tools_has_a_pane_that_says_so_and_a_command_in_the_readme() -> None:
+    async with browsing(tree=Supervisor("tree", children=[Child(Driver)])) as visit:
+        await visit.open("console")
+        readme = await anyio.Path(README).read_text(encoding="utf-8")
+        for tool, pane in RQT.items():
+            tab = visit.page.get_by_title(f"Instead of {tool}")
+            await tab.click()
+            await expect(visit.page.locator(f".{pane}")).to_be_visible()
+            assert f"replaces `{tool}`" in readme
 
 
 async def test_R_04_and_P_18_a_parameter_is_changed_and_a_value_that_is_none_is_refused_with_the_reason() -> None:
@@ -141,7 +162,13 @@ async def test_endpoints_that_do_not_match_are_red_and_the_reason_is_told() -> N
         await expect(page.locator(".item.topic.badly")).to_have_attribute("aria-label", "topic /spoken")
         await expect(page.locator(".side p.bad")).to_contain_text("reliability")
         await visit.open("doctor")
-        await expect(page.get_by_text("/spoken").first).to_be_visible()
+        finding = page.locator(".finding", has_text="/spoken")
+        await expect(finding).to_contain_text("problem")
+        await expect(finding).to_contain_text("nothing reaches /hearer from /speaker: the publisher offers less")
+        await expect(finding).to_contain_text("What helps: ")
+        await expect(page.locator('#tabs a[data-pane="doctor"] .count')).to_have_text("1")
+        await finding.get_by_role("link", name="/spoken").click()
+        await expect(page.locator(".item.topic.chosen")).to_have_attribute("aria-label", "topic /spoken")
 
 
 async def test_nodes_are_grouped_by_the_processes_in_which_they_run() -> None:

@@ -124,6 +124,14 @@ async def test_a_recording_tells_that_it_can_be_played_and_from_when_to_when(tmp
         assert (await viewer.channel("/count"))["schemaName"] == "std_msgs/msg/Int32"
 
 
+async def test_a_doctor_finds_nothing_wrong_with_the_graph_of_a_recording(tmp_path: Path) -> None:
+    async with showing(recorded(tmp_path / "walk")) as url, viewing(url) as viewer:
+        await viewer.channel("/count")
+        await viewer.say("robactor.subscribeFindings")
+        for _ in range(2):
+            assert (await viewer.find("robactor.findings"))["findings"] == []
+
+
 async def test_a_graph_that_runs_cannot_be_played() -> None:
     async with serving() as stage, stage.foxglove() as client:
         assert "playbackControl" not in (await client.find("serverInfo"))["capabilities"]

@@ -9,7 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.estimation.plausibility import BACK, IN_THE_AIR, OVERDUE, PRESSING, ContactWatch, ImuWatch, JointWatch
+from robot.estimation.plausibility import (
+    BACK,
+    FLYING,
+    IN_THE_AIR,
+    OVERDUE,
+    PRESSING,
+    ContactWatch,
+    ImuWatch,
+    JointWatch,
+)
 from robot.geometry.vectors import Floats
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.legs import LEVEL, leg_state
@@ -87,6 +96,40 @@ def test_one_open_moment_in_the_middle_of_a_swing_is_proof_of_a_working_contact(
 def test_a_swing_too_quick_to_be_looked_at_gives_no_verdict() -> None:
     watch = ContactWatch()
     swung(watch, contact=True, steps=10)
+    assert watch.trusted == [True] * 4
+
+
+def flown(watch: ContactWatch, speed: float, samples: int, progress: float = 0.6) -> list[bool] | None:
+    """The front left foot is in the air, moves so fast over the ground, and its contact is closed."""
+    sample, schedule = standing(), Schedule(progress=[progress, -0.5, -0.5, -0.5])
+    legs, believed = leg_state(sample.position.tolist(), LEVEL), None
+    for _ in range(samples):
+        believed = watch.check(DT, sample, legs, schedule, silent=False, speed=lambda leg: speed)
+    return believed
+
+
+def test_a_foot_that_flies_does_not_touch_and_after_three_samples_its_contact_is_lost() -> None:
+    watch = ContactWatch()
+    assert flown(watch, FLYING + 0.1, 1) == [False, True, True, True], "at once, before it ends the swing in the air"
+    assert watch.trusted[0]
+    flown(watch, FLYING + 0.1, 2)
+    assert watch.trusted == [False, True, True, True]
+    swung(watch, contact=False, leg=0)
+    assert watch.trusted[0]
+
+
+def test_a_foot_that_is_slow_or_has_only_just_lifted_is_believed_to_touch() -> None:
+    slow, lifting = ContactWatch(), ContactWatch()
+    assert flown(slow, FLYING - 0.1, 10) is None
+    assert flown(lifting, FLYING + 0.1, 10, progress=IN_THE_AIR[0] - 0.01) is None
+    assert slow.trusted == lifting.trusted == [True] * 4
+
+
+def test_contacts_that_come_late_for_two_samples_are_still_trusted() -> None:
+    watch = ContactWatch()
+    flown(watch, FLYING + 0.1, 2)
+    flown(watch, 0.0, 1)
+    flown(watch, FLYING + 0.1, 2)
     assert watch.trusted == [True] * 4
 
 

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
-from robot.estimation.elevation import CEILING, FREE, LOW, UNSEEN, WALL, ElevationMap, Relief
+from robot.estimation.elevation import CEILING, FREE, HIDDEN, LOW, UNSEEN, UPRIGHT, WALL, ElevationMap, Relief
+from robot.geometry.planar import Pose2
+from robot.hardware.beams import beam_angles
 from robot.hardware.depth import PATTERNS, eyes
-from robot.scenes.scene import Box, Cylinder, Obstacle, Pit
+from robot.scenes.scene import Box, Cylinder, Obstacle, Pit, Scene
+from robot.scenes.terrain import Ramp
 from robot.sim.depth import DepthNoise, look, seen
+from robot.sim.rays import cast
 
 EYE_HEIGHT = 0.486
 LEVEL = np.eye(3)
@@ -24,6 +30,7 @@ def pictures(
     step: float = 0.0,
     noise: int | None = 1,
     x: float = 0.0,
+    plane: float = math.inf,
 ) -> float:
     """Take so many pictures while walking ahead by `step` m each; returns the time of the last."""
     spoil = DepthNoise(np.random.default_rng(noise)) if noise is not None else None
@@ -38,7 +45,7 @@ def pictures(
         points = seen(measured, number % PATTERNS)
         met = np.isfinite(points[:, 0])
         world.move(place[0], 0.0)
-        world.integrate(now, points[met] + place, eyes()[met] + place)
+        world.integrate(now, points[met] + place, eyes()[met] + place, plane)
     return now
 
 
@@ -132,8 +139,98 @@ def test_the_edge_of_a_hole_is_seen_although_its_bottom_is_hidden() -> None:
     edge = kinds(relief, (1.78, 1.92), (-0.4, 0.4))
     assert LOW in edge
     assert FREE not in edge
-    assert WALL in kinds(relief, (1.75, 2.25), (-0.4, 0.4))
+    assert HIDDEN in kinds(relief, (1.75, 2.25), (-0.4, 0.4))
     assert kinds(relief, (1.3, 1.65), (-0.4, 0.4)) == {FREE}
+
+
+HILL = (
+    Ramp(2.0, 0.0, 2.0, 3.0, 0.7),
+    Ramp(4.0, 0.0, 2.0, 3.0, 0.7, bottom=0.7),
+    Ramp(6.0, 0.0, 2.0, 3.0, 0.7, yaw=np.pi),
+)
+"""Up from x = 1, level from 3 to 5, down to 7: slopes of 19 degrees."""
+
+
+def over_the_hill(world: ElevationMap, end: float, obstacles: tuple[Obstacle, ...] = ()) -> float:
+    """Walk from the start to x = `end`, leaning with the ground, a picture every 5 cm; returns the time of the last."""
+    spoil, places = DepthNoise(np.random.default_rng(2)), np.arange(0.0, end, 0.05)
+    for number, x in enumerate(places):
+        lean = -np.arctan(0.35) if 1.0 < x < 3.0 else np.arctan(0.35) if 5.0 < x < 7.0 else 0.0
+        ground = float(np.interp(x, [1.0, 3.0, 5.0, 7.0], [0.0, 0.7, 0.7, 0.0]))
+        rotation = np.array([[np.cos(lean), 0.0, np.sin(lean)], [0.0, 1.0, 0.0], [-np.sin(lean), 0.0, np.cos(lean)]])
+        place = np.array([x, 0.0, ground + EYE_HEIGHT])
+        measured = spoil.apply(look(obstacles, (), place, rotation, number % PATTERNS, HILL))
+        if measured is None:
+            continue
+        points = seen(measured, number % PATTERNS)
+        met = np.isfinite(points[:, 0])
+        world.move(x, 0.0)
+        world.integrate(0.1 * number, points[met] @ rotation.T + place, eyes()[met] @ rotation.T + place)
+    return 0.1 * (len(places) - 1)
+
+
+def test_the_slopes_of_a_hill_are_floor_and_the_ground_is_as_high_as_what_the_robot_stands_on() -> None:
+    world = ElevationMap(standing=0.8)
+    now = over_the_hill(world, 2.5)
+    assert world.ground == pytest.approx(0.525, abs=0.05)
+    assert kinds(world.relief(now), (1.3, 2.9), (-0.6, 0.6)) == {FREE}
+    now = over_the_hill(world, 6.0)
+    assert world.ground == pytest.approx(0.35, abs=0.05)
+    assert kinds(world.relief(now), (5.2, 7.4), (-0.6, 0.6)) <= {FREE, UNSEEN}
+
+
+def test_behind_the_crest_of_a_hill_floor_is_hidden_until_the_robot_is_near_it() -> None:
+    world = ElevationMap(standing=0.8)
+    now = over_the_hill(world, 3.4)
+    assert HIDDEN in kinds(world.relief(now), (5.0, 6.0), (-0.3, 0.3))
+    now = over_the_hill(world, 4.6)
+    assert kinds(world.relief(now), (4.5, 5.8), (-0.3, 0.3)) == {FREE}
+
+
+def test_a_height_of_odometry_that_drifts_makes_no_steps_of_what_is_out_of_sight() -> None:
+    world, spoil = ElevationMap(standing=0.8), DepthNoise(np.random.default_rng(3))
+    for number in range(60):
+        turn, drift = 0.05 * number, 0.002 * number  # on the spot, by 3 rad; 12 cm in all
+        c, s = np.cos(turn), np.sin(turn)
+        rotation, believed = (
+            np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]),
+            np.array([0.0, 0.0, EYE_HEIGHT + drift]),
+        )
+        measured = spoil.apply(look((), (), np.array([0.0, 0.0, EYE_HEIGHT]), rotation, number % PATTERNS))
+        if measured is None:
+            continue
+        points = seen(measured, number % PATTERNS)
+        met = np.isfinite(points[:, 0])
+        world.move(0.0, 0.0)
+        world.integrate(0.1 * number, points[met] @ rotation.T + believed, eyes()[met] @ rotation.T + believed)
+    assert world.ground == pytest.approx(0.118, abs=0.01)
+    assert LOW not in world.relief(6.0).cells
+
+
+def test_what_hangs_over_a_hill_is_judged_by_its_height_over_the_hill() -> None:
+    for bottom, expected in ((0.55, True), (1.2, False)):
+        world = ElevationMap(standing=0.8)
+        beam = Box(4.6, 0.0, 0.3, 1.0, height=0.7 + bottom + 0.2, bottom=0.7 + bottom)
+        now = over_the_hill(world, 3.6, (beam,))
+        assert (WALL in kinds(world.relief(now), (4.35, 4.6), (-0.3, 0.3))) == expected
+
+
+def test_where_somebody_walked_by_there_is_floor_and_a_box_that_was_seen_as_shortly_stays() -> None:
+    box = Box(1.8, 1.0, 0.3, 0.3, height=0.3)
+    for walks in (True, False):
+        world = ElevationMap(standing=0.8)
+        for number in range(40):
+            person = Cylinder(1.8, -2.0 + 0.1 * number, 0.25, 1.75)
+            obstacles: tuple[Obstacle, ...] = (person,) if walks else (box,) if number < 5 else ()
+            scene = Scene("hall", (-5.0, -5.0, 5.0, 5.0), obstacles, Pose2(0.0, 0.0), Pose2(0.0, 0.0))
+            ranges = cast(scene, 0.0, 0.0, 0.0, height=EYE_HEIGHT)
+            world.integrate_scan(
+                0.1 * number, 0.0, 0.0, EYE_HEIGHT, beam_angles(len(ranges)), np.where(ranges < 9.0, ranges, np.inf)
+            )
+            if walks or number < 5:
+                pictures(world, obstacles, count=1, begin=0.1 * number, noise=number, plane=EYE_HEIGHT)
+        behind = kinds(world.relief(4.0), (1.4, 2.2), (-1.2, 1.2))
+        assert ({LOW, WALL, UPRIGHT} & behind != set()) == (not walks)
 
 
 def test_a_wrong_pixel_in_one_picture_is_no_thing() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from robot.control.caution import cautious_speed
 from robot.control.limits import Limits
 from robot.control.navigator_config import NavigatorConfig
-from robot.estimation.elevation import FREE, LOW, UNSEEN, UPRIGHT, WALL, Relief
+from robot.estimation.elevation import FREE, HIDDEN, LOW, UNSEEN, UPRIGHT, WALL, Relief
 from robot.estimation.footing import Footing
 from robot.estimation.movers import Mover
 from robot.geometry.planar import Pose2
@@ -67,6 +68,18 @@ def test_a_wall_out_of_sight_stays_and_goes_when_its_floor_is_seen() -> None:
     assert footing.walls.sum() == 9
     assert footing.integrate(relief(), HERE, BODY, (), scanned=True)
     assert not footing.walls.any()
+
+
+def test_what_is_hidden_behind_an_edge_is_a_wall_but_on_a_slope_that_the_map_shows() -> None:
+    seen = relief((HIDDEN, 1.5, 0.0), (LOW, 1.5, 1.0), (WALL, 1.5, -1.0))
+    footing = Footing(FLOOR)
+    footing.integrate(seen, HERE, BODY, (), scanned=True)
+    assert (footing.walls.sum(), footing.steps.sum()) == (18, 9)
+
+    ground = np.broadcast_to(np.clip(np.arange(160) - 110, 0, 20) * 0.015, (160, 160))  # up from x = 1.5 on
+    on_a_slope = Footing(dataclasses.replace(FLOOR, ground=ground))
+    on_a_slope.integrate(seen, HERE, BODY, (), scanned=True)
+    assert (on_a_slope.walls.sum(), on_a_slope.steps.sum()) == (9, 0), "a wall is one on a slope, too"
 
 
 def test_the_floor_ahead_is_seen_up_to_the_first_gap_that_is_no_single_cell() -> None:

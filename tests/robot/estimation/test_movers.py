@@ -103,6 +103,30 @@ def test_the_surroundings_forget_a_pedestrian_who_vanishes_from_an_otherwise_emp
     assert around.movers.moving == ()
 
 
+def test_somebody_who_comes_nearer_leaves_no_marks_in_the_shadow_behind() -> None:
+    around, marks = Surroundings(Grid.from_scene(EMPTY)), []
+    for scan in range(60):
+        x = 4.5 - 0.06 * scan
+        here = dataclasses.replace(EMPTY, obstacles=(Cylinder(x, 0.1, 0.25),))
+        around.integrate_scan(0.1 * scan, HERE, cast(here, 0.0, 0.0, 0.0))
+        grid = around.grid
+        columns = grid.origin_x + (np.nonzero(around.marked)[1] + 0.5) * grid.resolution
+        marks.append(int((columns > x + 1.0).sum()))
+    assert max(marks) == 0
+
+
+def test_what_stood_there_before_somebody_walked_past_it_stays_in_the_shadow() -> None:
+    around = Surroundings(Grid.from_scene(EMPTY))
+    post = Cylinder(3.0, 0.0, 0.1)
+    for scan in range(60):
+        person = Cylinder(1.5, -1.5 + 0.05 * max(0, scan - 25), 0.25)  # passes before the post at last
+        here = dataclasses.replace(EMPTY, obstacles=(post, person))
+        around.integrate_scan(0.1 * scan, HERE, cast(here, 0.0, 0.0, 0.0))
+    cell = around.grid.cell(2.92, 0.0)
+    assert cell is not None
+    assert around.marked[cell]
+
+
 def test_a_navigator_without_scans_keeps_clear_of_nobody_who_was_seen_long_ago() -> None:
     navigator = Navigator(Grid.from_scene(EMPTY))
     for scan in range(WALK):

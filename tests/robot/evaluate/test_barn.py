@@ -116,7 +116,10 @@ def test_the_command_prints_every_run_and_the_summary(tmp_path: Path, capsys: py
     write(tmp_path, 9, cylinders=[])
     assert barn.main([str(tmp_path), "--backend", "kinematic", "--worlds", "9", "--seeds", "1", "2"]) == 0
     said = capsys.readouterr()
-    assert "back end kinematic; pose: legs and IMU alone; map: LiDAR alone" in said.out
+    assert (
+        "back end kinematic, sensors real, actuators ideal, hull sheet; pose: legs and IMU alone; map: LiDAR alone"
+        in said.out
+    )
     assert "seeds 1, 2; " in said.out
     assert "2 runs: 2 successes (100.0 %), 0 collisions, 0 falls, 0 time-outs, 0 given up" in said.out
     assert "score 0.5000 of 0.5 (acceptable 0.25, good 0.48, excellent 0.495): excellent" in said.out

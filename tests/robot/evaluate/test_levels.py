@@ -7,7 +7,8 @@ import json
 import pytest
 
 from robot.evaluate import walk
-from robot.evaluate.levels import Metric, conclude, machine, measure, table
+from robot.evaluate.levels import Metric, conclude, measure, table
+from robot.evaluate.machine import machine
 from robot.run.errands import UsageError
 
 
@@ -64,10 +65,14 @@ def test_the_table_word_by_word() -> None:
     values = {1: 0.5, 2: 4.0, 3: 2.5}
     line = Metric("a thing measured", "mm", (3.0, 2.0, None), lambda seed: values[seed])
     result = measure([line], [1, 2, 3], backend="none")
-    result |= {"date": "2026-01-02", "machine": {"processor": "P", "cores": 2, "python": "3.11", "mujoco": "none"}}
+    result |= {
+        "date": "2026-01-02",
+        "wall_seconds": 12.4,
+        "machine": {"processor": "P", "cores": 2, "python": "3.11", "mujoco": "none"},
+    }
     assert table("A title", result).splitlines() == [
         "A title, back end none",
-        "seeds 1, 2, 3; 2026-01-02; P, 2 cores, Python 3.11, MuJoCo none",
+        "seeds 1, 2, 3; 2026-01-02; P, 2 cores, Python 3.11, MuJoCo none; 12 s",
         "",
         "metric                                        median       min       max unit   accept.    good excell.  level",
         "a thing measured                                 2.5       0.5         4 mm           3       2       -  acceptable",

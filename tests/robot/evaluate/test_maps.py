@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from robot.evaluate import maps
-from robot.evaluate.maps import Question, evaluate, read_map, read_questions
+from robot.evaluate.map_questions import Question, read_map, read_questions
+from robot.evaluate.maps import evaluate
 from robot.run.errands import UsageError
 
 MAP = """type octile

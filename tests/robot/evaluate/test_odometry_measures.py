@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from robot.evaluate import odometry_measures
 from robot.evaluate.odometry_measures import _errors, _level, _up, walk
+from robot.testing import Conditions
 
 
 def quaternion(rotation: Any) -> np.ndarray:
@@ -82,7 +83,7 @@ def test_a_minute_gives_root_mean_squares_and_a_drift_per_minute(monkeypatch: py
     monkeypatch.setattr(odometry_measures, "Trial", Wrong)
     monkeypatch.setattr(odometry_measures, "WALK_SECONDS", 6.0)
     walk.cache_clear()
-    found = walk(1, 0.004)
+    found = walk(1, Conditions(delay=0.004))
     walk.cache_clear()
     assert (found.speed, found.tilt, found.height) == pytest.approx((0.1, 2.0, 0.03))
     assert found.yaw_drift == pytest.approx(degrees(0.06))
@@ -91,6 +92,6 @@ def test_a_minute_gives_root_mean_squares_and_a_drift_per_minute(monkeypatch: py
 def test_who_falls_knows_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(odometry_measures, "Trial", type("Falling", (Wrong,), {"falls_after": 3}))
     walk.cache_clear()
-    found = walk(1, 0.004)
+    found = walk(1, Conditions(delay=0.004))
     walk.cache_clear()
     assert (found.speed, found.tilt, found.height, found.yaw_drift) == (inf, inf, inf, inf)

@@ -9,8 +9,12 @@ from pathlib import Path
 import pytest
 
 from robot.evaluate import command, stops
+from robot.evaluate.fidelity import Fidelity
 from robot.evaluate.stops_run import CAUSES, FAULTY, Case, Outcome, run
+from robot.hardware.sensors import Sensors
+from robot.model.actuators import ActuatorDesign
 from robot.run.errands import UsageError
+from robot.testing import Conditions, Trial
 
 
 def acted(case: Case) -> Outcome:
@@ -25,6 +29,7 @@ def told(capsys: pytest.CaptureFixture[str], *argv: str) -> tuple[int, dict[str,
 
 def test_every_cause_meets_32_phases_at_5_speeds_up_to_the_limit_and_sensors_fail_200_times() -> None:
     every = stops.rows(1, 0.008)
+    assert list(CAUSES) == ["gait silent", "gait restarted", "encoder lost", "IMU lost", "hang", "motors restarted"]
     for cause in CAUSES:
         mine = [row for row in every if row.name.startswith(cause)]
         assert [{case.speed for case in row.cases} for row in mine] == [{0.3}, {0.6}, {1.0}, {1.3}, {1.6}]
@@ -95,6 +100,22 @@ def test_a_file_that_holds_something_else_is_refused(tmp_path: Path) -> None:
         stops.main(["--quick", "--resume", str(file)])
 
 
+@pytest.mark.parametrize(("argv", "met"), [([], "real"), (["--sensors", "ideal", "--actuators", "ideal"], "ideal")])
+def test_robots_have_real_sensors_and_drives_unless_others_are_asked_for(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], argv: list[str], met: str
+) -> None:
+    ran: list[Case] = []
+
+    def noted(case: Case) -> Outcome:
+        ran.append(case)
+        return acted(case)
+
+    monkeypatch.setattr(stops, "run", noted)
+    _, result = told(capsys, "--quick", "--only", "0.3 m/s", *argv)
+    assert {(case.fidelity.sensors, case.fidelity.actuators) for case in ran} == {(met, met)}
+    assert (result["sensors"], result["actuators"]) == (met, met)
+
+
 def test_a_row_that_does_not_exist_is_named_with_those_that_do() -> None:
     with pytest.raises(UsageError, match=r"no row's name contains that; there are: gait silent, 0\.3 m/s"):
         stops.main(["--only", "earthquake"])
@@ -113,6 +134,28 @@ def test_a_case_is_the_same_robot_again_and_tells_when_its_cause_was_known(cause
     assert not once.fallen
     assert once.found is not None
     assert 0.0 < once.found < 0.2
+
+
+def test_a_case_gives_its_trial_the_sensors_and_drives_that_it_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Conditions] = []
+
+    class Noted(Trial):
+        def __init__(self, seed: int, *, conditions: Conditions) -> None:
+            seen.append(conditions)
+            raise KeyError("seen")
+
+    monkeypatch.setattr("robot.evaluate.stops_run.Trial", Noted)
+    for case in (
+        Case("hang", 0.6, 0.25, 5, 0.008),
+        Case("hang", 0.6, 0.25, 5, 0.008, fidelity=Fidelity("real", "ideal")),
+        Case("hang", 0.6, 0.25, 5, 0.008, fidelity=Fidelity("ideal", "real")),
+    ):
+        with pytest.raises(KeyError, match="seen"):
+            run(case)
+    ideal, felt, driven = seen
+    assert (ideal.sensors, ideal.actuators) == (Sensors.ideal(), None)
+    assert (felt.sensors, felt.actuators) == (Sensors.real(), None)
+    assert (driven.sensors, driven.actuators) == (Sensors.ideal(), ActuatorDesign())
 
 
 def test_a_robot_that_is_lost_is_counted_as_fallen(monkeypatch: pytest.MonkeyPatch) -> None:

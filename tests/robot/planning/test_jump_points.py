@@ -19,6 +19,7 @@ from scipy import ndimage
 from robot.evaluate import maps
 from robot.evaluate.jump_points import OctileSearch
 from robot.evaluate.landmarks import components
+from robot.evaluate.map_questions import read_map
 from robot.planning.errors import GoalBlocked, StartBlocked, Unreachable
 from robot.planning.grid import Cell
 from robot.planning.path import line_cells, pull
@@ -223,7 +224,7 @@ def test_the_command_says_what_is_missing_or_malformed(tmp_path: Path) -> None:
     broken = tmp_path / "broken.map"
     broken.write_text("type octile\nheight 2\nwidth 2\nmap\n..\n")
     with pytest.raises(ValueError, match=r"broken\.map is not a Moving AI map"):
-        maps.read_map(broken)
+        read_map(broken)
 
 
 def test_a_wrong_row_is_counted_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

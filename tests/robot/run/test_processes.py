@@ -15,6 +15,7 @@ import pytest
 from actors import Supervisor
 from actors.testing import Rig
 from robot.evaluate.load import family, processor_seconds
+from robot.hardware.sensors import Sensors
 from robot.link import segment
 from robot.link.remote import LinkedBody
 from robot.link.segment import PREFIX
@@ -33,12 +34,12 @@ from tests.robot.stage import whole
 
 @pytest.fixture
 def split() -> Iterator[Supervisor]:
-    """The tree of a robot with an arm, in processes; its body is only a name."""
+    """The tree of a robot with an arm, real sensors and sight, in processes; its body is only a name."""
     scene = get_world("kitchen")
     memory = segment.create(len(scene.things))
-    body = LinkedBody(memory.name, scene, seed=1, arm=True)
+    body = LinkedBody(memory.name, scene, seed=1, arm=True, sensors=Sensors.real())
     body.segment.scenery.write([0.0] * (segment.ARM + segment.THING * len(scene.things)))
-    yield robot_tree(body, Pack(90.0), [("goal", scene.start)], processes=True)
+    yield robot_tree(body, Pack(90.0), [("goal", scene.start)], processes=True, sight=True)
     memory.remove()
     memory.close()
 

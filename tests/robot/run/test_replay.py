@@ -6,6 +6,8 @@ import asyncio
 import json
 import subprocess
 import sys
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
@@ -14,13 +16,22 @@ import pytest
 from actors import Child, Node, Supervisor, execute, run
 from actors.interfaces.std_srvs.srv import SetBool, Trigger, Trigger_Request, Trigger_Response
 from actors.replay import Journal, ReplayError, load, replay, tape_in
+from actors.replay.tape import starts_of
 from robot.assembly import Robot
-from robot.contracts import EMERGENCY_STOP, MOVE_TO_POSITION, STAND
+from robot.contracts import DOCK, EMERGENCY_STOP, MOVE_TO_POSITION, STAND
+from robot.evaluate.load import processor_seconds
+from robot.geometry.planar import Pose2
+from robot.interfaces.robactor_msgs.action import Dock
 from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
 from robot.nodes.gait import Gait
 from tests.robot.run.test_run import robot
 
 NODES = ("navigation", "gait", "battery", "safety_monitor", "robot_controller", "localizer")
+INNER: dict[str, set[tuple[str, str]]] = {
+    "all/robot/navigation": {("goal", "/navigate_to_goal")},
+    "all/robot/safety": set(),
+}
+"""What passes only inside of a subtree."""
 
 
 class Deaf(Gait):
@@ -43,6 +54,10 @@ class Operator(Node):
     async def go(self, x: float, y: float) -> str:
         async with self.start(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=x, target_y=y)) as goal:
             return repr(await goal.ended())
+
+    async def dock(self) -> str:
+        async with self.start(DOCK, Dock.Goal()) as goal:
+            return (await goal).outcome
 
 
 def with_deaf_gait(tree: Supervisor) -> Supervisor:
@@ -79,11 +94,33 @@ async def troubled_walk() -> tuple[Journal, list[str]]:
         return journal, [await first, await second]
 
 
-@pytest.mark.parametrize("clock", ["virtual", pytest.param("real", marks=pytest.mark.realtime)])
+@contextmanager
+def burning(loops: int) -> Generator[None]:
+    """So many processes that do nothing but occupy a core each. Each has to have computed for a second at the end."""
+    burners = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(loops)]
+    try:
+        yield
+    finally:
+        used = [processor_seconds({burner.pid}) for burner in burners]
+        for burner in burners:
+            burner.kill()
+            burner.wait()
+    assert all(seconds > 1.0 for seconds in used), used
+
+
+@pytest.mark.parametrize(
+    ("clock", "loops"),
+    [
+        ("virtual", 0),
+        pytest.param("real", 0, marks=pytest.mark.realtime),
+        pytest.param("real", 2, marks=pytest.mark.realtime),
+    ],
+)
 def test_six_nodes_are_replayed_alone_bit_for_bit_by_processes_without_body_and_world(
-    clock: Literal["virtual", "real"], tmp_path: Path
+    clock: Literal["virtual", "real"], loops: int, tmp_path: Path
 ) -> None:
-    journal, goals = execute(troubled_walk, clock=clock)
+    with burning(loops):
+        journal, goals = execute(troubled_walk, clock=clock)
     assert goals[0] == "<CANCELED: preempted by a newer goal>"
     with pytest.raises(ReplayError, match="KinematicBody is the robot's body"):
         journal.tape("motors")
@@ -117,6 +154,61 @@ def test_a_constant_that_was_changed_is_found_at_its_first_effect() -> None:
     assert first.recorded < first.replayed, "the slower robot needs longer"
 
 
+async def docking_walk() -> Journal:
+    """Stand up and walk to the charging station, while the battery's node is struck: the journals of two subtrees."""
+    journal = Journal("all/robot/navigation", "all/robot/safety", "all/robot/control")
+    robot = Robot("kitchen", body="kinematic")
+    async with run(Supervisor("all", children=[robot.tree, Child(Operator)]), observers=(journal,), sinks=()) as system:
+        sleep, operator = system.clock.sleep, system.node(Operator)
+        await sleep(1.0)
+        await operator.call(STAND, Trigger.Request())
+        docking = asyncio.ensure_future(operator.dock())
+        await sleep(4.0)
+        system.crash("battery", ValueError("battery is struck"))
+        assert system.node("safety_monitor").set_parameter("silence", 0.6).successful
+        assert await docking == "docked"
+        await sleep(0.5)
+    return journal
+
+
+@pytest.fixture(scope="module")
+def docked() -> Journal:
+    return execute(docking_walk, clock="virtual")
+
+
+@pytest.mark.parametrize("subtree", ["all/robot/navigation", "all/robot/safety"])
+def test_a_subtree_of_the_robot_is_replayed_alone_by_what_crossed_its_border(docked: Journal, subtree: str) -> None:
+    tape = docked.tape(subtree)
+    verdict = replay(tape)
+    assert (verdict.differences, verdict.inner, verdict.lacking) == ((), (), "")
+    assert verdict.compared > 100
+    inner = {entry[1:3] for entry in tape.entries if isinstance(entry, tuple) and entry[0] == "inner"}
+    assert inner == INNER[subtree]
+    senders = {entry[5] for entry in tape.entries if isinstance(entry, tuple) and entry[0] == "publisher"}
+    assert not senders & {start.node for start in starts_of(tape)}, "what passes inside is no input"
+
+
+def test_a_planted_constant_inside_a_subtree_is_found_at_its_first_effect_at_the_border(
+    docked: Journal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "robot.nodes.docking.BEFORE", Pose2(-0.75, 0.0)
+    )  # m before the station: where the docking node has the robot sent
+    verdict = replay(docked.tape("all/robot/navigation"))
+    (inside,) = verdict.inner
+    assert (inside.kind, inside.name) == ("goal", "/navigate_to_goal")
+    (found,) = verdict.differences
+    assert inside.time <= found.time
+    assert found.name in ("/plan", "/autonomy/cmd_vel")
+
+
+def test_a_subtree_with_the_body_is_refused_by_the_name_of_its_node(docked: Journal) -> None:
+    with pytest.raises(
+        ReplayError, match=r"no journal of all/robot/control: /motors: .*KinematicBody is the robot's body"
+    ):
+        docked.tape("all/robot/control")
+
+
 def test_a_run_writes_the_journals_that_it_keeps_into_a_folder(tmp_path: Path) -> None:
     words = (
         "--backend",
@@ -146,3 +238,15 @@ def test_the_flight_record_of_a_run_holds_the_journals_that_it_kept(tmp_path: Pa
     verdict = replay(tape_in(record, "battery"))
     assert verdict.equal, verdict
     assert verdict.compared > 5
+
+
+def test_a_run_keeps_the_journal_of_a_subtree_and_names_the_one_that_was_meant(tmp_path: Path) -> None:
+    words = ("--backend", "kinematic", "--duration", "3", "--replay", "robot/navigation", "--journals", str(tmp_path))
+    done = robot("run", "--clock", "virtual", *words)
+    assert done.returncode == 0, done.stderr
+    tape = load(tmp_path / "robot.navigation.subtree.journal")
+    assert {start.node for start in starts_of(tape)} == {"/navigation", "/docking"}
+    assert replay(tape).equal
+    refused = robot("run", "--replay", "robot/navigatio")
+    assert refused.returncode == 2
+    assert "--replay: there is no subtree 'robot/navigatio'; did you mean 'robot/navigation'?" in refused.stderr

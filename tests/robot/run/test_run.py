@@ -130,7 +130,13 @@ def test_a_push_that_no_robot_survives_is_a_fall_and_exit_code_1(tmp_path: Path)
     assert "robot run: the robot fell at 4." in done.stderr.splitlines()[-1]
     assert (report["falls"], report["last"]["fallen"]) == (1, True)
     assert report["failure"].startswith("the robot fell at 4.")
-    assert report["ground"] == {"friction": 0.7, "payload": 0.0, "payload_at": [0.0, 0.0], "slope": [0.0, 0.0]}
+    assert report["ground"] == {
+        "friction": 0.7,
+        "payload": 0.0,
+        "payload_at": [0.0, 0.0],
+        "slope": [0.0, 0.0],
+        "ice": None,
+    }
 
 
 def test_a_load_on_the_back_is_carried_to_the_goal(tmp_path: Path) -> None:
@@ -196,7 +202,7 @@ def test_a_map_that_is_none_or_none_of_this_world_is_one_line(tmp_path: Path, te
 
 def test_the_help_names_every_world() -> None:
     done = robot("run", "--help")
-    assert "warehouse, empty, corridor, pillars, kitchen (default warehouse)" in " ".join(done.stdout.split())
+    assert "warehouse, empty, corridor, pillars, kitchen, ramps (default warehouse)" in " ".join(done.stdout.split())
 
 
 def test_the_run_publishes_its_time_for_those_who_follow_it(tmp_path: Path) -> None:
@@ -369,7 +375,7 @@ def test_a_parameter_file_that_is_no_yaml_names_file_and_line(text: str, place: 
         ),
         (
             ("maps",),
-            "robot evaluate maps: the following arguments are required: folder (see python -m robot evaluate maps",
+            "robot evaluate maps: give a folder, or --drawn",
         ),
         (("maps", "no/folder"), "robot evaluate maps: there is no no/folder"),
         (

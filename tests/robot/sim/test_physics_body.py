@@ -15,7 +15,7 @@ from robot.model.kinematics import inverse
 from robot.model.parameters import SIT_HEIGHT
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Box, Cylinder
-from robot.sim.ground import Ground
+from robot.sim.ground import Ground, Ice
 from robot.sim.physics import BackendMissing, PhysicsBody
 from tests.robot.stage import floor
 
@@ -163,6 +163,27 @@ def test_a_push_is_an_impulse() -> None:
     assert body.truth().velocity[0] - before == pytest.approx(0.5, rel=0.15)
     body.advance(0.56)
     assert body.truth().velocity[0] <= 0.6
+
+
+def test_on_ice_a_foot_has_its_friction_and_beside_it_that_of_the_floor() -> None:
+    """How far a standing robot slides that is pushed."""
+
+    def slid(ice: Ice | None) -> float:
+        body = PhysicsBody(EMPTY, seed=1, ground=Ground(friction=0.8, ice=ice))
+        hold(body, 1.0, 0.40)
+        before = float(body.truth().position[0])
+        body.push((30.0, 0.0, 0.0), duration=0.05)
+        hold(body, 1.6, 0.40)
+        return float(body.truth().position[0]) - before
+
+    assert slid(Ice(0.05, -2.0, 2.0)) > slid(None) + 0.2
+    assert slid(Ice(0.05, 2.0, 4.0)) == slid(None)
+
+
+@pytest.mark.parametrize("wrong", [(0.0, 1.0, 2.0), (0.1, 2.0, 2.0), (float("nan"), 0.0, 1.0)])
+def test_ice_that_cannot_be_is_refused(wrong: tuple[float, float, float]) -> None:
+    with pytest.raises(ValueError, match="give a friction above 0 and an end beyond the start"):
+        Ice(*wrong)
 
 
 def test_fallen_means_lying_on_the_side() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from robot.geometry.planar import Pose2
 from robot.scenes.scene import Box, Cylinder, Pit, Scene
+from robot.scenes.terrain import Ramp
 from robot.sim.ground import Ground
 from robot.sim.mjcf import write_model
 from robot.sim.sight import sight
@@ -24,6 +25,11 @@ CLUTTER = Scene(
     NOWHERE,
     NOWHERE,
     pits=(Pit(2.5, -2.0, 1.0, 1.5, 0.4), Pit(-2.0, -2.0, 0.6, 0.6, 0.2)),
+    terrain=(
+        Ramp(-2.5, 0.5, 1.2, 1.0, 0.4, yaw=2.5),
+        Ramp(-1.0, 3.0, 1.0, 0.8, 0.5, bottom=0.2, yaw=-0.4),
+        Ramp(3.5, 1.5, 0.8, 0.9, 0.3, bottom=0.3),
+    ),
 )
 
 
@@ -43,12 +49,24 @@ def test_rays_end_where_those_of_the_physics_engine_end(eye: tuple[float, float,
     expected = np.array([mujoco.mj_ray(model, data, np.array(eye), ray, None, 1, -1, hit) for ray in rays])
     expected[(expected < 0.0) | (expected > 4.0)] = np.inf
 
-    met = sight(CLUTTER.obstacles, CLUTTER.pits, np.array(eye), rays, 4.0)
+    met = sight(CLUTTER.obstacles, CLUTTER.pits, np.array(eye), rays, 4.0, CLUTTER.terrain)
 
     finite = np.isfinite(expected)
     assert (np.isfinite(met) == finite).all()
     assert met[finite] == pytest.approx(expected[finite], abs=1e-6)
     assert finite.mean() > 0.3
+
+
+def test_rays_from_an_eye_each_end_where_each_ends_by_itself() -> None:
+    rays = directions(2000, seed=4)
+    eyes = np.random.default_rng(5).uniform((-1.5, -0.5, 0.3), (0.5, 0.5, 0.5), (2000, 3))
+
+    where = (CLUTTER.obstacles, CLUTTER.pits)
+    met = sight(*where, eyes, rays, 4.0, CLUTTER.terrain)
+
+    alone = [sight(*where, *one, 4.0, CLUTTER.terrain)[0] for one in zip(eyes, rays[:, None], strict=True)]
+    assert met == pytest.approx(alone, rel=1e-12)
+    assert np.isfinite(met).mean() > 0.3
 
 
 def test_a_ray_into_a_pit_ends_on_its_bottom_or_on_its_far_wall() -> None:

@@ -6,7 +6,7 @@ const RETRY = 1000; // ms until the next attempt after a connection was lost
 const PATIENCE = 15000; // ms until a service that does not answer is given up
 const TEXT = new TextEncoder();
 
-/** Events: "open", "close", "channels", "services", "system" (detail: the snapshot); of a recording "playback" (detail: {playing, ended, rate, at}),
+/** Events: "open", "close", "channels", "services", "system" (detail: the snapshot), "findings" (detail: those of the doctor); of a recording "playback" (detail: {playing, ended, rate, at}),
  * "time" (detail: seconds), and "seek" (detail: seconds) when what was shown is to be forgotten. */
 export class Foxglove extends EventTarget {
   constructor(url) {
@@ -24,7 +24,7 @@ export class Foxglove extends EventTarget {
     this.mine = new Map(); // topic -> id of the channel by which this page publishes
     this.answers = new Map(); // id -> {resolve, reject}
     this.last = 0;
-    this.systemWanted = false;
+    this.wishes = new Set(); // words of this server's own that are said again on each connection
     this.open();
   }
 
@@ -201,10 +201,15 @@ export class Foxglove extends EventTarget {
     else answer.resolve(value);
   }
 
-  /** Ask for the snapshot of the running system once a second: "system" events. */
+  /** Ask for the snapshot of the running system once a second, "system" events, and for what the doctor finds in it, "findings". */
   watchSystem() {
-    this.systemWanted = true;
-    if (this.connected && this.info.capabilities?.includes("robactor")) this.send({ op: "robactor.subscribeSystem" });
+    this.wish("robactor.subscribeSystem");
+    this.wish("robactor.subscribeFindings");
+  }
+
+  wish(op) {
+    this.wishes.add(op);
+    if (this.connected && this.info.capabilities?.includes("robactor")) this.send({ op });
   }
 
   /** Let a node fail, so that its supervisor restarts it. */
@@ -212,12 +217,17 @@ export class Foxglove extends EventTarget {
     return this.request("robactor.killNode", { node });
   }
 
-  /** The answer to one of this server's own words. Rejects with the reason. */
+  /** The answer to a word that asks for one. Rejects with the reason. */
   request(op, fields = {}) {
     if (!this.connected) return Promise.reject(new Error("not connected"));
     const id = ++this.last;
-    this.send({ op, ...fields, id });
+    this.send({ op, ...fields, id, requestId: id }); // the protocol's own words call it so
     return new Promise((resolve, reject) => this.answers.set(id, { resolve, reject }));
+  }
+
+  /** A file of a package, package://PACKAGE/path, as bytes. Rejects with the reason. */
+  asset(uri) {
+    return this.request("fetchAsset", { uri });
   }
 
   fetched(view) {
@@ -273,7 +283,7 @@ const HANDLERS = {
     self.info = message;
     if (self.connected) return; // the server can do something else than before
     self.connected = true;
-    if (self.systemWanted) self.watchSystem();
+    for (const op of self.wishes) self.wish(op);
     self.tell("open", message);
   },
   advertise(self, message) {
@@ -304,6 +314,7 @@ const HANDLERS = {
     self.tell("services");
   },
   "robactor.system": (self, message) => self.tell("system", (self.system = message)),
+  "robactor.findings": (self, message) => self.tell("findings", (self.findings = message.findings)),
   serviceCallFailure: (self, message) => self.settle(message.callId, new Error(message.message)),
   "robactor.done": (self, message) => self.settle(message.id, message.error ? new Error(message.error) : null, message.value),
 };

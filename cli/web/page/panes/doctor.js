@@ -1,10 +1,9 @@
-// What is not as it should be: the robot's diagnostics, and what the running system shows.
+// What is not as it should be: what the server's doctor finds in the running system, and the robot's diagnostics.
 
 import { h } from "../core/dom.js";
 
 const LEVELS = ["ok", "warn", "error", "stale"];
 const KINDS = ["good", "warn", "bad", "muted"];
-const SLOW = 0.5; // s, a handler that held its node up
 
 export async function make(app) {
   return new DoctorPane(app);
@@ -12,7 +11,8 @@ export async function make(app) {
 
 class DoctorPane {
   constructor({ link }) {
-    this.findings = h("div.stack");
+    this.link = link;
+    this.findings = h("ul.plain.stack", { "aria-label": "Findings" });
     this.diagnostics = h("tbody");
     this.none = h("p.muted", {}, "Nobody publishes /diagnostics.");
     this.element = h(
@@ -23,9 +23,9 @@ class DoctorPane {
     this.statuses = new Map();
     link.addEventListener("seek", () => this.statuses.clear());
     link.subscribe("/diagnostics", (message) => this.heard(message));
-    link.addEventListener("system", ({ detail }) => this.judge(detail));
-    if (link.system) this.judge(link.system);
-    else this.findings.append(h("p.muted", {}, "This server tells nothing of the system behind it."));
+    link.addEventListener("findings", ({ detail }) => this.tell(detail));
+    if (link.findings) this.tell(link.findings);
+    else this.findings.append(h("li.muted", {}, "Looking …"));
   }
 
   heard(message) {
@@ -39,26 +39,33 @@ class DoctorPane {
     );
   }
 
-  judge(system) {
-    const found = [];
-    for (const topic of system.topics) {
-      for (const text of topic.mismatches) found.push(["bad", `${topic.name}: ${text}`, `graph?topic=${topic.name}`]);
-      if (topic.types.length > 1) found.push(["bad", `${topic.name} has several types: ${topic.types.join(", ")}`, `graph?topic=${topic.name}`]);
-      for (const edge of topic.subscriptions) if (edge.dropped > 0) found.push(["warn", `${edge.node} lost ${edge.dropped} messages of ${topic.name}: it reads more slowly than they come`, `graph?topic=${topic.name}`]);
+  /** Problems first, then notes; below each what was measured, and what helps. While only what was measured changes, the links stay. */
+  tell(found) {
+    const sorted = [...found].sort((a, b) => (a.level === "note") - (b.level === "note"));
+    const text = JSON.stringify(sorted.map(({ measured, ...rest }) => rest));
+    if (text !== this.told) {
+      this.told = text;
+      this.measured = sorted.map(() => h("p.muted"));
+      const rows = sorted.map((one, i) => this.row(one, this.measured[i]));
+      this.findings.replaceChildren(...(rows.length ? rows : [h("li.good", {}, "Nothing to complain about.")]));
     }
-    for (const [node, count] of Object.entries(system.restarts)) if (count) found.push(["warn", `${node} was restarted ${count} time${count > 1 ? "s" : ""}`, `graph?node=${node}`]);
-    for (const node of system.nodes) {
-      if (secondsOf(node.slowest) > SLOW) found.push(["warn", `${node.name}: a handler held it up: ${node.slowest}`, `graph?node=${node.name}`]);
-      if (!/run|active|start|idle/.test(node.state)) found.push(["bad", `${node.name} is ${node.state}`, `graph?node=${node.name}`]);
-    }
-    const key = JSON.stringify(found);
-    if (key === this.key) return;
-    this.key = key;
-    this.findings.replaceChildren(...(found.length ? found.map(([kind, text, address]) => h("p.finding", {}, h(`span.level.${kind}`, {}, kind === "bad" ? "error" : "warn"), h("a", { href: `#${address}` }, text))) : [h("p.good", {}, "Nothing to complain about.")]));
+    sorted.forEach(({ check, measured }, i) => (this.measured[i].textContent = `${check}: ${measured}`));
   }
-}
 
-/** "Battery.load 0.0511 s" -> 0.0511. */
-function secondsOf(text) {
-  return Number(/([\d.e+-]+) s$/.exec(text)?.[1] ?? 0);
+  row({ level, subject, cause, remedy }, measured) {
+    const address = this.addressOf(subject);
+    const about = address ? h("a.mono", { href: `#${address}` }, subject) : h("b.mono", {}, subject);
+    const kind = level === "problem" ? "bad" : "warn";
+    return h(
+      "li.finding", {}, h(`span.level.${kind}`, {}, level),
+      h("div", {}, h("p", {}, about, ` ${cause}`), measured, remedy ? h("p.muted", {}, `What helps: ${remedy}`) : ""),
+    );
+  }
+
+  /** Where the graph shows a topic or a node. */
+  addressOf(subject) {
+    const { nodes = [], topics = [] } = this.link.system ?? {};
+    const kind = nodes.some(({ name }) => name === subject) ? "node" : topics.some(({ name }) => name === subject) ? "topic" : "";
+    return kind && `graph?${kind}=${encodeURIComponent(subject)}`;
+  }
 }

@@ -1,8 +1,9 @@
-// Every action: send a goal, watch its feedback, cancel it.
+// Every action: fill its goal in, send it, watch its feedback, cancel it.
 
 import { h, note, recall, remember } from "../core/dom.js";
+import { Form } from "../core/form.js";
 
-const ENDS = { 4: "succeeded", 5: "canceled", 6: "aborted" };
+const ENDS = { 0: "refused", 4: "succeeded", 5: "canceled", 6: "aborted" };
 
 export async function make(app) {
   return new GoalsPane(app);
@@ -14,14 +15,17 @@ class GoalsPane {
     this.actions = h("ul.plain.nodes", { "aria-label": "Actions" });
     this.title = h("h2.mono", {}, "Choose an action");
     this.type = h("p.mono.muted");
-    this.text = h("textarea.mono", { rows: 8, spellcheck: false, "aria-label": "Goal, as JSON", disabled: true });
-    this.send = h("button.primary", { type: "button", disabled: true, onclick: () => this.start() }, "Send goal");
+    this.fields = h("form", { id: "goal", "aria-label": "Goal", noValidate: true, onsubmit: (event) => (event.preventDefault(), this.start()) });
+    this.text = h("textarea.mono", { rows: 8, spellcheck: false, "aria-label": "Goal, as JSON", hidden: true });
+    this.asText = h("button", { type: "button", "aria-pressed": "false", disabled: true, onclick: () => this.turn() }, "As JSON");
+    this.send = h("button.primary", { type: "submit", disabled: true }, "Send goal");
+    this.send.setAttribute("form", "goal"); // it stands outside of it, and Enter in a field presses it
     this.note = note();
     this.runs = h("div.stack", { "aria-label": "Goals", role: "log" });
     this.element = h(
       "section.pane.goals", { "aria-label": "Goals" },
       h("div.card", {}, h("h3", {}, "Actions"), this.actions),
-      h("div.stack", {}, h("div.card.stack", {}, this.title, this.type, this.text, h("div.row", {}, this.send, this.note.element)), this.runs),
+      h("div.stack", {}, h("div.card.stack", {}, this.title, this.type, this.fields, this.text, h("div.row", {}, this.send, this.asText, this.note.element)), this.runs),
     );
     link.addEventListener("system", ({ detail }) => this.offer(detail));
     if (link.system) this.offer(link.system);
@@ -51,25 +55,51 @@ class GoalsPane {
     for (const button of this.actions.querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.textContent === action.name));
     this.title.textContent = action.name;
     this.type.textContent = action.type;
-    this.text.value = "…";
+    this.form = null;
+    this.fields.replaceChildren();
+    this.note.say("");
+    if (!this.text.hidden) this.turn();
+    this.send.disabled = this.asText.disabled = true;
     try {
       const { typedefs } = await this.bridge.call("/rosapi/action_goal_details", { type: action.type });
       if (this.action !== action) return;
-      this.text.value = JSON.stringify(template(typedefs), null, 2);
+      this.form = new Form(typedefs);
+      this.fields.replaceChildren(this.form.element);
+      this.asText.disabled = false;
     } catch (error) {
+      if (this.action !== action) return;
+      this.note.say(`${error.message}: write the goal as JSON`, true);
       this.text.value = "{}";
-      this.note.say(error.message, true);
+      this.text.hidden = false;
     }
-    this.text.disabled = this.send.disabled = false;
+    this.send.disabled = false;
+  }
+
+  /** From the form to the text and back, with what is written. */
+  turn() {
+    const toText = this.text.hidden;
+    const goal = this.form && (toText ? this.form.read() : this.written());
+    if (this.form && goal === undefined) return;
+    if (toText) this.text.value = JSON.stringify(goal, null, 2);
+    else this.form?.fill(goal);
+    this.text.hidden = !toText;
+    this.fields.hidden = toText;
+    this.asText.setAttribute("aria-pressed", String(toText));
+  }
+
+  /** The goal of the text; undefined, with the reason, when it is none. */
+  written() {
+    try {
+      return JSON.parse(this.text.value);
+    } catch (error) {
+      this.note.say(`The goal is no JSON: ${error.message}`, true);
+    }
   }
 
   async start() {
-    let args;
-    try {
-      args = JSON.parse(this.text.value);
-    } catch (error) {
-      return this.note.say(`The goal is no JSON: ${error.message}`, true);
-    }
+    const form = this.text.hidden ? this.form : null;
+    const args = form ? form.read() : this.written();
+    if (args === undefined) return;
     this.note.say("");
     const { name, type } = this.action;
     const state = h("b", {}, "sent");
@@ -90,28 +120,11 @@ class GoalsPane {
       const { status, values, succeeded } = await goal.result;
       tell(ENDS[status] ?? `ended with status ${status}`, succeeded ? "good" : "bad");
       feedback.textContent = typeof values === "string" ? values : JSON.stringify(values, null, 1);
+      if (status === 0 && this.form === form) form?.blame(String(values).replace(/^Action goal was rejected: /, ""));
     } catch (error) {
       tell("failed", "bad");
       feedback.textContent = error.message;
     }
     cancel.remove();
   }
-}
-
-/** A goal with the default of every field, from rosapi's description of types: [{type, fieldnames, fieldtypes, fieldarraylen}]. */
-function template(typedefs) {
-  const byType = new Map(typedefs.map((one) => [one.type.replace("/msg/", "/"), one]));
-  const make = (typedef, depth) => {
-    const found = {};
-    typedef?.fieldnames.forEach((name, i) => {
-      const type = typedef.fieldtypes[i].replace("/msg/", "/");
-      const length = typedef.fieldarraylen[i];
-      const one = () => (type === "string" || type === "wstring" ? "" : type === "bool" || type === "boolean" ? false : byType.has(type) && depth < 8 ? make(byType.get(type), depth + 1) : 0);
-      found[name] = length === -1 ? one() : length > 0 ? Array.from({ length }, one) : [];
-    });
-    if (typedef?.type.endsWith("/Quaternion")) found.w = 1;
-    if (typedef?.type.endsWith("/Header")) found.frame_id = "map";
-    return found;
-  };
-  return make(typedefs[0], 0);
 }

@@ -5,6 +5,7 @@ import { brief, h, note, recall, remember } from "../core/dom.js";
 import { Chart } from "../plot/chart.js";
 import { Series } from "../plot/series.js";
 
+const SUM_EVERY = 500; // ms between two looks at rate, mean and extremes
 const COLORS = ["#2f7bea", "#d9541e", "#0b9a64", "#b23ac2", "#c08a00", "#0f9bb3", "#d81b60", "#6a7f10"];
 
 export async function make(app) {
@@ -82,12 +83,14 @@ class PlotPane {
 
   row(series) {
     const value = h("b.mono", {}, "–");
+    const sums = h("span.mono.muted.sums");
     series.tell = (number) => (value.textContent = brief(number, 4));
+    series.sumUp = (sum) => (sums.textContent = sum ? `${brief(sum.rate, 1)} Hz, mean ${brief(sum.mean, 4)}, ${brief(sum.least, 4)} to ${brief(sum.most, 4)}` : "");
     const remove = h("button.quiet", { type: "button", title: "Remove", onclick: () => this.remove(series) }, "×");
     remove.setAttribute("aria-label", `Remove ${series.text}`);
     const swatch = h("i.swatch");
     swatch.style.background = series.color;
-    return h("li", {}, swatch, h("span.mono.grow", {}, series.text), value, remove);
+    return h("li", {}, swatch, h("span.mono.grow", {}, series.text), sums, value, remove);
   }
 
   remove(series) {
@@ -112,6 +115,10 @@ class PlotPane {
 
   frame() {
     for (const series of this.series) series.tell(series.last);
+    if (!this.paused && performance.now() - (this.summed ?? -SUM_EVERY) >= SUM_EVERY) {
+      this.summed = performance.now();
+      for (const series of this.series) series.sumUp(series.summary(series.newest - Number(this.window.value)));
+    }
     this.chart.draw(this.series, this.paused ? null : Number(this.window.value));
   }
 

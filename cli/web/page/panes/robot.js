@@ -58,7 +58,15 @@ class RobotPane {
       remember("solid", on);
       this.see(on);
     });
-    this.tools.append(follow, ...(possible ? [depth] : []), toggle("Camera", false, (on) => this.camera.show(on)), this.go.button);
+    this.world.withRelief = recall("relief", true);
+    const relief = toggle("Elevation", this.world.withRelief, (on) => {
+      remember("relief", on);
+      this.world.showRelief(on);
+    });
+    const offer = () => (relief.hidden = !this.world.hasRelief);
+    this.link.addEventListener("channels", offer);
+    offer();
+    this.tools.append(follow, relief, ...(possible ? [depth] : []), toggle("Camera", false, (on) => this.camera.show(on)), this.go.button);
     await this.see(wanted);
     addEventListener("theme", () => this.view.recolor(this.palette()));
     this.link.addEventListener("channels", () => this.shown && this.world.start());
@@ -93,7 +101,7 @@ class RobotPane {
   }
 
   tell() {
-    const { gait, battery, odom, drive, contacts, power } = this.world.latest;
+    const { gait, battery, odom, drive, contacts, power, localization } = this.world.latest;
     const say = (name, known, tell) => {
       const text = known ? tell(known) : "–";
       if (this.chip[name].textContent !== text) this.chip[name].textContent = text;
@@ -103,7 +111,9 @@ class RobotPane {
     say("speed", odom, ({ twist: { twist } }) => `${Math.hypot(twist.linear.x, twist.linear.y).toFixed(2)} m/s`);
     say("power", power, ({ mean }) => `${mean.toFixed(0)} W`);
     say("driver", drive, ({ enabled, source }) => (enabled ? source || "nobody" : "disabled"));
-    say("place", this.world.pose, ({ p }) => `${metres(p[0])}, ${metres(p[1])} m`);
+    const unsure = localization && localization.data !== "tracking" ? `${localization.data}: ` : "";
+    say("place", this.world.pose, ({ p }) => `${unsure}${metres(p[0])}, ${metres(p[1])} m`);
+    this.chip.place.classList.toggle("bad", Boolean(unsure));
     if (contacts) [...this.feet.children].forEach((foot, i) => foot.classList.toggle("down", contacts.contact[i] !== 0 && contacts.contact[i] !== false));
     if (drive && drive.enabled !== this.enabled) {
       this.enabled = drive.enabled;

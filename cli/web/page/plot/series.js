@@ -48,6 +48,20 @@ export class Series {
     }
   }
 
+  /** What the values since `from` have in common: {rate, mean, least, most}, per second and in their own unit; null if they are fewer than two. */
+  summary(from) {
+    const [times, values] = this.since(from);
+    const known = values.filter(Number.isFinite);
+    if (times.length < 2 || !known.length) return null;
+    let [sum, least, most] = [0, Infinity, -Infinity];
+    for (const value of known) {
+      sum += value;
+      least = Math.min(least, value);
+      most = Math.max(most, value);
+    }
+    return { rate: (times.length - 1) / (times[times.length - 1] - times[0]), mean: sum / known.length, least, most };
+  }
+
   /** The same as two arrays; found by halves, so that a long ring costs little. */
   since(from) {
     let low = this.first;

@@ -11,7 +11,7 @@ function origin(element) {
 
 function shape(visual, colors) {
   const form = visual.querySelector("geometry > *");
-  if (!form || form.tagName === "mesh") return null;
+  if (!form) return null;
   const get = (name) => numbers(form.getAttribute(name), [0]);
   const material = visual.querySelector("material");
   const rgba = material?.querySelector("color")?.getAttribute("rgba") ?? colors.get(material?.getAttribute("name"));
@@ -20,6 +20,8 @@ function shape(visual, colors) {
     size: get("size"),
     radius: get("radius")[0],
     length: get("length")[0],
+    file: form.getAttribute("filename"),
+    scale: numbers(form.getAttribute("scale"), [1, 1, 1]),
     pose: origin(visual),
     color: numbers(rgba, [0.6, 0.6, 0.6, 1]),
   };

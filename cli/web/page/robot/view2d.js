@@ -2,7 +2,7 @@
 
 import { compose, turned } from "./frames.js";
 import { goalOf } from "./goal.js";
-import { blocks, floorPicture } from "./grid.js";
+import { blocks, floorPicture, reliefPicture } from "./grid.js";
 
 const NEAR = 3; // m from the robot to the nearer edge of the picture at the start
 
@@ -73,6 +73,7 @@ export class View2D {
     const scale = this.scale;
     pen.setTransform(scale, 0, 0, -scale, element.width / 2 - this.centre[0] * scale, element.height / 2 + this.centre[1] * scale);
     this.drawMap();
+    this.drawRelief();
     this.strip(world.trail, palette.trail, 0.02);
     this.strip(world.path, palette.path, 0.04);
     this.drawScan();
@@ -85,19 +86,36 @@ export class View2D {
     const grid = this.world.latest.map;
     if (!grid) return;
     if (this.drawnMap !== this.world.mapVersion || this.drawnIn !== this.palette) this.paintMap(grid);
-    const { height, resolution, origin } = grid.info;
     this.pen.save();
-    this.pen.imageSmoothingEnabled = false;
-    this.pen.translate(origin.position.x, origin.position.y);
-    this.pen.rotate(2 * Math.atan2(origin.orientation.z, origin.orientation.w));
-    this.pen.scale(resolution, resolution);
-    this.pen.save();
-    this.pen.scale(1, -1);
-    this.pen.drawImage(this.picture, 0, -height);
-    this.pen.restore();
+    this.lay(this.picture, grid);
     this.pen.fillStyle = this.palette.wall;
     for (const { left, right, low, high } of this.walls) this.pen.fillRect(left, low, right - left, high - low);
     this.pen.restore();
+  }
+
+  drawRelief() {
+    const { relief } = this.world.latest;
+    if (!relief) return;
+    if (this.drawnRelief !== relief || this.reliefIn !== this.palette) {
+      [this.drawnRelief, this.reliefIn] = [relief, this.palette];
+      this.relief = reliefPicture(relief, this.palette, this.relief);
+    }
+    this.pen.save();
+    this.lay(this.relief, relief);
+    this.pen.restore();
+  }
+
+  /** A picture of a grid where the grid is. The pen then counts in cells, from the grid's corner. */
+  lay(picture, { info: { height, resolution, origin } }) {
+    const { pen } = this;
+    pen.imageSmoothingEnabled = false;
+    pen.translate(origin.position.x, origin.position.y);
+    pen.rotate(2 * Math.atan2(origin.orientation.z, origin.orientation.w));
+    pen.scale(resolution, resolution);
+    pen.save();
+    pen.scale(1, -1);
+    pen.drawImage(picture, 0, -height);
+    pen.restore();
   }
 
   paintMap(grid) {

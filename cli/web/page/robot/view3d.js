@@ -1,12 +1,14 @@
 // The robot in its world, by three.js. Loaded only where there is WebGL.
 
 import * as THREE from "../vendor/three.js";
-import { blocks, floorPicture } from "./grid.js";
+import { blocks, floorPicture, reliefPicture } from "./grid.js";
 import { goalOf } from "./goal.js";
+import { readStl } from "./stl.js";
 
 const FOLLOW = 0.12; // share of the way to the robot that the camera goes in one picture
 const NEWTON = 0.0015; // m of an arrow for each newton
 const PLACES = 2048; // of a path, at most
+const RELIEF = 0.006; // m over the floor, so that neither hides the other
 const WALL = 0.5; // m, how high a cell of the map is drawn that something stands on
 THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
 
@@ -48,6 +50,7 @@ export class View3D {
     this.shadow = flat(new THREE.CircleGeometry(0.5, 32), { color: 0x000000, transparent: true, opacity: 0.22 });
     this.shadow.scale.set(1, 0.5, 1);
     this.map = new THREE.Group();
+    this.relief = new THREE.Group();
     this.hits = points(0.05, 1024);
     this.scan = new THREE.Group();
     this.scan.add(this.hits);
@@ -59,7 +62,7 @@ export class View3D {
       shaft.visible = false;
       return shaft;
     });
-    scene.add(this.body, this.shadow, this.map, this.scan, this.path, this.trail, this.goal, ...this.arrows);
+    scene.add(this.body, this.shadow, this.map, this.relief, this.scan, this.path, this.trail, this.goal, ...this.arrows);
     this.recolor(this.palette);
   }
 
@@ -76,7 +79,7 @@ export class View3D {
     this.floor = new THREE.GridHelper(60, 60, palette.grid, palette.grid);
     this.floor.rotation.x = Math.PI / 2;
     this.scene.add(this.floor);
-    this.drawnMap = undefined;
+    this.drawnMap = this.drawnRelief = undefined;
   }
 
   resize(host) {
@@ -113,6 +116,8 @@ export class View3D {
     if (world.robot && this.drawn !== world.robot) this.buildRobot();
     if (world.mapVersion !== this.drawnMap) this.buildMap();
     this.map.visible = Boolean(world.latest.map);
+    this.relief.visible = Boolean(world.latest.relief);
+    if (world.latest.relief && world.latest.relief !== this.drawnRelief) this.buildRelief(world.latest.relief);
     this.body.visible = this.shadow.visible = Boolean(world.pose);
     if (world.pose) this.placeRobot();
     const scan = world.latest.scan;
@@ -151,9 +156,27 @@ export class View3D {
     this.links.clear();
     for (const [name, shapes] of this.drawn.links) {
       const link = new THREE.Group();
-      for (const one of shapes) link.add(solid(one));
+      for (const one of shapes) {
+        if (one.kind === "mesh") this.fetchMesh(one, link);
+        else link.add(solid(one));
+      }
       this.links.set(name, link);
       this.body.add(link);
+    }
+  }
+
+  /** A mesh is drawn as soon as the server has given it out; one that cannot be had is left out. */
+  async fetchMesh(one, link) {
+    try {
+      const corners = readStl(await this.world.link.asset(one.file));
+      const triangles = new THREE.BufferGeometry();
+      triangles.setAttribute("position", new THREE.BufferAttribute(corners, 3));
+      triangles.computeVertexNormals();
+      const mesh = painted(triangles, one);
+      mesh.scale.set(...one.scale);
+      link.add(mesh);
+    } catch (error) {
+      console.warn(`${one.file}: ${error.message}`);
     }
   }
 
@@ -182,18 +205,25 @@ export class View3D {
     shaft.position.copy(at.addScaledVector(up, size / 2));
   }
 
+  /** What the elevation grid says, over the floor of the map. */
+  buildRelief(grid) {
+    this.drawnRelief = grid;
+    const texture = this.relief.children[0]?.material.map;
+    const picture = reliefPicture(grid, this.palette, texture?.image);
+    if (texture) texture.needsUpdate = true;
+    else this.relief.add(carpet(picture, grid, RELIEF));
+    place(this.relief, grid);
+  }
+
   /** The map: its free cells as a floor, a box for each block of occupied cells. */
   buildMap() {
     this.drawnMap = this.world.mapVersion;
     this.map.clear();
     const grid = this.world.latest.map;
     if (!grid) return;
-    const { width, height, resolution, origin } = grid.info;
-    const texture = new THREE.CanvasTexture(floorPicture(grid, this.palette));
-    texture.anisotropy = 4;
-    texture.colorSpace = THREE.SRGBColorSpace;
-    const floor = flat(new THREE.PlaneGeometry(width * resolution, height * resolution), { map: texture, transparent: true });
-    floor.position.set((width * resolution) / 2, (height * resolution) / 2, 0);
+    const { resolution } = grid.info;
+    const floor = carpet(floorPicture(grid, this.palette), grid, 0);
+    floor.material.map.anisotropy = 4;
     floor.renderOrder = -1;
     this.floor.visible = false; // the map has lines of its own
     const found = blocks(grid);
@@ -208,8 +238,7 @@ export class View3D {
       walls.setMatrixAt(i, matrix);
     });
     this.map.add(floor, walls);
-    const { position: p, orientation: q } = origin;
-    put(this.map, { p: [p.x, p.y, p.z], q: [q.x, q.y, q.z, q.w] });
+    place(this.map, grid);
   }
 
   dispose() {
@@ -225,16 +254,36 @@ function put(object, { p, q }) {
   object.quaternion.set(...q);
 }
 
+/** Where a grid begins. */
+function place(object, { info: { origin } }) {
+  const { position: p, orientation: q } = origin;
+  put(object, { p: [p.x, p.y, p.z], q: [q.x, q.y, q.z, q.w] });
+}
+
+/** The picture of a grid, lying on the floor. */
+function carpet(picture, { info: { width, height, resolution } }, z) {
+  const texture = new THREE.CanvasTexture(picture);
+  texture.colorSpace = THREE.SRGBColorSpace;
+  const drawn = flat(new THREE.PlaneGeometry(width * resolution, height * resolution), { map: texture, transparent: true });
+  drawn.position.set((width * resolution) / 2, (height * resolution) / 2, z);
+  return drawn;
+}
+
 function flat(geometry, options) {
   return new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ depthWrite: false, ...options }));
 }
 
 function solid(one) {
-  const [r, g, b] = one.color;
-  const material = new THREE.MeshStandardMaterial({ color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace), roughness: 0.55, metalness: 0.1 });
-  const mesh = new THREE.Mesh(geometry(one), material);
-  put(mesh, one.pose);
+  const mesh = painted(geometry(one), one);
   if (one.kind === "cylinder") mesh.rotateX(Math.PI / 2); // three.js lays cylinders along y, URDF along z
+  return mesh;
+}
+
+/** A shape of the robot in its colour and at its place in the link. */
+function painted(shape, { color: [r, g, b], pose }) {
+  const color = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
+  const mesh = new THREE.Mesh(shape, new THREE.MeshStandardMaterial({ color, roughness: 0.55, metalness: 0.1 }));
+  put(mesh, pose);
   return mesh;
 }
 

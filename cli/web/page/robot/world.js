@@ -10,6 +10,8 @@ const SOURCES = {
   scan: ["/lidar/scan", "sensor_msgs/msg/LaserScan", true],
   map: ["/map", "nav_msgs/msg/OccupancyGrid", true],
   path: ["/plan", "nav_msgs/msg/Path", true],
+  relief: ["/elevation", "nav_msgs/msg/OccupancyGrid", false],
+  localization: ["/localization", "std_msgs/msg/String", false],
   odom: ["/odom", "nav_msgs/msg/Odometry", true],
   battery: ["/battery_state", "sensor_msgs/msg/BatteryState", true],
   gait: ["/gait_status", "robactor_msgs/msg/GaitStatus", false],
@@ -18,6 +20,7 @@ const SOURCES = {
   contacts: ["/foot_contacts", "robactor_msgs/msg/FootContacts", false],
   power: ["/motor_power", "robactor_msgs/msg/MotorPower", false],
 };
+const NAMED = new Set(Object.values(SOURCES).map(([topic]) => topic)); // an elevation grid is no map
 const ARM = "/arm/joint_states";
 const TRAIL = 600; // places that the trail remembers
 const STEP = 0.05; // m between them
@@ -32,6 +35,7 @@ export class World {
     this.efforts = new Map();
     this.trail = [];
     this.mapVersion = 0;
+    this.withRelief = true;
     this.feeds = {};
     this.stops = [];
     link.addEventListener("seek", () => this.forget());
@@ -53,7 +57,7 @@ export class World {
 
   /** Listen to everything that is there by now; call again when topics appear. */
   start() {
-    for (const [name, [topic, type, any]] of Object.entries(SOURCES)) this.follow(name, this.topicOf(topic, type, any));
+    for (const [name, [topic, type, any]] of Object.entries(SOURCES)) if (name !== "relief" || this.withRelief) this.follow(name, this.topicOf(topic, type, any));
     this.follow("arm", this.link.channels.has(ARM) ? ARM : undefined);
     if (this.stops.length) return;
     for (const topic of ["/tf", "/tf_static"]) this.stops.push(this.link.subscribe(topic, (message) => this.frames.insert(message)));
@@ -66,9 +70,23 @@ export class World {
     this.feeds[name] = { topic, ...this.link.latest(topic) };
   }
 
+  /** Whether there is an elevation grid to be shown. */
+  get hasRelief() {
+    return this.topicOf(...SOURCES.relief) !== undefined;
+  }
+
+  /** Show the elevation grid, or do without it and its messages. */
+  showRelief(on) {
+    this.withRelief = on;
+    if (on) return this.start();
+    this.feeds.relief?.stop();
+    delete this.feeds.relief;
+    delete this.latest.relief;
+  }
+
   topicOf(topic, type, any) {
     if (this.link.channels.get(topic)?.schemaName === type) return topic;
-    return any ? [...this.link.channels.values()].find((channel) => channel.schemaName === type)?.topic : undefined;
+    return any ? [...this.link.channels.values()].find((channel) => channel.schemaName === type && !NAMED.has(channel.topic))?.topic : undefined;
   }
 
   stop() {

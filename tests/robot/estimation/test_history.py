@@ -1,17 +1,19 @@
-"""Where the robot was at the instant of a measurement."""
+"""Where the robot was, and how it lay, at the instant of a measurement."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation, Slerp
 
-from robot.estimation.pose_history import PoseHistory
+from robot.estimation.history import History, attitude_history, begun_anew, pose_history
 from robot.geometry.planar import Pose2
 
 
-def history(*poses: tuple[float, Pose2]) -> PoseHistory:
-    made = PoseHistory()
+def history(*poses: tuple[float, Pose2]) -> History[Pose2]:
+    made = pose_history()
     for stamp, pose in poses:
         made.add(stamp, pose)
     return made
@@ -67,3 +69,26 @@ def test_poses_that_do_not_go_on_are_forgotten_when_asked() -> None:
     poses = history((0.0, Pose2(0.0, 0.0)))
     poses.clear()
     assert poses.at(0.0) is None
+
+
+def test_between_two_attitudes_the_body_turns_evenly_whatever_the_signs_of_their_quaternions() -> None:
+    turns = Rotation.from_euler("zyx", [[10.0, 2.0, -3.0], [14.0, -1.0, 1.0]], degrees=True)
+    first, last = (np.roll(one.as_quat(), 1) for one in turns)
+    lay = attitude_history()
+    lay.add(1.0, (first, 0.4))
+    lay.add(1.2, (-last, 0.5))
+    there = lay.at(1.05)
+    assert there is not None
+    attitude, height = there
+    expected = Slerp([0.0, 1.0], turns)(0.25)
+    told = Rotation.from_quat(np.roll(attitude, -1))
+    assert (expected.inv() * told).magnitude() == pytest.approx(0.0, abs=1e-4)
+    assert height == pytest.approx(0.425)
+
+
+def test_odometry_has_begun_anew_when_it_went_farther_than_the_robot_can() -> None:
+    assert begun_anew((0.0, 0.0), (0.4, -0.2), 0.0)
+    assert not begun_anew((0.0, 0.0), (0.4, -0.05), 0.0)
+    assert not begun_anew((0.0, 0.0), (1.5, 0.9), 1.0)  # it was not heard of for a second
+    assert begun_anew((0.0, 0.0), (1.5, 1.1), 1.0)
+    assert begun_anew((0.0, 0.0), (0.6, 0.0), -100.0)  # the clock was set back

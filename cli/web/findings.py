@@ -1,0 +1,58 @@
+"""What `doctor` finds in the graph that a server shows, looked at again and again while a client wants to know."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.bag.capture import Capture
+from actors.bag.ring import Channel
+from actors.runtime.incarnation import incarnation_of
+from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
+from cli.doctor import checks
+from cli.doctor.inside import Inside
+
+if TYPE_CHECKING:
+    from actors import Node, System
+    from actors.topics.peers import PublisherPeer
+
+__all__ = ["LOOK_EVERY", "Examination", "examining"]
+
+LOOK_EVERY: Final = 2 * PERIOD
+"""Seconds between two looks: what is lost between them is told by both reports of a process."""
+
+
+class Examination:
+    """The looks at one graph, each compared with the one before."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._inside = Inside(system)
+
+    def take(self, channel: Channel, publisher: PublisherPeer, figures: Any) -> None:
+        """The `ProcessFigures` of another process; none have come from this one, whatever is published under that name."""
+        if publisher.arrival is not None:
+            self._inside.take(figures, (self._system.clock.wall_ns() - publisher.arrival[1]) / 1e9)
+
+    async def findings(self) -> list[dict[str, Any]]:
+        """What is wrong, or may be, as plain data. Between two checks the loop has its turn."""
+        seen, found = self._inside.look(), list[dict[str, Any]]()
+        for check in checks(None, inside=True):
+            await asyncio.sleep(0)
+            found += [{"check": check.title, **asdict(one)} for one in check.find(seen) if one.level != "info"]
+        return found
+
+
+@asynccontextmanager
+async def examining(node: Node, system: System) -> AsyncGenerator[Examination]:
+    """Looks at the graph of a system for as long as the block lasts. Meanwhile other processes tell their figures."""
+    examination = Examination(system)
+    channel = Channel(FIGURES.name, ProcessFigures)
+    capture = Capture(incarnation_of(node), system.graph.topic(FIGURES.name), channel, FIGURES.qos, examination.take)
+    try:
+        yield examination
+    finally:
+        capture.close()

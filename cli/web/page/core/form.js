@@ -1,0 +1,172 @@
+// A form for a message of any type, made from rosapi's description: [{type, fieldnames, fieldtypes, fieldarraylen, examples}], its own type first.
+
+import { h, note } from "./dom.js";
+
+const DEEPEST = 8; // a type that contains itself ends here
+const EXACT = Number.MAX_SAFE_INTEGER;
+const WHOLE = {
+  int8: [-128, 127], uint8: [0, 255], byte: [0, 255], char: [0, 255], int16: [-32768, 32767], uint16: [0, 65535],
+  int32: [-(2 ** 31), 2 ** 31 - 1], uint32: [0, 2 ** 32 - 1], int64: [-EXACT, EXACT], uint64: [0, EXACT],
+};
+const TEXTS = ["string", "wstring"];
+const FLAGS = ["bool", "boolean"];
+
+/** `read()` gives the message; each field that cannot be read says why, and then there is none. */
+export class Form {
+  constructor(typedefs) {
+    this.types = new Map(typedefs.map((one) => [short(one.type), one]));
+    this.leaves = []; // {path, say(reason), input}, in the order of the form
+    this.root = this.group(short(typedefs[0].type), "", 0);
+    this.element = h("div.stack.form", {}, ...this.root.children);
+  }
+
+  read() {
+    for (const leaf of this.shown()) leaf.say("");
+    const value = this.root.read();
+    const wrong = this.shown().find((leaf) => leaf.wrong);
+    wrong?.input.focus();
+    return wrong ? undefined : value;
+  }
+
+  fill(value) {
+    this.root.fill(value);
+  }
+
+  /** Put a refusal beside the field that it names: "Type.a.b: why", or any text with the name in it. Returns whether there is one. */
+  blame(text) {
+    const named = /^\w+\.([\w.[\]]+): (.*)$/s.exec(text);
+    const leaf = named
+      ? this.shown().find(({ path }) => path === named[1] || named[1].startsWith(`${path}[`))
+      : this.shown().find(({ path }) => new RegExp(`\\b${path.split(".").pop()}\\b`).test(text));
+    leaf?.say(named ? named[2] : text);
+    return Boolean(leaf);
+  }
+
+  shown() {
+    return this.leaves.filter(({ input }) => this.element.contains(input));
+  }
+
+  /** The fields of a type: {children, read, fill}. */
+  group(type, path, depth) {
+    const { fieldnames, fieldtypes, fieldarraylen, examples } = this.types.get(type);
+    const fields = fieldnames
+      .map((name, i) => [name, this.field(short(fieldtypes[i]), fieldarraylen[i], examples[i], path ? `${path}.${name}` : name, depth)])
+      .filter(([name]) => !(type === "std_msgs/Header" && name === "stamp")); // that of the goal's own header is given when it arrives; any other stays zero, unless the goal is written as JSON
+    return {
+      children: fields.map(([, field]) => field.element),
+      read: () => Object.fromEntries(fields.map(([name, field]) => [name, field.read()])),
+      fill: (value) => fields.forEach(([name, field]) => value?.[name] !== undefined && field.fill(value[name])),
+    };
+  }
+
+  field(type, length, example, path, depth) {
+    const kind = length === -1 ? type : `${type}[${length || ""}]`;
+    if (this.types.has(type) && depth < DEEPEST) return length === -1 ? this.nested(type, kind, path, depth) : this.list(type, kind, length, path, depth);
+    if (length === -1 && FLAGS.includes(type)) return this.flag(kind, example, path);
+    const start = path.endsWith("frame_id") && !example ? "map" : length === -1 || example !== "[]" ? example : "";
+    return length === -1 ? this.leaf(kind, start, path, (text) => single(type, text), (value) => String(value ?? NaN)) : this.leaf(kind, plain(start), path, (text) => several(type, length, text), plain);
+  }
+
+  /** A field that is written as a text; `parse` throws the reason why a text is none, `show` is its inverse. */
+  leaf(kind, start, path, parse, show) {
+    const why = note("span.note.reason");
+    const id = `f-${path.replace(/\W/g, "-")}-${this.leaves.length}`;
+    const input = h("input.mono", { id, type: "text", value: start, autocomplete: "off", spellcheck: false });
+    const leaf = { path, input, wrong: false };
+    leaf.say = (reason) => {
+      leaf.wrong = Boolean(reason);
+      why.say(reason, true);
+      if (reason) input.setAttribute("aria-invalid", "true");
+      else input.removeAttribute("aria-invalid");
+    };
+    const read = () => {
+      try {
+        return parse(input.value.trim());
+      } catch (error) {
+        leaf.say(error.message);
+      }
+    };
+    input.onchange = () => {
+      leaf.say("");
+      read();
+    };
+    this.leaves.push(leaf);
+    return { element: row(id, path, kind, input, why.element), read, fill: (value) => (input.value = show(value)) };
+  }
+
+  flag(kind, example, path) {
+    const id = `f-${path.replace(/\W/g, "-")}-${this.leaves.length}`;
+    const input = h("input", { id, type: "checkbox", checked: example === "True" });
+    const why = note("span.note.reason");
+    const leaf = { path, input, wrong: false, say: (reason) => why.say(reason, (leaf.wrong = Boolean(reason))) };
+    this.leaves.push(leaf);
+    return { element: row(id, path, kind, input, why.element), read: () => input.checked, fill: (value) => (input.checked = value) };
+  }
+
+  nested(type, kind, path, depth) {
+    const { children, read, fill } = this.group(type, path, depth + 1);
+    return { element: h("fieldset", {}, h("legend.mono", {}, path.split(".").pop(), h("span.muted", {}, ` ${kind}`)), ...children), read, fill };
+  }
+
+  /** Messages in an array: one may be added, and each taken out, unless their number is fixed. */
+  list(type, kind, length, path, depth) {
+    const rows = h("div.stack");
+    const items = [];
+    const add = () => {
+      const at = items.length;
+      const item = this.nested(type, type, `${path}[${at}]`, depth + 1);
+      if (!length) item.element.append(h("button", { type: "button", onclick: () => (items.splice(items.indexOf(item), 1), item.element.remove()) }, "Take out"));
+      items.push(item);
+      rows.append(item.element);
+      return item;
+    };
+    for (let i = 0; i < length; i++) add();
+    const element = h("fieldset", {}, h("legend.mono", {}, path.split(".").pop(), h("span.muted", {}, ` ${kind}`)), rows, length ? "" : h("button", { type: "button", onclick: add }, "Add one"));
+    const fill = (values) => {
+      if (!length) {
+        items.length = 0;
+        rows.replaceChildren();
+      }
+      values.forEach((value, i) => (items[i] ?? add()).fill(value));
+    };
+    return { element, read: () => items.map((item) => item.read()), fill };
+  }
+}
+
+function row(id, path, kind, input, why) {
+  return h("div.field", {}, h("label.mono", { htmlFor: id }, path.split(".").pop(), h("span.muted", {}, ` ${kind}`)), input, why);
+}
+
+function short(type) {
+  return type.replace("/msg/", "/");
+}
+
+/** An array as one writes it: "1, 2, 3". */
+function plain(value) {
+  return typeof value === "string" ? value.replace(/^\[|\]$/g, "") : value.map((one) => one ?? NaN).join(", ");
+}
+
+function several(type, length, text) {
+  const parts = text === "" ? [] : text.replace(/^\[|\]$/g, "").split(",").map((part) => part.trim());
+  if (length && parts.length !== length) throw new Error(`${length} values are wanted, these are ${parts.length}`);
+  return parts.map((part) => single(type, TEXTS.includes(type) ? part.replace(/^(["'])(.*)\1$/, "$2") : part)); // rosapi quotes texts
+}
+
+/** The value that a text stands for. Throws the reason if it is none. */
+function single(type, text) {
+  if (TEXTS.includes(type)) return text;
+  if (FLAGS.includes(type)) {
+    if (!/^(true|false|0|1)$/i.test(text)) throw new Error(`"${text}" is neither true nor false`);
+    return /^(true|1)$/i.test(text);
+  }
+  const number = text === "" ? NaN : Number(text);
+  if (!(type in WHOLE)) {
+    if (/^nan$/i.test(text)) return null; // as JSON has it here
+    if (!Number.isFinite(number)) throw new Error(`"${text}" is no number`);
+    return number;
+  }
+  const [least, most] = WHOLE[type];
+  if (!Number.isInteger(number)) throw new Error(`"${text}" is no whole number`);
+  if (number < least || number > most) throw new Error(`from ${least} to ${most}`);
+  return number;
+}

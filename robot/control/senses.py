@@ -1,0 +1,86 @@
+"""What a gait controller believes of its sensors: samples in, samples that it can go by out, and which sensors are lost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import dist
+
+import numpy as np
+
+from robot.estimation.leg_odometry import Estimator
+from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch, SwingSchedule
+from robot.geometry.vectors import Vector, to_body
+from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
+from robot.model.kinematics import leg_inverse
+from robot.model.legs import foot_velocities
+from robot.model.parameters import HIPS, SIDES
+
+__all__ = ["Senses", "expected_joints"]
+
+
+class Senses:
+    """Call `joints`, `contacts` and `imu`, in this order, once per control step.
+
+    `own_feet` is false for a body that steps by itself: its contacts are believed. Invariant: a sample that is believed is handed on as it came.
+    """
+
+    def __init__(self, own_feet: bool) -> None:
+        self._imu, self._joints, self._contacts = ImuWatch(), JointWatch(), ContactWatch(own_feet)
+
+    @property
+    def imu_lost(self) -> bool:
+        return self._imu.lost
+
+    @property
+    def joints_lost(self) -> bool:
+        return self._joints.lost
+
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """The sensors that cannot be relied on: `imu`, `joints`, `contact fl` and so on."""
+        lost = ["imu"] if self._imu.lost else []
+        if self._joints.lost:
+            lost.append("joints")
+        contacts = zip(LEGS, self._contacts.trusted, strict=True)
+        return (*lost, *(f"contact {leg}" for leg, trusted in contacts if not trusted))
+
+    def joints(self, dt: float, sample: JointSample, expected: Callable[[], Vector | None]) -> JointSample:
+        """The sample; a joint that cannot be believed is where it is `expected` to be (shape (12,)), or else where it was seen last."""
+        return self._joints.check(dt, sample, expected)
+
+    def contacts(
+        self, dt: float, sample: JointSample, estimate: Estimator, walker: SwingSchedule | None, silent: bool
+    ) -> JointSample:
+        """The sample with contacts that can be believed; `silent` says that they are too old."""
+        contact = self._contacts.check(
+            dt, sample, estimate.legs, walker, silent, lambda leg: _foot_speed(leg, sample, estimate)
+        )
+        if contact is None:
+            return sample
+        return JointSample(sample.position, sample.velocity, sample.effort, np.array(contact))
+
+    def imu(self, dt: float, sample: ImuSample | None) -> ImuSample | None:
+        """The sample, if it can be believed."""
+        return self._imu.check(dt, sample)
+
+
+def _foot_speed(leg: int, joints: JointSample, estimate: Estimator) -> float:
+    """How fast a foot moves over the ground, m/s."""
+    turn, up = estimate.attitude.turn, estimate.rotation[2]
+    moving, _ = foot_velocities(estimate.legs, joints.position.tolist(), joints.velocity.tolist(), turn, up)
+    return dist(moving[leg], [-part for part in to_body(estimate.rotation, estimate.velocity)])
+
+
+def expected_joints(told: MotorTargets, estimate: Estimator, walking: bool) -> Vector:
+    """Where the joints should be by now, shape (12,), rad: where they were told to be, or of a leg that pushes, where its foot stands."""
+    places = told.position.copy()
+    if not walking:
+        return places
+    px, py, pz = estimate.position
+    for leg in range(4):
+        if told.kp[3 * leg] == 0.0:
+            x, y, z = estimate.contacts[leg]
+            fx, fy, fz = to_body(estimate.rotation, (x - px, y - py, z - pz))
+            hip_x, hip_y = HIPS[leg]
+            places[3 * leg : 3 * leg + 3] = leg_inverse(SIDES[leg], fx - hip_x, fy - hip_y, fz)[:3]
+    return places
