@@ -25,15 +25,20 @@ async def keep_journal(graph: Seen, node: str, options: argparse.Namespace) -> N
 
     A node or subtree that is not there yet is waited for by the recorder, like any topic.
     """
-    topic = graph.system.graph.topics.get(topic_of(node))
-    if topic is not None and topic.publishers:
+    if _is_kept(graph, node):
         return
     names = node_names(graph, hidden=True)
     unseen = PUBLISHER not in names if is_subtree(node) else node not in names
     if unseen and not options.restart:
         print(f"{node} is not there; its journal is recorded if its program keeps one", file=sys.stderr)
         return
-    if PUBLISHER not in names:
+    # A node may be seen before its journal, and before the one that keeps journals.
+    found = await graph.late(
+        lambda: _is_kept(graph, node) or PUBLISHER in node_names(graph, hidden=True), options.spin_time
+    )
+    if _is_kept(graph, node):
+        return
+    if not found:
         short = node if is_subtree(node) else node.rpartition("/")[2]
         raise CommandFailed(
             f"the program of {node} keeps no journals, and begins none: start it with `run --replay {short}`, or, if it is "
@@ -55,6 +60,11 @@ def subtree(text: str) -> str:
             f"{text!r} is no path of a supervisor below the root, such as robot/navigation"
         )
     return path
+
+
+def _is_kept(graph: Seen, node: str) -> bool:
+    topic = graph.system.graph.topics.get(topic_of(node))
+    return topic is not None and bool(topic.publishers)
 
 
 async def _begin(graph: Seen, node: str, options: argparse.Namespace) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 
 from actors import Child, Node, System, run
@@ -15,11 +15,9 @@ from actors.transport import WireUnavailable, transport_from_environment
 from cli.command import CommandFailed
 from cli.parsing import add_graph_options
 from cli.types import learn_folders
+from cli.view import LATE, QUIET
 
 __all__ = ["Seen", "add_graph_options", "seen"]
-
-QUIET = 0.06
-"""Seconds without a change after which the graph counts as complete: other processes of a host are found within 40 ms."""
 
 
 class Seen:
@@ -49,6 +47,24 @@ class Seen:
             return
         finally:
             forget()
+
+    async def late(self, wanted: Callable[[], bool], most: float) -> bool:
+        """Wait until `wanted`, which looks at the graph, is true, and return whether it is; `most` seconds, or `LATE` if that is longer.
+
+        The graph may seem complete too early where the machine is busy, or a process has just been started.
+        """
+        changed = asyncio.Event()
+        forget = self.system.graph.on_change(changed.set)
+        try:
+            async with asyncio.timeout(max(most, LATE)):
+                while not wanted():
+                    changed.clear()
+                    await changed.wait()
+        except TimeoutError:
+            return False
+        finally:
+            forget()
+        return True
 
 
 @asynccontextmanager

@@ -1,0 +1,36 @@
+"""What a command waits for before it says that something is not there."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from actors import Child, Node, Topic, run
+from actors.interfaces.std_msgs.msg import String
+from cli.graph import Seen
+
+pytestmark = pytest.mark.virtual
+
+TOPIC = Topic(String, "/late")
+
+
+class Watcher(Node):
+    pass
+
+
+async def test_what_shows_itself_late_is_waited_for_a_second_or_as_long_as_the_options_say() -> None:
+    async with run(Child(Watcher), signals=False) as system:
+        loop, node, begun = asyncio.get_running_loop(), system.node(Watcher), asyncio.get_running_loop().time()
+        seen = Seen(system, node)
+
+        def published() -> bool:
+            return "/late" in system.graph.topics and bool(system.graph.topics["/late"].publishers)
+
+        assert not await seen.late(published, 0.5)
+        assert loop.time() - begun == pytest.approx(1.0)
+        loop.call_later(1.5, node.publisher, TOPIC)
+        assert await seen.late(published, 2.0)
+        assert loop.time() - begun == pytest.approx(2.5)
+        assert await seen.late(published, 0.0)
+        assert loop.time() - begun == pytest.approx(2.5)
