@@ -12,7 +12,9 @@ from __future__ import annotations
 
 import heapq
 from array import array
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +25,9 @@ from robot.planning.grid import Cell
 
 __all__ = ["GridPath", "OctileSearch"]
 
-_SQRT2 = 2.0**0.5
+_SQRT2 = round(2.0**0.5 * 2**30) / 2**30
+"""What a step across counts in the search: a multiple of 2^-30, so that sums are exact in any order, and ways of one length compare as equal. Two
+lengths that differ are told apart as with the true root while their steps across differ by less than 27,000."""
 _DIAGONAL_EXTRA = _SQRT2 - 1.0
 _STEPS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))
 """(rows, columns) of the eight directions in turning order; even ones are straight, odd ones diagonal."""
@@ -31,6 +35,8 @@ _STEPS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))
 _LENGTHS = (1.0, _SQRT2) * 4
 _LONGEST = 32_000
 """Cells a side, so that steps fit into 16 bits."""
+_NEVER = 2**31
+"""More steps than any map has."""
 
 _Mask = NDArray[np.bool_]
 _Steps = NDArray[np.int16]
@@ -91,17 +97,26 @@ class OctileSearch:
             return GridPath((start,), 0.0, 0)
         if self._labels[self._index(start)] != self._labels[self._index(goal)]:
             raise Unreachable(f"no passage joins cell {start} and cell {goal}")
-        parents, cost, expanded = self._search(self._index(start), self._index(goal))
+        parents, expanded = self._search(self._index(start), self._index(goal))
         nodes = [self._index(goal)]
         while (node := parents[nodes[-1]]) >= 0:
             nodes.append(node)
-        cells = tuple((n // self._stride - 1, n % self._stride - 1) for n in reversed(nodes))
-        return GridPath(cells, cost, expanded)
+        nodes.reverse()
+        cells = tuple(_with_turns([(n // self._stride - 1, n % self._stride - 1) for n in nodes]))
+        return GridPath(cells, _length(cells), expanded)
 
-    def _search(self, start: int, goal: int) -> tuple[dict[int, int], float, int]:
-        """A* over jump points between two cells that are joined. One long loop on purpose: calls and attribute look-ups would double its time."""
+    def _search(self, start: int, goal: int) -> tuple[dict[int, int], int]:
+        """A* over jump points between two cells that are joined. One long loop on purpose: calls and attribute look-ups would double its time.
+
+        Nothing is forced where a diagonal move jumps to, so those cells are not queued: the walk across goes on past them, and what their
+        straight parts find is queued as a successor of where it began (Harabor and Grastien's intermediate pruning).
+        """
         stride, free, pop, push = self._stride, self._free, heapq.heappop, heapq.heappush
-        moves = tuple(zip(self._jumps, self._offsets, _STEPS, _LENGTHS, strict=True))
+        straight = tuple(zip(self._jumps, self._offsets, range(8), strict=True))
+        moves = tuple(
+            (jumps, offset, _LENGTHS[d], (straight[d - 1], straight[(d + 1) % 8]) if d % 2 else ())
+            for jumps, offset, d in straight
+        )
         goal_row, goal_column = divmod(goal, stride)
         landmarks = self._landmarks.of(start, goal) if self._landmarks is not None else ()
         costs, parents, expanded = {start: 0.0}, {start: -1}, 0
@@ -112,30 +127,62 @@ class OctileSearch:
             if cost > costs[node]:
                 continue  # a better way here was found after this entry was queued
             if node == goal:
-                return parents, cost, expanded
+                return parents, expanded
             expanded += 1
             row, column = divmod(node, stride)
             steps_to_line, toward = _target(goal_row - row, goal_column - column)
+            found: list[tuple[int, float, int]] = []
             for d in _next_directions(node, came, free, self._offsets):
-                jumps, offset, (down, right), length = moves[d]
-                jump = jumps[node]
-                if d == toward and steps_to_line <= (jump if jump > 0 else ~jump):
-                    jump = steps_to_line  # the goal, or the cell from which it lies straight ahead
-                elif jump <= 0:
-                    continue
-                there = node + jump * offset
-                new = cost + jump * length
+                jumps, offset, length, aside = moves[d]
+                here, gone, line = node, 0, steps_to_line if d == toward else _NEVER
+                while True:
+                    jump = jumps[here]
+                    if line - gone <= (jump if jump > 0 else ~jump):
+                        # the goal, or the cell from which it lies straight ahead
+                        found.append((node + line * offset, cost + line * length, d))
+                        break
+                    if jump <= 0:
+                        break
+                    gone += jump
+                    here += jump * offset
+                    if not aside:
+                        found.append((here, cost + gone, d))
+                        break
+                    for ahead, step, way in aside:
+                        more = ahead[here]
+                        if more > 0:
+                            found.append((here + more * step, cost + gone * length + more, way))
+            for there, new, d in found:
                 known = costs.get(there)
                 if known is None or new < known:
                     costs[there] = new
                     parents[there] = node
-                    dx, dy = abs(goal_column - column - jump * right), abs(goal_row - row - jump * down)
+                    row, column = divmod(there, stride)
+                    dx, dy = abs(goal_column - column), abs(goal_row - row)
                     rest = dx + dy * _DIAGONAL_EXTRA if dx > dy else dy + dx * _DIAGONAL_EXTRA
                     for distances, from_goal in landmarks:
                         least = abs(distances[there] - from_goal)
                         if least > rest:
                             rest = least
                     push(heap, (new + rest, -new, there, d))
+
+
+def _length(cells: Sequence[Cell]) -> float:
+    """Of a path of turning cells."""
+    moves = [(abs(to[0] - at[0]), abs(to[1] - at[1])) for at, to in pairwise(cells)]
+    across = sum(min(move) for move in moves)
+    return sum(max(move) for move in moves) - across + across * 2.0**0.5
+
+
+def _with_turns(nodes: Sequence[Cell]) -> Iterator[Cell]:
+    """The cells of a path with those added where a move turns from across to straight between two of them."""
+    yield nodes[0]
+    for (row, column), (to_row, to_column) in pairwise(nodes):
+        down, right = to_row - row, to_column - column
+        across = min(abs(down), abs(right))
+        if 0 < across < max(abs(down), abs(right)):
+            yield row + (across if down > 0 else -across), column + (across if right > 0 else -across)
+        yield to_row, to_column
 
 
 def _target(down: int, right: int) -> tuple[int, int]:

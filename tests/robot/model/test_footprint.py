@@ -28,7 +28,7 @@ def test_its_circles_are_those_of_its_sides_and_its_farthest_corner(body: Footpr
 
 
 @given(bodies)
-def test_the_outline_runs_along_the_four_sides_in_steps_of_20_cm_at_most(body: Footprint) -> None:
+def test_the_outline_runs_along_the_four_sides_in_steps_of_10_cm_at_most(body: Footprint) -> None:
     relative = np.abs(body.outline - (body.ahead, 0.0)) / (body.length / 2, body.width / 2)
     assert relative.max(axis=1) == pytest.approx(np.ones(len(relative))), "every point lies on an edge"
     assert distance.cdist(corners(body), body.outline).min(axis=1) == pytest.approx(np.zeros(4), abs=1e-9)
@@ -36,8 +36,20 @@ def test_the_outline_runs_along_the_four_sides_in_steps_of_20_cm_at_most(body: F
         for edge in (-1.0, 1.0):
             middle = (body.ahead, 0.0)[side] + edge * (body.length, body.width)[side] / 2
             on_edge = np.sort(body.outline[np.abs(body.outline[:, side] - middle) < 1e-9, axis])
-            assert np.diff(on_edge).max() <= 0.2 + 1e-9
+            assert np.diff(on_edge).max() <= 0.1 + 1e-9
     assert len(np.unique(body.outline.round(9), axis=0)) == len(body.outline), "no point twice"
+
+
+@given(bodies, st.floats(0.0, 1.0), st.integers(0, 3))
+def test_a_post_of_15_cm_that_touches_the_outline_is_less_than_2_cm_from_one_of_its_points(
+    body: Footprint, share: float, side: int
+) -> None:
+    along, sign = side % 2, 1.0 if side < 2 else -1.0
+    half = np.array((body.length, body.width)) / 2
+    post = np.array((body.ahead, 0.0))
+    post[along] += (2.0 * share - 1.0) * half[along]
+    post[1 - along] += sign * (half[1 - along] + 0.075)
+    assert np.hypot(*(body.outline - post).T).min() - 0.075 < 0.02
 
 
 @given(bodies, coordinate, coordinate, st.floats(-4.0, 4.0))
