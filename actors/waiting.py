@@ -1,11 +1,11 @@
-"""Tasks that wait for a condition: the one mechanism that all rooms use to let tasks wait and to wake them."""
+"""Tasks that wait for a condition: the one mechanism that all rooms use to let tasks wait and to wake them; and futures for which none waits."""
 
 from __future__ import annotations
 
 import asyncio
 from typing import TypeVar
 
-__all__ = ["Waiters", "wake"]
+__all__ = ["Waiters", "retrieve", "wake"]
 
 T = TypeVar("T")
 
@@ -14,6 +14,12 @@ def wake(future: asyncio.Future[T], value: T) -> None:
     """Complete `future` with `value`. If it is done or canceled already, nothing happens."""
     if not future.done():
         future.set_result(value)
+
+
+def retrieve(future: asyncio.Future[T]) -> None:
+    """Take the outcome of a done future that nobody waits for, so that an error in it is not reported as lost."""
+    if not future.cancelled():
+        future.exception()
 
 
 class Waiters(list["asyncio.Future[None]"]):

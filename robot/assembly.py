@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
+from robot.model.actuators import MOTOR_DELAY
 from robot.nodes.carrier import Delivery
 from robot.scenes.scene import Scene
 from robot.scenes.worlds import get_world
@@ -65,7 +66,7 @@ class Robot:
         seed: int = 0,
         battery: float = 90.0,
         arm: bool = False,
-        motor_delay: float = 0.004,
+        motor_delay: float = MOTOR_DELAY,
         ground: Ground | None = None,
         actuators: ActuatorDesign | None = None,
         map: Grid | None = None,
@@ -157,7 +158,7 @@ def make_body(
     kind: BodyKind,
     *,
     seed: int = 0,
-    motor_delay: float = 0.004,
+    motor_delay: float = MOTOR_DELAY,
     arm: bool = False,
     ground: Ground | None = None,
     actuators: ActuatorDesign | None = None,

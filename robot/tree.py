@@ -31,6 +31,7 @@ from robot.concerns import ELSEWHERE, HERE
 from robot.contracts import CAMERA_RGB
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
+from robot.model.actuators import MOTOR_DELAY
 from robot.model.parameters import STAND_HEIGHT
 from robot.nodes.battery import Battery
 from robot.nodes.calibration import Calibration
@@ -80,7 +81,7 @@ def robot_tree(
     waypoints: Sequence[tuple[str, Pose2]] | None,
     *,
     laps: int = 0,
-    motor_delay: float = 0.004,
+    motor_delay: float = MOTOR_DELAY,
     publish_clock: float | None = None,
     delivery: Delivery | None = None,
     processes: bool = False,

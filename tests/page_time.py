@@ -24,6 +24,7 @@ import numpy as np
 from playwright.async_api import Browser, Page, async_playwright
 from websockets.asyncio.client import connect
 
+from tests.cli.web.stage import Foxglove
 from tests.web_load import robot_served
 
 __all__ = ["Costs", "costs", "main", "measure"]
@@ -84,14 +85,12 @@ async def measure(page: Page, browser: Browser, seconds: float) -> Costs:
 async def _record(url: str, seconds: float) -> None:
     """Record all topics by the words that the page has for it."""
     async with connect(url.replace("http", "ws", 1), subprotocols=["foxglove.sdk.v1"], max_size=None) as socket:  # type: ignore[list-item]
+        client = Foxglove(socket)
         for op, pause in (("recordBag", seconds), ("stopRecording", 0.0)):
-            await socket.send(json.dumps({"op": f"robactor.{op}", "id": op, "name": BAG}))
-            async for frame in socket:
-                said = json.loads(frame) if isinstance(frame, str) else {}
-                if said.get("op") == "robactor.done" and said["id"] == op:
-                    if said["error"] is not None:
-                        raise RuntimeError(said["error"])
-                    break
+            await client.say(f"robactor.{op}", id=op, name=BAG)
+            done = await client.find("robactor.done", id=op)
+            if done["error"] is not None:
+                raise RuntimeError(done["error"])
             await asyncio.sleep(pause)
 
 

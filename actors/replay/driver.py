@@ -10,7 +10,7 @@ from actors.inbox.border import INSIDE
 from actors.replay.inputs import Inputs
 from actors.replay.lives import PlayedNodes
 from actors.replay.replaying import Replaying, run_handle
-from actors.replay.tape import NO_TIME, SENT
+from actors.replay.tape import SENT, comes_in
 from actors.replay.tape_deadlines import TapeDeadlines
 from actors.time.ticker import TickHandle
 
@@ -141,7 +141,7 @@ class Driver:
         if soon is not None:
             run_handle(edge.planned.pop(soon))
             return True
-        while edge.at < len(entries) and not _comes_in(entries[edge.at]):
+        while edge.at < len(entries) and not comes_in(entries[edge.at]):
             edge.at += 1
         if edge.at >= len(entries):
             return None
@@ -230,10 +230,6 @@ class _Numbers:
 def _is_early(handle: asyncio.Handle, time: float) -> bool:
     """Whether a callback is a timer that is not due yet: then it is not the one that had its number in the recording."""
     return isinstance(handle, asyncio.TimerHandle) and handle.when() > time + RESOLUTION
-
-
-def _comes_in(entry: Entry) -> bool:
-    return isinstance(entry, tuple) and entry[0] != "step" and entry[0] not in NO_TIME
 
 
 def _nothing(_: object) -> None:

@@ -15,6 +15,7 @@ from actors.replay.replaying import AWAITED
 from actors.replay.standins import Other, OtherFollower, OtherPublisher, OtherServer, OtherSubscription
 from actors.replay.tape import Tape, Unkept
 from actors.services.introspection import caller_id
+from actors.waiting import retrieve
 
 if TYPE_CHECKING:
     from actors.replay.lives import PlayedNodes
@@ -165,13 +166,13 @@ class Inputs:
             graph.open_standard_service(entry)
         server: Any = entry.local
         if server is not None:
-            server.submit(message, _OtherCaller(caller, server.deadlines), timeout).future.add_done_callback(_retrieve)
+            server.submit(message, _OtherCaller(caller, server.deadlines), timeout).future.add_done_callback(retrieve)
 
     def goal(self, number: int, name: str, goal_id: bytes, message: Any, owner: str | None) -> None:
         server = self._system.graph.action(name).local
         if server is not None:
             follower = None if owner is None else OtherFollower(owner)
-            server.submit(goal_id, message, follower).future.add_done_callback(_retrieve)
+            server.submit(goal_id, message, follower).future.add_done_callback(retrieve)
 
     def cancel(self, name: str, goal_id: bytes, reason: str) -> None:
         server = self._system.graph.action(name).local
@@ -230,9 +231,3 @@ class _OtherCaller(Other):
 
     def call_id(self, service: str, number: int) -> tuple[bytes, int]:
         return caller_id(self.fqn, service), number
-
-
-def _retrieve(answer: asyncio.Future[Any]) -> None:
-    """Take an answer that nobody waits for, so that its error is not reported as lost."""
-    if not answer.cancelled():
-        answer.exception()

@@ -11,6 +11,7 @@ from actors.inbox.border import INSIDE
 from actors.replay.encoding import thawed
 from actors.replay.tape import starts_of
 from actors.supervision.declarations import Intensity, Supervisor
+from actors.waiting import retrieve
 
 if TYPE_CHECKING:
     from actors.replay.replaying import Replaying
@@ -94,7 +95,7 @@ class PlayedNode:
         assert root is not None
         supervisor = next(one for one in root.below() if one.path == path)
         self._asking = asyncio.get_running_loop().create_task(supervisor.start_child(child))
-        self._asking.add_done_callback(_retrieve)
+        self._asking.add_done_callback(retrieve)
 
     def begin(self, start: Start) -> None:
         """Let the next life begin."""
@@ -176,9 +177,3 @@ def _supervisor(name: str, below: set[tuple[str, ...]]) -> Supervisor:
     names = sorted({path[0] for path in below if path})
     children = tuple(_supervisor(each, {path[1:] for path in below if path[:1] == (each,)}) for each in names)
     return Supervisor(name, children=children, intensity=OFTEN)
-
-
-def _retrieve(asking: asyncio.Task[Any]) -> None:
-    """Take the error of a start that has failed: the tape, or the comparison, tells of it."""
-    if not asking.cancelled():
-        asking.exception()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from actors.inbox.border import INSIDE
 from actors.replay.comparison import ABSENT, Difference, first_difference
 from actors.replay.edge import Edge
-from actors.replay.tape import APART, BACK, NO_TIME, SENT, WITHIN, Entry, Tape
+from actors.replay.tape import APART, BACK, NO_TIME, SENT, WITHIN, Entry, Tape, comes_in
 
 if TYPE_CHECKING:
     from actors.replay.debugger import Break
@@ -172,7 +172,7 @@ class Replaying(Edge):
         """Give the node what others did to it while its code was out."""
         while not (self.astray or self.over):
             entry = self.entry()
-            if not isinstance(entry, tuple) or entry[0] == "step" or entry[0] in NO_TIME:
+            if not comes_in(entry):
                 return
             done = entry[0] == "done" and entry[2] == WITHIN
             if not (entry[2] == BACK or done) or (entry[0] == "done" and entry[3] not in self.awaited):

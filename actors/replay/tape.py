@@ -19,7 +19,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, TypeGuard
 
 from actors.replay.errors import ReplayError
 
@@ -33,6 +33,7 @@ __all__ = [
     "Start",
     "Tape",
     "Unkept",
+    "comes_in",
     "is_subtree",
     "named",
     "starts_of",
@@ -47,6 +48,11 @@ NO_TIME: Final = SENT | {"result"}
 """The kinds of entries that do not say when they were made."""
 
 Entry: TypeAlias = "tuple[Any, ...] | float"
+
+
+def comes_in(entry: Entry | None) -> TypeGuard[tuple[Any, ...]]:
+    """Whether an entry is of what came in."""
+    return isinstance(entry, tuple) and entry[0] != "step" and entry[0] not in NO_TIME
 
 
 class Unkept:

@@ -19,6 +19,7 @@ from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.geometry.vectors import Triple
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
+from robot.model.actuators import MOTOR_DELAY
 from robot.model.legs import LEVEL, foot_velocities, leg_state
 from robot.model.parameters import GRAVITY
 
@@ -34,8 +35,6 @@ FEET: Final = 3
 """So many feet stand before the robot may sit down."""
 FASTEST: Final = 2.0
 """Bound of the speed that the standing feet tell, m/s: more is a foot that slips."""
-MOTOR_DELAY: Final = 0.004
-"""How late the drives act on targets, s."""
 DOUBT: Final = 0.1
 """Standard deviation of the speed that the feet tell at first, m/s: they have been dragged along since the last targets."""
 FIRST: Final = 1e-4

@@ -22,6 +22,7 @@ from robot.estimation.terrain import TerrainPlane
 from robot.estimation.virtual_imu import virtual_imu
 from robot.geometry.vectors import Triple, Vector
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
+from robot.model.actuators import MOTOR_DELAY
 from robot.model.kinematics import inverse
 from robot.model.modes import GOALS, Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
@@ -49,8 +50,6 @@ CATCH_TIME = 1.5
 UPRIGHT = 0.5
 """Cosine of the body's tilt below which it has fallen: no step helps any more, and legs that go on stepping do harm."""
 _ZERO = (0.0, 0.0, 0.0)
-MOTOR_DELAY = 0.004
-"""How late the drives act on targets, s: that of the simulated ones."""
 REST_COMMAND = 1e-6
 """A command below this in every part (m/s, rad/s) asks for rest: its ramp has come to an end."""
 REST_SPEED = 0.08

@@ -83,8 +83,8 @@ class FitWatch:
         self.state, self._searched = AMBIGUOUS, now
 
     def given_up(self) -> None:
-        """None of the places that were alike fits any more."""
-        self.state = LOST
+        """None of the places that were alike fits any more, or somebody has said that the robot is at none of them, and it is not there either."""
+        self.state, self._pause = LOST, SOONEST
 
     def confirmed(self, now: float) -> None:
         """A search has told that the robot is where it was believed to be: it is the hall that has changed."""

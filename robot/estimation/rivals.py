@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from robot.estimation.relocalize import Relocalizer
 from robot.geometry.planar import Pose2, compose, inverse
@@ -41,12 +41,25 @@ class Rivals:
 
     def weigh(self, ranges: Floats, moved: Pose2) -> None:
         """Judge all places by a level scan of `ranges` (m)."""
+        for _ in self.weighing(ranges, moved):
+            pass
+
+    def weighing(self, ranges: Floats, moved: Pose2) -> Iterator[Pose2]:
+        """The same in pieces of about half a millisecond: judge one place, and give where the robot would be, and so on to the last one.
+
+        Weigh one scan to its end before the next one, and before odometry begins anew.
+        """
         self.scans += 1
         share = max(_SHARE, 1.0 / self.scans)
         for number, offset in enumerate(self._offsets):
-            pose = self._relocalizer.fit(compose(offset, moved), ranges)
+            pose = self._relocalizer.track(compose(offset, moved), ranges)
             self._offsets[number] = compose(pose, inverse(moved))
             self._means[number] += share * (self._relocalizer.score(pose, ranges) - self._means[number])
+            yield pose
+
+    def begin_anew(self, before: Pose2, after: Pose2) -> None:
+        """Odometry has gone from `before` to `after` while the robot stood: each place stays where it is on the map."""
+        self._offsets = [compose(compose(offset, before), inverse(after)) for offset in self._offsets]
 
     @property
     def best(self) -> float:

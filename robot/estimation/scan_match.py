@@ -73,20 +73,20 @@ class ScanMatcher:
         rows, columns = self._field.shape
         return f"ScanMatcher({columns} x {rows} cells of {self._resolution:g} m)"
 
-    def correct(self, prior: Pose2, ranges: Floats) -> tuple[Pose2, float]:
+    def correct(self, prior: Pose2, ranges: Floats, rounds: int = _ROUNDS) -> tuple[Pose2, float]:
         """The pose that fits the scan best, and its quality: the share of the returning beams that end on mapped faces,
         0..1.
 
         `ranges` (m): beam i looks along yaw - pi + i 2 pi / n; the maximum range, NaN and inf mean no return. A quality
         below `ACCEPTED` means that the scan does not fit (too few returns, an unmapped place, a correction over 0.5 m
-        or 20 degrees); the prior is then returned as it came.
+        or 20 degrees); the prior is then returned as it came. `rounds` is how many steps the search takes at most.
         """
         valid = returns(ranges, self.max_range)
         if not self._useful or int(valid.sum()) < _FEWEST:
             return prior, 0.0
         angles, r = beam_angles(len(ranges))[valid], ranges[valid]
         start = [prior.x, prior.y, prior.yaw, *([self.bias] if self._bias_sd > 0.0 else [])]
-        state = self._fit(np.array(start), r, angles)
+        state = self._fit(np.array(start), r, angles, rounds)
         pose = Pose2(float(state[0]), float(state[1]), wrap(float(state[2])))
         moved, turned = math.hypot(pose.x - prior.x, pose.y - prior.y), abs(wrap(pose.yaw - prior.yaw))
         if not (moved <= _FARTHEST and turned <= _MOST_TURN):
@@ -103,11 +103,11 @@ class ScanMatcher:
         """Whether a scan can tell anything: there is a map, and enough beams have met something."""
         return self._useful and int(returns(ranges, self.max_range).sum()) >= _FEWEST
 
-    def _fit(self, prior: Floats, ranges: Floats, angles: Floats) -> Floats:
+    def _fit(self, prior: Floats, ranges: Floats, angles: Floats, rounds: int) -> Floats:
         """Gauss-Newton with a Cauchy weight that narrows from 15 cm to 5 cm once the wide one has settled."""
         information = np.diag((_SIGMA / np.append(_PRIOR, self._bias_sd)[: len(prior)]) ** 2)
         state, scale = prior.copy(), _WIDE
-        for _ in range(_ROUNDS):
+        for _ in range(rounds):
             errors, slope = self._errors(state, ranges, angles)
             weighted = slope * (1.0 / (1.0 + (errors / scale) ** 2))[:, None]
             gradient = weighted.T @ errors + information @ (state - prior)

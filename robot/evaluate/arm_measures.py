@@ -13,6 +13,7 @@ import numpy as np
 from robot.control.gait_controller import GaitController
 from robot.geometry.vectors import Vector
 from robot.hardware.body import Body
+from robot.model.actuators import MOTOR_DELAY
 from robot.model.arm import JOINTS, LIMITS, STOWED, forward, inverse
 from robot.model.modes import Mode
 from robot.planning.trajectory import ARM_LIMITS, Quintic, Stop
@@ -171,7 +172,7 @@ class Standing:
         self.body: Body = (
             PhysicsBody(FLAT, seed=seed, arm=True) if backend == "physics" else KinematicBody(FLAT, seed=seed, arm=True)
         )
-        self.gait = GaitController(motor_delay=0.004)
+        self.gait = GaitController(motor_delay=MOTOR_DELAY)
         self._steps = 0
         self.run(0.3)
         if backend == "kinematic":

@@ -23,6 +23,7 @@ from robot.evaluate.fidelity import IDEAL, Fidelity
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2, Twist2
 from robot.hardware.body import Body
+from robot.model.actuators import MOTOR_DELAY
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 from robot.sim.kinematic import KinematicBody
@@ -39,8 +40,6 @@ PERIOD = 0.005
 """Of gait control, s."""
 STEER = 10
 """Gait steps between two steps of the navigator (20 Hz)."""
-MOTOR_DELAY = 0.004
-"""s."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
+from robot.model.actuators import MOTOR_DELAY
 from robot.planning.grid import Grid
 from robot.scenes.scene import Scene
 from robot.scenes.worlds import get_world
@@ -50,8 +51,6 @@ _FREE: Final = 0.7
 """From a place to the nearest obstacle, m."""
 _FAR: Final = 1.0
 """From where it stood, m."""
-MOTOR_DELAY = 0.004
-"""s."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from robot.evaluate.fidelity import Fidelity
 from robot.geometry.messages import from_pose
 from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.msg import GoalReport, MotorPower
+from robot.model.actuators import MOTOR_DELAY
 from robot.model.power import electrical_power
 from robot.planning.leg_energy import LegEnergy, turning
 from robot.run.judge import Judge, Score
@@ -29,8 +30,6 @@ from robot.tree import robot_tree
 
 __all__ = ["Leg", "Outcome", "mission"]
 
-MOTOR_DELAY = 0.004
-"""s."""
 LOW, ENOUGH = 30.0, 50.0
 """Per cent of charge at which the robot goes to the dock, and leaves it again."""
 SPEED: Final = 0.7

@@ -17,6 +17,7 @@ from typing import Any
 from robot.evaluate.fidelity import Fidelity, add_fidelity
 from robot.evaluate.pose_run import OnMap, patrol
 from robot.evaluate.trials import circumstances, heading, trial_parser, trials
+from robot.model.actuators import MOTOR_DELAY
 from robot.run.arguments import whole, within
 from robot.scenes.worlds import WORLDS
 from robot.sim.physics import check_engine
@@ -28,8 +29,6 @@ SECONDS = 120.0
 """Of one patrol."""
 RMS, WORST = 0.02, 0.05
 """What the error may be, m."""
-MOTOR_DELAY = 0.004
-"""s."""
 
 
 def summary(outcomes: Sequence[OnMap]) -> dict[str, Any]:

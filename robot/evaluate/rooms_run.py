@@ -8,7 +8,7 @@ from actors import Child, execute, run
 from robot.evaluate.room_worlds import Room
 from robot.evaluate.watched import WatchedBody
 from robot.hardware.sensors import SensorKind, Sensors
-from robot.model.actuators import ActuatorDesign
+from robot.model.actuators import MOTOR_DELAY, ActuatorDesign
 from robot.run.judge import Judge, Score
 from robot.sim.battery import Pack
 from robot.sim.ground import Ground
@@ -20,8 +20,6 @@ PATIENCE = 60.0
 """Seconds a goal; the way to it is some ten metres at most."""
 RISING = 4.0
 """Seconds until the robot walks."""
-MOTOR_DELAY = 0.004
-"""s."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["NOMINAL_VOLTAGE", "ActuatorDesign"]
+__all__ = ["MOTOR_DELAY", "NOMINAL_VOLTAGE", "ActuatorDesign"]
 
 NOMINAL_VOLTAGE = 51.8
 """Of the drives' bus, V: 14 cells of 3.7 V."""
+MOTOR_DELAY = 0.004
+"""How late the drives act on targets, s."""
 
 
 @dataclass(frozen=True, slots=True)

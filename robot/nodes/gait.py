@@ -38,6 +38,7 @@ from robot.control.gait_controller import GaitController
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStatus
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
+from robot.model.actuators import MOTOR_DELAY
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 
@@ -65,7 +66,12 @@ class Gait(Node):
         description="Which body it drives: by motor_targets, or by body_drive.",
     )
     motor_delay = parameter(
-        0.004, unit="s", ge=0.0, le=0.02, read_only=True, description="How late the drives act, as far as is known."
+        MOTOR_DELAY,
+        unit="s",
+        ge=0.0,
+        le=0.02,
+        read_only=True,
+        description="How late the drives act, as far as is known.",
     )
     gait = parameter(
         "trot",

@@ -85,6 +85,8 @@ class Localizer(Node):
         """The latest scan, and where odometry had the robot then."""
         self._relocalizer: Relocalizer | None = None
         self._searching = False
+        self._begun = 0
+        """So many times odometry has begun anew."""
         self._near: Near | None = None
         """Where somebody has said that the robot is, until a search there has ended."""
         self._rivals: Rivals | None = None
@@ -92,9 +94,9 @@ class Localizer(Node):
     async def on_start(self) -> None:
         self._matcher = ScanMatcher(self._grid, bias_sd=self.range_bias)
 
-    def resume(self, state: tuple[Pose2, Pose2, float]) -> None:
+    def resume(self, state: tuple[Pose2, Pose2, float, str]) -> None:
         """The robot may have walked on meanwhile: while the odometry has gone on, too, what it says counts from the last life's pose."""
-        self._here, self._odom, self._stamp = state
+        self._here, self._odom, self._stamp, self._told = state
         self._offset = compose(self._here, inverse(self._odom))
 
     @ODOMETRY.on()
@@ -103,7 +105,7 @@ class Localizer(Node):
         passed = seconds(message.header.stamp) - self._stamp if self._offset is not None else 0.0
         jumped = begun_anew((self._odom.x, self._odom.y), (odom.x, odom.y), passed)
         if jumped:
-            self._odoms.clear()
+            self._begin_anew(odom)
         self._odoms.add(seconds(message.header.stamp), odom)
         if self._offset is None or jumped:
             self._offset = compose(self._here, inverse(odom))
@@ -111,11 +113,21 @@ class Localizer(Node):
         twist = message.twist.twist
         self._speed = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
         self._here = compose(self._offset, odom)
-        self.checkpoint((self._here, self._odom, self._stamp))
+        self.checkpoint((self._here, self._odom, self._stamp, self._told))
         self.pose(pose_stamped(self._here, message.header.stamp))
 
+    def _begin_anew(self, odom: Pose2) -> None:
+        """Odometry counts from elsewhere: the robot stands where it stood, and so it does at each of the places that are weighed."""
+        self._odoms.clear()
+        self._begun += 1
+        if self._rivals is not None:
+            self._rivals.begin_anew(self._odom, odom)
+        if self._newest is not None:
+            ranges, moved = self._newest
+            self._newest = ranges, compose(odom, compose(inverse(self._odom), moved))
+
     @SCAN.on()
-    def scan(self, message: LaserScan) -> None:
+    async def scan(self, message: LaserScan) -> None:
         """Match the scan to the map, starting from the estimate at the scan's stamp."""
         stamp = seconds(message.header.stamp)
         was = self._odoms.at(stamp)
@@ -136,7 +148,7 @@ class Localizer(Node):
             taken = compose(prior, Pose2(self.gain * step.x, self.gain * step.y, self.gain * step.yaw))
             self._offset = compose(taken, inverse(moved))
         if self._rivals is not None:
-            self._weigh(self._rivals, ranges, moved)
+            await self._weigh(self._rivals, ranges, moved)
         self._tell()
         if not self._searching and self._watch.wants_search(stamp):
             self.spawn(self._search_now())
@@ -188,10 +200,13 @@ class Localizer(Node):
         self._searching = True
         try:
             while True:
-                (ranges, moved), near = self._newest, self._near
+                (ranges, moved), near, begun = self._newest, self._near, self._begun
                 found = await self.offload(self._relocalizer.search, ranges, near, takes=SEARCH, thread=True)
-                if near is self._near:  # nobody has said meanwhile that the robot is elsewhere
+                if near is not self._near or begun != self._begun:
+                    continue  # somebody has said meanwhile that the robot is elsewhere, or odometry has begun anew
+                if near is None or (found and found[0].score >= LEAST):
                     break
+                self._near = None  # it is not where somebody has said
         finally:
             self._searching, self._near = False, None
         believed = compose(self._offset, moved)
@@ -207,6 +222,8 @@ class Localizer(Node):
             self._go(compose(believed, inverse(moved)), moved)
             return None
         if best is None or best.score < LEAST:
+            if self._rivals is None and self._watch.state == AMBIGUOUS:
+                self._watch.given_up()
             self._watch.searched(self._stamp, found=False)
             return "the scan fits no other place"
         places = [one.pose for one in found[:MOST] if best.score - one.score < CERTAIN]
@@ -222,9 +239,12 @@ class Localizer(Node):
         self._tell()
         return f"the scan fits {len(places)} places alike"
 
-    def _weigh(self, rivals: Rivals, ranges: Floats, moved: Pose2) -> None:
-        """Go where the robot is as soon as scans tell it."""
-        rivals.weigh(ranges, moved)
+    async def _weigh(self, rivals: Rivals, ranges: Floats, moved: Pose2) -> None:
+        """Go where the robot is as soon as scans tell it. Whoever waits for the event loop has a turn after each place."""
+        for _ in rivals.weighing(ranges, moved):
+            await self.clock.sleep(0.0)
+        if self._rivals is not rivals:
+            return  # a search has ended meanwhile
         offset = rivals.offset()
         if offset is not None:
             self._go(offset, moved)

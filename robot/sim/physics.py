@@ -18,7 +18,7 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats, Vector, rotation_of
 from robot.hardware.body import LEGS, ActuatorState, ImuSample, JointSample, MotorTargets, Truth
 from robot.hardware.sensors import Sensors
-from robot.model.actuators import ActuatorDesign
+from robot.model.actuators import MOTOR_DELAY, ActuatorDesign
 from robot.model.kinematics import inverse
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
 from robot.model.power import motor_power
@@ -76,7 +76,7 @@ class PhysicsBody(BodyShell):
         scene: Scene,
         *,
         seed: int,
-        delay: float = 0.004,
+        delay: float = MOTOR_DELAY,
         ground: Ground | None = None,
         timestep: float = 0.0025,
         noise: bool = True,

@@ -1,4 +1,4 @@
-"""The ideal LiDAR: exact distances from a point to the obstacles of a scene, all beams at once in numpy."""
+"""The ideal LiDAR: exact distances from a point to the obstacles and ramps of a scene, all beams at once in numpy."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from robot.geometry.vectors import Floats
 from robot.hardware.beams import BEAMS, MAX_RANGE, beam_angles
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
+from robot.sim.sight import sight
 
 __all__ = ["cast"]
 
@@ -82,10 +83,10 @@ def _cylinder_hits(cylinders: Floats, x: float, y: float, dx: Floats, dy: Floats
 def cast(
     scene: Scene, x: float, y: float, yaw: float, beams: int = BEAMS, max_range: float = MAX_RANGE, height: float = 0.0
 ) -> Floats:
-    """Ranges (m), shape (beams,), from (x, y) to the scene's obstacles; beam i looks along yaw - pi + i 2 pi / beams.
+    """Ranges (m), shape (beams,), from (x, y) to the scene's obstacles and terrain; beam i looks along yaw - pi + i 2 pi / beams.
 
     Exact to rounding, without noise. `max_range` means no return; a beam that starts inside an obstacle reads 0.
-    `height` (m) is how high the beams travel: obstacles that are not taller, or hang higher, are not seen.
+    `height` (m) is how high the beams travel: what is not taller, or hangs higher, is not seen; at 0 all obstacles are, and no terrain.
     """
     shapes = _shapes(scene.obstacles)
     angles = beam_angles(beams) + yaw
@@ -98,4 +99,7 @@ def cast(
         np.minimum(ranges, _box_hits(boxes, x, y, dx, dy), out=ranges)
     if len(cylinders):
         np.minimum(ranges, _cylinder_hits(cylinders, x, y, dx, dy), out=ranges)
+    if scene.terrain and height > 0.0:
+        level = np.column_stack((dx, dy, np.zeros(beams)))
+        np.minimum(ranges, sight((), (), np.array([x, y, height]), level, max_range, scene.terrain), out=ranges)
     return ranges

@@ -76,13 +76,15 @@ def _ramp(ramp: Ramp, eye: Floats, rays: Floats) -> Floats:
 def _between_faces(
     start: Sequence[float] | Floats, along: Sequence[Floats] | Floats, halves: Sequence[float]
 ) -> Floats:
-    """The slab method in a box's own axes. A ray along a face gives inf; in its very plane NaN, which `fmin` passes by."""
+    """The slab method in a box's own axes. A ray along two faces gives both as infinitely far, on different sides only if it runs between
+    them; one in the very plane of a face, NaN for that one, meets nothing.
+    """
     enter, leave = np.full(len(along[0]), -np.inf), np.full(len(along[0]), np.inf)
     for p, u, h in zip(start, along, halves, strict=True):
         inverse = 1.0 / u
-        middle, wide = -p * inverse, h * np.abs(inverse)
-        np.fmax(enter, middle - wide, out=enter)
-        np.fmin(leave, middle + wide, out=leave)
+        one, other = (-h - p) * inverse, (h - p) * inverse
+        np.fmax(enter, np.fmin(one, other), out=enter)
+        np.fmin(leave, np.fmax(one, other), out=leave)
     return np.where((leave >= enter) & (enter >= 0.0), enter, np.inf)
 
 

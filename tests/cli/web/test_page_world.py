@@ -37,10 +37,14 @@ class Scout(Node):
         here = TransformStamped(header=Header(frame_id="map"), child_frame_id="base_link", transform=Transform())
         self.frames(TFMessage(transforms=(here,)))
         self.description(String(data=URDF))
-        corner = Pose(position=Point(x=-2.5, y=-2.5))
-        info = MapMetaData(resolution=0.5, width=10, height=10, origin=corner)
-        self.elevation(OccupancyGrid(header=Header(frame_id="map"), info=info, data=np.full(100, 100, np.int8)))
+        self.see(10)
         self.localization(String(data="lost"))
+
+    def see(self, cells: int) -> None:
+        """A wall on so many by so many cells, around a place that is no farther than 3 m."""
+        corner = Pose(position=Point(x=-2.5, y=-2.5))
+        info = MapMetaData(resolution=0.5, width=cells, height=cells, origin=corner)
+        self.elevation(OccupancyGrid(header=Header(frame_id="map"), info=info, data=np.full(cells**2, 100, np.int8)))
 
 
 async def redness(page: Page, dx: float, dy: float) -> int:
@@ -70,6 +74,21 @@ async def test_the_elevation_grid_is_a_layer_that_one_switches_and_a_robot_that_
                 await asyncio.sleep(0.1)
         await page.reload()
         await expect(layer).to_have_attribute("aria-pressed", "false")
+
+
+async def test_an_elevation_grid_that_grows_is_drawn_in_its_new_size() -> None:
+    async with browsing(tree=Supervisor("tree", children=[Child(Scout)]), size=(640, 480), webgl=True) as visit:
+        scout = visit.system.node(Scout)
+        scout.see(2)
+        await visit.open("robot")
+        page = visit.page
+        await page.get_by_role("button", name="3D", exact=True).click()
+        await visit.counted("drawn", 5)
+        assert abs(await redness(page, 120, 20)) < 20
+        scout.see(10)
+        async with asyncio.timeout(30):
+            while await redness(page, 120, 20) < 60:
+                await asyncio.sleep(0.2)
 
 
 async def test_a_robot_without_an_elevation_grid_has_no_such_layer() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable, Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -21,6 +21,7 @@ from robot.link.records import Command, Order, command_record, read_command
 from robot.link.remote import LinkedBody
 from robot.model.arm import STOWED
 from robot.scenes.scene import Box, Scene
+from robot.scenes.terrain import Ramp
 from robot.scenes.worlds import get_world
 from robot.sim.physics import PhysicsBody
 from tests.robot.stage import floor
@@ -230,8 +231,23 @@ def test_whoever_was_launched_last_of_those_who_command_is_obeyed_in_whatever_or
         made.close()
 
 
-@pytest.mark.parametrize("world", ["warehouse", "pillars", "corridor"])
-def test_the_rays_of_the_mirror_meet_what_mujocos_meet(bench: Callable[..., Bench], world: str) -> None:
+def named(world: str | Scene) -> str:
+    return world if isinstance(world, str) else "hilly"
+
+
+HILLY = replace(
+    floor(Box(0.0, 3.0, 1.0, 0.2)),
+    terrain=(
+        Ramp(1.8, 0.3, 2.0, 1.2, 0.6, yaw=0.4),
+        Ramp(-2.0, 1.0, 1.0, 1.0, 0.5, bottom=0.5),
+        Ramp(0.0, -2.0, 1.0, 1.0, 0.1, bottom=0.1),
+    ),
+)
+"""A ramp on which level beams end, a block that they meet, and a step that they pass over."""
+
+
+@pytest.mark.parametrize("world", ["warehouse", "pillars", "corridor", "ramps", HILLY], ids=named)
+def test_the_rays_of_the_mirror_meet_what_mujocos_meet(bench: Callable[..., Bench], world: str | Scene) -> None:
     there = bench(world)
     mirrored = there.far.lidar()
     np.testing.assert_allclose(mirrored, there.body.lidar(), atol=0.1)  # the noise of a scan: 15 mm, 6 sd

@@ -2,7 +2,6 @@
 
 import { h, note } from "./dom.js";
 
-const DEEPEST = 8; // a type that contains itself ends here
 const EXACT = Number.MAX_SAFE_INTEGER;
 const WHOLE = {
   int8: [-128, 127], uint8: [0, 255], byte: [0, 255], char: [0, 255], int16: [-32768, 32767], uint16: [0, 65535],
@@ -16,7 +15,7 @@ export class Form {
   constructor(typedefs) {
     this.types = new Map(typedefs.map((one) => [short(one.type), one]));
     this.leaves = []; // {path, say(reason), input}, in the order of the form
-    this.root = this.group(short(typedefs[0].type), "", 0);
+    this.root = this.group(short(typedefs[0].type), "", []);
     this.element = h("div.stack.form", {}, ...this.root.children);
   }
 
@@ -46,11 +45,19 @@ export class Form {
     return this.leaves.filter(({ input }) => this.element.contains(input));
   }
 
-  /** The fields of a type: {children, read, fill}. */
-  group(type, path, depth) {
+  /**
+   * The fields of a type within those of the types `around`: {children, read, fill}. One that would hold a message of such a type again, and so
+   * on without an end, is left out, and so out of the message; an array of them begins empty.
+   */
+  group(type, path, around) {
     const { fieldnames, fieldtypes, fieldarraylen, examples } = this.types.get(type);
+    const within = [...around, type];
     const fields = fieldnames
-      .map((name, i) => [name, this.field(short(fieldtypes[i]), fieldarraylen[i], examples[i], path ? `${path}.${name}` : name, depth)])
+      .flatMap((name, i) => {
+        const of = short(fieldtypes[i]);
+        if (within.includes(of) && fieldarraylen[i] !== 0) return [];
+        return [[name, this.field(of, fieldarraylen[i], examples[i], path ? `${path}.${name}` : name, within)]];
+      })
       .filter(([name]) => !(type === "std_msgs/Header" && name === "stamp")); // that of the goal's own header is given when it arrives; any other stays zero, unless the goal is written as JSON
     return {
       children: fields.map(([, field]) => field.element),
@@ -59,19 +66,18 @@ export class Form {
     };
   }
 
-  field(type, length, example, path, depth) {
+  field(type, length, example, path, around) {
     const kind = length === -1 ? type : `${type}[${length || ""}]`;
-    if (this.types.has(type) && depth < DEEPEST) return length === -1 ? this.nested(type, kind, path, depth) : this.list(type, kind, length, path, depth);
+    if (this.types.has(type)) return length === -1 ? this.nested(type, kind, path, around) : this.list(type, kind, length, path, around);
     if (length === -1 && FLAGS.includes(type)) return this.flag(kind, example, path);
     const start = path.endsWith("frame_id") && !example ? "map" : length === -1 || example !== "[]" ? example : "";
-    return length === -1 ? this.leaf(kind, start, path, (text) => single(type, text), (value) => String(value ?? NaN)) : this.leaf(kind, plain(start), path, (text) => several(type, length, text), plain);
+    return length === -1 ? this.text(kind, start, path, (text) => single(type, text), (value) => String(value ?? NaN)) : this.text(kind, plain(start), path, (text) => several(type, length, text), plain);
   }
 
-  /** A field that is written as a text; `parse` throws the reason why a text is none, `show` is its inverse. */
-  leaf(kind, start, path, parse, show) {
+  /** A field with one input. `read` throws the reason why there is no value, which is then beside the input. */
+  leaf(kind, path, input, read, fill) {
     const why = note("span.note.reason");
-    const id = `f-${path.replace(/\W/g, "-")}-${this.leaves.length}`;
-    const input = h("input.mono", { id, type: "text", value: start, autocomplete: "off", spellcheck: false });
+    input.id = `f-${path.replace(/\W/g, "-")}-${this.leaves.length}`;
     const leaf = { path, input, wrong: false };
     leaf.say = (reason) => {
       leaf.wrong = Boolean(reason);
@@ -79,42 +85,44 @@ export class Form {
       if (reason) input.setAttribute("aria-invalid", "true");
       else input.removeAttribute("aria-invalid");
     };
-    const read = () => {
+    const tried = () => {
       try {
-        return parse(input.value.trim());
+        return read();
       } catch (error) {
         leaf.say(error.message);
       }
     };
     input.onchange = () => {
       leaf.say("");
-      read();
+      tried();
     };
     this.leaves.push(leaf);
-    return { element: row(id, path, kind, input, why.element), read, fill: (value) => (input.value = show(value)) };
+    return { element: row(path, kind, input, why.element), read: tried, fill };
+  }
+
+  /** A field that is written as a text; `parse` throws the reason why a text is none, `show` is its inverse. */
+  text(kind, start, path, parse, show) {
+    const input = h("input.mono", { type: "text", value: start, autocomplete: "off", spellcheck: false });
+    return this.leaf(kind, path, input, () => parse(input.value.trim()), (value) => (input.value = show(value)));
   }
 
   flag(kind, example, path) {
-    const id = `f-${path.replace(/\W/g, "-")}-${this.leaves.length}`;
-    const input = h("input", { id, type: "checkbox", checked: example === "True" });
-    const why = note("span.note.reason");
-    const leaf = { path, input, wrong: false, say: (reason) => why.say(reason, (leaf.wrong = Boolean(reason))) };
-    this.leaves.push(leaf);
-    return { element: row(id, path, kind, input, why.element), read: () => input.checked, fill: (value) => (input.checked = value) };
+    const input = h("input", { type: "checkbox", checked: example === "True" });
+    return this.leaf(kind, path, input, () => input.checked, (value) => (input.checked = value));
   }
 
-  nested(type, kind, path, depth) {
-    const { children, read, fill } = this.group(type, path, depth + 1);
+  nested(type, kind, path, around) {
+    const { children, read, fill } = this.group(type, path, around);
     return { element: h("fieldset", {}, h("legend.mono", {}, path.split(".").pop(), h("span.muted", {}, ` ${kind}`)), ...children), read, fill };
   }
 
   /** Messages in an array: one may be added, and each taken out, unless their number is fixed. */
-  list(type, kind, length, path, depth) {
+  list(type, kind, length, path, around) {
     const rows = h("div.stack");
     const items = [];
     const add = () => {
       const at = items.length;
-      const item = this.nested(type, type, `${path}[${at}]`, depth + 1);
+      const item = this.nested(type, type, `${path}[${at}]`, around);
       if (!length) item.element.append(h("button", { type: "button", onclick: () => (items.splice(items.indexOf(item), 1), item.element.remove()) }, "Take out"));
       items.push(item);
       rows.append(item.element);
@@ -133,8 +141,8 @@ export class Form {
   }
 }
 
-function row(id, path, kind, input, why) {
-  return h("div.field", {}, h("label.mono", { htmlFor: id }, path.split(".").pop(), h("span.muted", {}, ` ${kind}`)), input, why);
+function row(path, kind, input, why) {
+  return h("div.field", {}, h("label.mono", { htmlFor: input.id }, path.split(".").pop(), h("span.muted", {}, ` ${kind}`)), input, why);
 }
 
 function short(type) {

@@ -208,10 +208,17 @@ export class View3D {
   /** What the elevation grid says, over the floor of the map. */
   buildRelief(grid) {
     this.drawnRelief = grid;
-    const texture = this.relief.children[0]?.material.map;
-    const picture = reliefPicture(grid, this.palette, texture?.image);
-    if (texture) texture.needsUpdate = true;
-    else this.relief.add(carpet(picture, grid, RELIEF));
+    const { width, height, resolution } = grid.info;
+    const size = [width, height, resolution].join();
+    if (size !== this.reliefSize) {
+      this.reliefSize = size;
+      this.relief.children.slice().forEach(discard); // neither a texture nor its carpet can be given another size
+      this.relief.add(carpet(reliefPicture(grid, this.palette), grid, RELIEF));
+    } else {
+      const texture = this.relief.children[0].material.map;
+      reliefPicture(grid, this.palette, texture.image);
+      texture.needsUpdate = true;
+    }
     place(this.relief, grid);
   }
 
@@ -267,6 +274,14 @@ function carpet(picture, { info: { width, height, resolution } }, z) {
   const drawn = flat(new THREE.PlaneGeometry(width * resolution, height * resolution), { map: texture, transparent: true });
   drawn.position.set((width * resolution) / 2, (height * resolution) / 2, z);
   return drawn;
+}
+
+/** Takes a drawn picture away, and what the graphics card holds of it. */
+function discard(drawn) {
+  drawn.removeFromParent();
+  drawn.geometry.dispose();
+  drawn.material.map.dispose();
+  drawn.material.dispose();
 }
 
 function flat(geometry, options) {
