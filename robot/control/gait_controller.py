@@ -121,7 +121,7 @@ class GaitController:
 
     @property
     def lost(self) -> tuple[str, ...]:
-        """The sensors that cannot be relied on: `imu`, `joints`, `contact fl` and so on."""
+        """The sensors that cannot be relied on: `imu`, `gyro`, `joints`, `contact fl` and so on."""
         return self._senses.lost
 
     @property
@@ -200,9 +200,10 @@ class GaitController:
         joints = self._check(dt, joints, contacts_silent)
         imu = self._senses.imu(dt, imu)
         blind = imu is None
-        if imu is None:
+        if imu is None or self._senses.gyro_wrong:
             slope = (self._terrain.slope_x, self._terrain.slope_y)
-            imu = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
+            felt = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
+            imu = felt if imu is None else ImuSample(felt.gyro, imu.accel)
         if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
             self._crouch(steps=False)
         targets = self._act(dt, imu, joints, blind)
@@ -237,7 +238,8 @@ class GaitController:
             self._mode == Mode.STAND and self._planted is not None and self._planted.arrived
         )
         estimate.update(dt, imu, joints, walker.leaving() if walker else (False,) * 4, still, blind)
-        if self._mode in (Mode.WALK, Mode.STOPPING):
+        self._senses.turn(dt, estimate, self._mode)
+        if self._mode in (Mode.WALK, Mode.STOPPING) and not self._senses.gyro_wrong:
             self._terrain.update(dt, estimate.contacts)
         acceleration = walker.acceleration if walker else _ZERO
         ahead = PredictedState(estimate, joints, self._delay + 0.5 * dt, acceleration)

@@ -9,27 +9,40 @@ import numpy as np
 
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch, SwingSchedule
+from robot.estimation.turn_watch import TurnWatch
 from robot.geometry.vectors import Vector, to_body
 from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import leg_inverse
 from robot.model.legs import foot_velocities
+from robot.model.modes import ON_ITS_FEET, Mode
 from robot.model.parameters import HIPS, SIDES
 
 __all__ = ["Senses", "expected_joints"]
 
 
 class Senses:
-    """Call `joints`, `contacts` and `imu`, in this order, once per control step.
+    """Call `joints`, `contacts`, `imu` and `turn`, in this order, once per control step.
 
-    `own_feet` is false for a body that steps by itself: its contacts are believed. Invariant: a sample that is believed is handed on as it came.
+    `own_feet` is false for a body that steps by itself: its contacts are believed, and its feet do not tell of its turn. Invariant: a sample that
+    is believed is handed on as it came.
     """
 
     def __init__(self, own_feet: bool) -> None:
+        self._own_feet = own_feet
         self._imu, self._joints, self._contacts = ImuWatch(), JointWatch(), ContactWatch(own_feet)
+        self._turn = TurnWatch()
+        self._gyro = [0.0] * 3
+        """What it showed last, rad/s."""
 
     @property
     def imu_lost(self) -> bool:
-        return self._imu.lost
+        """Whether there is no IMU to go by: its samples do not come or cannot be, or its gyro is wrong."""
+        return self._imu.lost or self._turn.wrong
+
+    @property
+    def gyro_wrong(self) -> bool:
+        """Whether the gyro shows another turn than the feet do."""
+        return self._turn.wrong
 
     @property
     def joints_lost(self) -> bool:
@@ -37,8 +50,10 @@ class Senses:
 
     @property
     def lost(self) -> tuple[str, ...]:
-        """The sensors that cannot be relied on: `imu`, `joints`, `contact fl` and so on."""
+        """The sensors that cannot be relied on: `imu`, `gyro`, `joints`, `contact fl` and so on."""
         lost = ["imu"] if self._imu.lost else []
+        if self._turn.wrong:
+            lost.append("gyro")
         if self._joints.lost:
             lost.append("joints")
         contacts = zip(LEGS, self._contacts.trusted, strict=True)
@@ -61,7 +76,21 @@ class Senses:
 
     def imu(self, dt: float, sample: ImuSample | None) -> ImuSample | None:
         """The sample, if it can be believed."""
-        return self._imu.check(dt, sample)
+        believed = self._imu.check(dt, sample)
+        if believed is not None:
+            self._gyro = believed.gyro.tolist()
+        return believed
+
+    def turn(self, dt: float, estimate: Estimator, mode: Mode) -> None:
+        """Compare the gyro's turn with that of the feet, as `estimate` has taken in both.
+
+        While the robot rises or sits down its feet may slide, and tell nothing. In one that sits, a wrong gyro gets a new chance.
+        """
+        if mode is Mode.SIT:
+            self._turn.sits(dt, self._gyro)
+        elif self._own_feet and mode in ON_ITS_FEET and self._imu.fresh:
+            feet = [told for leg, told in estimate.firm.items() if self._contacts.trusted[leg]]
+            self._turn.check(dt, feet, not self._joints.bad)
 
 
 def _foot_speed(leg: int, joints: JointSample, estimate: Estimator) -> float:
