@@ -8,11 +8,12 @@ import numpy as np
 
 from robot.control.catch import SLOW, STEADY
 from robot.control.command import CommandLimits, CommandShaper
+from robot.control.doubtful_legs import expected_joints, hold
 from robot.control.drive import Targets
 from robot.control.gait_state import GaitState
 from robot.control.gaits import GAITS, Gait
 from robot.control.safe_stop import SafeStop
-from robot.control.senses import Senses, expected_joints
+from robot.control.senses import Senses
 from robot.control.stand import StandController
 from robot.control.trim import Trim
 from robot.control.walk import WalkController
@@ -246,7 +247,9 @@ class GaitController:
         self._change_mode(dt, ahead, joints)
         command = self._commands.advance(dt, self._mode == Mode.WALK, *self._bounds())
         if self._walker is not None:
-            return self._walker.step(dt, estimate, ahead, self._terrain, command).freeze()
+            walking = self._walker.step(dt, estimate, ahead, self._terrain, command)
+            hold(walking, estimate, self._senses.doubtful_joints)
+            return walking.freeze()
         if self._planted is not None:
             return self._planted.step(dt, ahead).freeze()
         if self._safe is not None:

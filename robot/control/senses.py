@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import dist
 
 import numpy as np
@@ -11,13 +11,11 @@ from robot.estimation.leg_odometry import Estimator
 from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch, SwingSchedule
 from robot.estimation.turn_watch import TurnWatch
 from robot.geometry.vectors import Vector, to_body
-from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
-from robot.model.kinematics import leg_inverse
+from robot.hardware.body import LEGS, ImuSample, JointSample
 from robot.model.legs import foot_velocities
 from robot.model.modes import ON_ITS_FEET, Mode
-from robot.model.parameters import HIPS, SIDES
 
-__all__ = ["Senses", "expected_joints"]
+__all__ = ["Senses"]
 
 
 class Senses:
@@ -47,6 +45,11 @@ class Senses:
     @property
     def joints_lost(self) -> bool:
         return self._joints.lost
+
+    @property
+    def doubtful_joints(self) -> Sequence[int]:
+        """Joints whose latest sample is not believed."""
+        return self._joints.bad
 
     @property
     def lost(self) -> tuple[str, ...]:
@@ -98,18 +101,3 @@ def _foot_speed(leg: int, joints: JointSample, estimate: Estimator) -> float:
     turn, up = estimate.attitude.turn, estimate.rotation[2]
     moving, _ = foot_velocities(estimate.legs, joints.position.tolist(), joints.velocity.tolist(), turn, up)
     return dist(moving[leg], [-part for part in to_body(estimate.rotation, estimate.velocity)])
-
-
-def expected_joints(told: MotorTargets, estimate: Estimator, walking: bool) -> Vector:
-    """Where the joints should be by now, shape (12,), rad: where they were told to be, or of a leg that pushes, where its foot stands."""
-    places = told.position.copy()
-    if not walking:
-        return places
-    px, py, pz = estimate.position
-    for leg in range(4):
-        if told.kp[3 * leg] == 0.0:
-            x, y, z = estimate.contacts[leg]
-            fx, fy, fz = to_body(estimate.rotation, (x - px, y - py, z - pz))
-            hip_x, hip_y = HIPS[leg]
-            places[3 * leg : 3 * leg + 3] = leg_inverse(SIDES[leg], fx - hip_x, fy - hip_y, fz)[:3]
-    return places
