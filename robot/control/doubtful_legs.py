@@ -31,13 +31,13 @@ def expected_joints(told: MotorTargets, estimate: Estimator, walking: bool) -> V
 
 
 def hold(targets: Targets, estimate: Estimator, joints: Iterable[int]) -> None:
-    """Let the drives hold the legs of these `joints` where their feet stand, if they only push.
+    """Let the drives hold the legs of these `joints` where their feet stood, if they only push and their feet have lifted.
 
-    A leg that pushes by joints that are not known swings freely as soon as its foot lifts, faster than the foot could be put down again.
+    A leg that pushes by joints that are not known swings freely without the ground, faster than the foot could be put down again.
     """
     for leg in {joint // 3 for joint in joints}:
         places = slice(3 * leg, 3 * leg + 3)
-        if targets.kp[3 * leg] == 0.0:
+        if targets.kp[3 * leg] == 0.0 and not estimate.contact[leg]:
             targets.position[places] = _standing(estimate, leg)
             targets.kp[places], targets.kd[places] = (SPRING,) * 3, (DAMPER,) * 3
 

@@ -118,7 +118,7 @@ class GaitController:
         """The mode it goes to: the one asked for, as far as the sensors allow."""
         if self._senses.joints_lost:
             return Mode.SIT
-        return Mode.STAND if self._goal == Mode.WALK and self._senses.imu_lost else self._goal
+        return Mode.STAND if self._goal == Mode.WALK and not self._senses.steady else self._goal
 
     @property
     def lost(self) -> tuple[str, ...]:
@@ -201,10 +201,11 @@ class GaitController:
         joints = self._check(dt, joints, contacts_silent)
         imu = self._senses.imu(dt, imu)
         blind = imu is None
-        if imu is None or self._senses.gyro_wrong:
+        doubtful = self._senses.gyro_doubtful
+        if imu is None or any(doubtful):
             slope = (self._terrain.slope_x, self._terrain.slope_y)
             felt = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
-            imu = felt if imu is None else ImuSample(felt.gyro, imu.accel)
+            imu = felt if imu is None else ImuSample(np.where(doubtful, felt.gyro, imu.gyro), imu.accel)
         if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
             self._crouch(steps=False)
         targets = self._act(dt, imu, joints, blind)
@@ -240,7 +241,7 @@ class GaitController:
         )
         estimate.update(dt, imu, joints, walker.leaving() if walker else (False,) * 4, still, blind)
         self._senses.turn(dt, estimate, self._mode)
-        if self._mode in (Mode.WALK, Mode.STOPPING) and not self._senses.gyro_wrong:
+        if self._mode in (Mode.WALK, Mode.STOPPING) and not self._senses.gyro_doubtful[0]:
             self._terrain.update(dt, estimate.contacts)
         acceleration = walker.acceleration if walker else _ZERO
         ahead = PredictedState(estimate, joints, self._delay + 0.5 * dt, acceleration)
@@ -253,7 +254,7 @@ class GaitController:
         if self._planted is not None:
             return self._planted.step(dt, ahead).freeze()
         if self._safe is not None:
-            return self._safe.step(dt, joints, None if self._senses.imu_lost else imu)
+            return self._safe.step(dt, joints, imu if self._senses.steady else None)
         return self._sit(dt, joints).freeze()
 
     def _bounds(self) -> tuple[CommandLimits | None, ...]:

@@ -34,13 +34,18 @@ class Senses:
 
     @property
     def imu_lost(self) -> bool:
-        """Whether there is no IMU to go by: its samples do not come or cannot be, or its gyro is wrong."""
-        return self._imu.lost or self._turn.wrong
+        """Whether there is no IMU: its samples do not come, or cannot be."""
+        return self._imu.lost
 
     @property
-    def gyro_wrong(self) -> bool:
-        """Whether the gyro shows another turn than the feet do."""
-        return self._turn.wrong
+    def gyro_doubtful(self) -> tuple[bool, bool, bool]:
+        """Of which axes (body x, y, z) the gyro shows another turn than the feet do; the accelerometer may be right."""
+        return self._turn.doubtful
+
+    @property
+    def steady(self) -> bool:
+        """Whether there is an IMU to walk by."""
+        return not (self._imu.lost or self._turn.wrong)
 
     @property
     def joints_lost(self) -> bool:

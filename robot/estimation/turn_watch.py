@@ -32,6 +32,9 @@ QUIET_TIME: Final = 0.5
 FEET: Final = 2
 """So many standing feet show a turn."""
 
+DOUBT: Final = 0.6
+"""Share of its limit from which on an axis of a gyro that is wrong is not believed, either."""
+RIGHT: Final = (False, False, False)
 _NONE: Triple = (0.0, 0.0, 0.0)
 
 
@@ -41,12 +44,18 @@ class TurnWatch:
     Once `wrong`, it stays so until `sits` has seen the robot sit: most wrong gyros look right again as soon as the body does not turn.
     """
 
-    __slots__ = ("_exceeding", "_inertia", "_lever", "_power", "_quiet_for", "error", "wrong")
+    __slots__ = ("_exceeding", "_inertia", "_lever", "_power", "_quiet_for", "doubtful", "error")
 
     def __init__(self) -> None:
-        self.wrong = False
+        self.doubtful: tuple[bool, bool, bool] = RIGHT
+        """Of which axes of the gyro (body x, y, z) a wrong gyro is not believed; of x and y, which feet cannot tell apart at once, both or neither."""
         self._quiet_for = 0.0
         self._restart()
+
+    @property
+    def wrong(self) -> bool:
+        """Whether the gyro shows another turn than the feet."""
+        return any(self.doubtful)
 
     def _restart(self) -> None:
         self.error: Triple = _NONE
@@ -63,8 +72,6 @@ class TurnWatch:
 
         Not `believable` are feet of a leg whose joints are in doubt: what they have told so far is forgotten.
         """
-        if self.wrong:
-            return
         if not believable:
             self._restart()
             return
@@ -79,15 +86,19 @@ class TurnWatch:
         self._power = [p + blend * (e * e - p) for p, e in zip(self._power, self.error, strict=True)]
         exceeds = any(power > limit * limit for power, limit in zip(self._power, LIMITS, strict=True))
         self._exceeding = self._exceeding + dt if exceeds else 0.0
-        self.wrong = self._exceeding > LASTING
-        self._quiet_for = 0.0
+        if self._exceeding > LASTING:
+            x, y, z = (power > (DOUBT * limit) ** 2 for power, limit in zip(self._power, LIMITS, strict=True))
+            tilt, yaw = x or y or self.doubtful[0], z or self.doubtful[2]
+            self.doubtful = (tilt, tilt, yaw)
+            self._quiet_for = 0.0
 
     def sits(self, dt: float, turn: Sequence[float]) -> None:
         """Take in what the gyro shows (rad/s) in a robot that sits. A wrong one gets a new chance when it has shown rest for a while."""
         self._restart()
         quiet = max(abs(part) for part in turn) < QUIET
         self._quiet_for = self._quiet_for + dt if quiet else 0.0
-        self.wrong = self.wrong and self._quiet_for < QUIET_TIME
+        if self._quiet_for >= QUIET_TIME:
+            self.doubtful = RIGHT
 
     def _add(self, dt: float, feet: Sequence[tuple[Triple, Triple]]) -> None:
         share = 1.0 / len(feet)

@@ -104,6 +104,17 @@ def test_an_error_that_changes_its_sign_with_every_step_is_found() -> None:
     assert watch.wrong
 
 
+def test_a_wrong_turn_about_the_vertical_leaves_the_tilt_believed_and_the_reverse() -> None:
+    yaw, tilt = TurnWatch(), TurnWatch()
+    trot(yaw, np.array((0.0, 0.0, 0.5)), 1.0)
+    trot(tilt, np.array((0.0, -0.5, 0.0)), 1.0)
+    assert yaw.doubtful == (False, False, True)
+    assert tilt.doubtful == (True, True, False)
+    for step in range(40):
+        tilt.check(DT, told(DIAGONALS[step // 4 % 2], np.array((0.0, 0.0, 0.5))))
+    assert tilt.doubtful == (True, True, True)
+
+
 def test_once_wrong_it_stays_so() -> None:
     watch = TurnWatch()
     trot(watch, np.array((0.5, 0.0, 0.0)), 1.0)
