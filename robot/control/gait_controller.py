@@ -8,11 +8,12 @@ import numpy as np
 
 from robot.control.catch import SLOW, STEADY
 from robot.control.command import CommandLimits, CommandShaper
+from robot.control.doubtful_legs import expected_joints, hold
 from robot.control.drive import Targets
 from robot.control.gait_state import GaitState
 from robot.control.gaits import GAITS, Gait
 from robot.control.safe_stop import SafeStop
-from robot.control.senses import Senses, expected_joints
+from robot.control.senses import Senses
 from robot.control.stand import StandController
 from robot.control.trim import Trim
 from robot.control.walk import WalkController
@@ -116,11 +117,11 @@ class GaitController:
         """The mode it goes to: the one asked for, as far as the sensors allow."""
         if self._senses.joints_lost:
             return Mode.SIT
-        return Mode.STAND if self._goal == Mode.WALK and self._senses.imu_lost else self._goal
+        return Mode.STAND if self._goal == Mode.WALK and not self._senses.steady else self._goal
 
     @property
     def lost(self) -> tuple[str, ...]:
-        """The sensors that cannot be relied on: `imu`, `joints`, `contact fl` and so on."""
+        """The sensors that cannot be relied on: `imu`, `gyro`, `joints`, `contact fl` and so on."""
         return self._senses.lost
 
     @property
@@ -199,9 +200,11 @@ class GaitController:
         joints = self._check(dt, joints, contacts_silent)
         imu = self._senses.imu(dt, imu)
         blind = imu is None
-        if imu is None:
+        doubtful = self._senses.gyro_doubtful
+        if imu is None or any(doubtful):
             slope = (self._terrain.slope_x, self._terrain.slope_y)
-            imu = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
+            felt = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
+            imu = felt if imu is None else ImuSample(np.where(doubtful, felt.gyro, imu.gyro), imu.accel)
         if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
             self._crouch(steps=False)
         targets = self._act(dt, imu, joints, blind)
@@ -236,18 +239,21 @@ class GaitController:
             self._mode == Mode.STAND and self._planted is not None and self._planted.arrived
         )
         estimate.update(dt, imu, joints, walker.leaving() if walker else (False,) * 4, still, blind)
-        if self._mode in (Mode.WALK, Mode.STOPPING):
+        self._senses.turn(dt, estimate, self._mode)
+        if self._mode in (Mode.WALK, Mode.STOPPING) and not self._senses.gyro_doubtful[0]:
             self._terrain.update(dt, estimate.contacts)
         acceleration = walker.acceleration if walker else _ZERO
         ahead = PredictedState(estimate, joints, self._delay + 0.5 * dt, acceleration)
         self._change_mode(dt, ahead, joints)
         command = self._commands.advance(dt, self._mode == Mode.WALK, *self._bounds())
         if self._walker is not None:
-            return self._walker.step(dt, estimate, ahead, self._terrain, command).freeze()
+            walking = self._walker.step(dt, estimate, ahead, self._terrain, command)
+            hold(walking, estimate, self._senses.doubtful_joints)
+            return walking.freeze()
         if self._planted is not None:
             return self._planted.step(dt, ahead).freeze()
         if self._safe is not None:
-            return self._safe.step(dt, joints, None if self._senses.imu_lost else imu)
+            return self._safe.step(dt, joints, imu if self._senses.steady else None)
         return self._sit(dt, joints).freeze()
 
     def _bounds(self) -> tuple[CommandLimits | None, ...]:

@@ -2,43 +2,66 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import dist
 
 import numpy as np
 
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch, SwingSchedule
+from robot.estimation.turn_watch import TurnWatch
 from robot.geometry.vectors import Vector, to_body
-from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
-from robot.model.kinematics import leg_inverse
+from robot.hardware.body import LEGS, ImuSample, JointSample
 from robot.model.legs import foot_velocities
-from robot.model.parameters import HIPS, SIDES
+from robot.model.modes import ON_ITS_FEET, Mode
 
-__all__ = ["Senses", "expected_joints"]
+__all__ = ["Senses"]
 
 
 class Senses:
-    """Call `joints`, `contacts` and `imu`, in this order, once per control step.
+    """Call `joints`, `contacts`, `imu` and `turn`, in this order, once per control step.
 
-    `own_feet` is false for a body that steps by itself: its contacts are believed. Invariant: a sample that is believed is handed on as it came.
+    `own_feet` is false for a body that steps by itself: its contacts are believed, and its feet do not tell of its turn. Invariant: a sample that
+    is believed is handed on as it came.
     """
 
     def __init__(self, own_feet: bool) -> None:
+        self._own_feet = own_feet
         self._imu, self._joints, self._contacts = ImuWatch(), JointWatch(), ContactWatch(own_feet)
+        self._turn = TurnWatch()
+        self._gyro = [0.0] * 3
+        """What it showed last, rad/s."""
 
     @property
     def imu_lost(self) -> bool:
+        """Whether there is no IMU: its samples do not come, or cannot be."""
         return self._imu.lost
+
+    @property
+    def gyro_doubtful(self) -> tuple[bool, bool, bool]:
+        """Of which axes (body x, y, z) the gyro shows another turn than the feet do; the accelerometer may be right."""
+        return self._turn.doubtful
+
+    @property
+    def steady(self) -> bool:
+        """Whether there is an IMU to walk by."""
+        return not (self._imu.lost or self._turn.wrong)
 
     @property
     def joints_lost(self) -> bool:
         return self._joints.lost
 
     @property
+    def doubtful_joints(self) -> Sequence[int]:
+        """Joints whose latest sample is not believed."""
+        return self._joints.bad
+
+    @property
     def lost(self) -> tuple[str, ...]:
-        """The sensors that cannot be relied on: `imu`, `joints`, `contact fl` and so on."""
+        """The sensors that cannot be relied on: `imu`, `gyro`, `joints`, `contact fl` and so on."""
         lost = ["imu"] if self._imu.lost else []
+        if self._turn.wrong:
+            lost.append("gyro")
         if self._joints.lost:
             lost.append("joints")
         contacts = zip(LEGS, self._contacts.trusted, strict=True)
@@ -61,7 +84,21 @@ class Senses:
 
     def imu(self, dt: float, sample: ImuSample | None) -> ImuSample | None:
         """The sample, if it can be believed."""
-        return self._imu.check(dt, sample)
+        believed = self._imu.check(dt, sample)
+        if believed is not None:
+            self._gyro = believed.gyro.tolist()
+        return believed
+
+    def turn(self, dt: float, estimate: Estimator, mode: Mode) -> None:
+        """Compare the gyro's turn with that of the feet, as `estimate` has taken in both.
+
+        While the robot rises or sits down its feet may slide, and tell nothing. In one that sits, a wrong gyro gets a new chance.
+        """
+        if mode is Mode.SIT:
+            self._turn.sits(dt, self._gyro)
+        elif self._own_feet and mode in ON_ITS_FEET and self._imu.fresh:
+            feet = [told for leg, told in estimate.firm.items() if self._contacts.trusted[leg]]
+            self._turn.check(dt, feet, not self._joints.bad)
 
 
 def _foot_speed(leg: int, joints: JointSample, estimate: Estimator) -> float:
@@ -69,18 +106,3 @@ def _foot_speed(leg: int, joints: JointSample, estimate: Estimator) -> float:
     turn, up = estimate.attitude.turn, estimate.rotation[2]
     moving, _ = foot_velocities(estimate.legs, joints.position.tolist(), joints.velocity.tolist(), turn, up)
     return dist(moving[leg], [-part for part in to_body(estimate.rotation, estimate.velocity)])
-
-
-def expected_joints(told: MotorTargets, estimate: Estimator, walking: bool) -> Vector:
-    """Where the joints should be by now, shape (12,), rad: where they were told to be, or of a leg that pushes, where its foot stands."""
-    places = told.position.copy()
-    if not walking:
-        return places
-    px, py, pz = estimate.position
-    for leg in range(4):
-        if told.kp[3 * leg] == 0.0:
-            x, y, z = estimate.contacts[leg]
-            fx, fy, fz = to_body(estimate.rotation, (x - px, y - py, z - pz))
-            hip_x, hip_y = HIPS[leg]
-            places[3 * leg : 3 * leg + 3] = leg_inverse(SIDES[leg], fx - hip_x, fy - hip_y, fz)[:3]
-    return places

@@ -89,6 +89,8 @@ class Estimator:
         self.slipping = [False] * 4
         """Feet that stand and slide."""
         self.own_acceleration: Triple = _NOWHERE
+        self.firm: dict[int, tuple[Triple, Triple]] = {}
+        """Of each leg whose foot stands firmly: where that is from the body (m), and the velocity of the body that it tells (m/s); odom axes."""
         self._state = [[0.0, 0.0, 0.0] for _ in range(6)]
         """Mean: rows p, v, f1 to f4, columns x, y, z of odom."""
         self._covariance = [[(_SURE if i == 0 else _UNSURE) if i == j else 0.0 for j in range(6)] for i in range(6)]
@@ -142,7 +144,9 @@ class Estimator:
         self._pin_height(dt)
         self._publish()
         self._watch_acceleration(dt, measured_velocity)
-        self._watch_heading(dt, arms, roll, leaving)
+        firm = [leg for leg in range(4) if self._standing_for[leg] > FIRM and not leaving[leg]]
+        self.firm = {leg: (arms[leg], measured_velocity[leg]) for leg in firm}
+        self._watch_heading(dt, arms, roll, firm)
 
     def moving(self, velocity: Triple, deviation: float) -> None:
         """Believe that the body moves at `velocity` (odom axes, m/s), as far as a standard deviation of so many m/s says."""
@@ -299,9 +303,8 @@ class Estimator:
         self.own_acceleration = (x, y, z)
         self._smooth_velocity = (sx + x * dt, sy + y * dt, sz + z * dt)
 
-    def _watch_heading(self, dt: float, arms: list[Triple], roll: list[Triple], leaving: Sequence[bool]) -> None:
+    def _watch_heading(self, dt: float, arms: list[Triple], roll: list[Triple], firm: Sequence[int]) -> None:
         """Estimate the gyro's bias about the vertical from the line between two firmly standing feet."""
-        firm = [leg for leg in range(4) if self._standing_for[leg] > FIRM and not leaving[leg]]
         pair, arm, rolls = (-1, -1), _NOWHERE, _NOWHERE
         if len(firm) == 2 and abs(self.attitude.turn[2]) < SLOW_TURN:
             pair = (firm[0], firm[1])

@@ -89,6 +89,11 @@ class ImuWatch:
         """Whether the IMU cannot be relied on."""
         return self._trust.lost
 
+    @property
+    def fresh(self) -> bool:
+        """Whether the latest sample is believed and was not there before."""
+        return not self._trust.lost and not self._trust.bad_for and self._age == 0.0
+
     def check(self, dt: float, sample: ImuSample | None) -> ImuSample | None:
         """The sample, if it can be believed. The very same object again means that there is no newer one."""
         if sample is not None and sample is self._sample:

@@ -1,4 +1,4 @@
-"""The sample of an IMU that is not there, by the standing feet: their motion against the body is the body's own, and four span the ground.
+"""The sample of an IMU that is not there, by the standing feet: their motion against the body is the body's own, and they are on the ground.
 
 Equations: docs/control.md#without-an-imu.
 """
@@ -6,11 +6,9 @@ Equations: docs/control.md#without-an-imu.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
 
 import numpy as np
 
-from robot.estimation.terrain import plane
 from robot.geometry.vectors import Rows, Triple, Vector, to_body
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.legs import LegState, foot_velocities
@@ -24,21 +22,23 @@ FASTEST = 2.0
 """rad/s; feet that bounce or slip show more."""
 UNSEEN = 1e-3
 """Tikhonov term of the least squares, m2: with two feet the turn about the line between them cannot be observed."""
+IN_LINE = 1e-6
+"""The same of what they tell of the vertical, m2."""
 
 
 def virtual_imu(legs: LegState, joints: JointSample, rotation: Rows, slope: tuple[float, float]) -> ImuSample:
     """The sample of an IMU in a body that is at rest on its standing feet but for turning, as those show it.
 
-    Without standing feet the attitude is kept. With four it is also brought to the one that the ground asks for: `slope` is the
-    ground's as it is known, rise per metre along odom x and y, and `rotation` the attitude as it is believed, body to odom.
+    Without two standing feet the attitude is kept. With them it is also brought to the one that the ground asks for, as far as they tell: `slope` is
+    the ground's as it is known, rise per metre along odom x and y, and `rotation` the attitude as it is believed, body to odom.
     """
-    up = rotation[2]
+    up = np.array(rotation[2])
     standing = joints.contact.tolist()
-    turn = _turning(legs, joints, standing, up) if sum(standing) > 1 else np.zeros(3)
-    if all(standing) and (shown := _vertical(legs.feet, slope, rotation)) is not None:
-        turn = turn + np.cross(shown, up) / CATCH_UP
-        up = shown
-    return ImuSample(np.clip(turn, -FASTEST, FASTEST), GRAVITY * np.array(up))
+    if sum(standing) < 2:
+        return ImuSample(np.zeros(3), GRAVITY * up)
+    shown = _vertical(np.array(legs.feet)[standing], slope, rotation)
+    turn = _turning(legs, joints, standing, rotation[2]) + np.cross(shown, up) / CATCH_UP
+    return ImuSample(np.clip(turn, -FASTEST, FASTEST), GRAVITY * shown)
 
 
 def _turning(legs: LegState, joints: JointSample, standing: Sequence[bool], up: Triple) -> Vector:
@@ -52,18 +52,17 @@ def _turning(legs: LegState, joints: JointSample, standing: Sequence[bool], up: 
     return np.asarray(np.linalg.solve(matrix, moments.sum(axis=0)), dtype=np.float64)
 
 
-def _vertical(feet: Sequence[Triple], slope: tuple[float, float], rotation: Rows) -> Triple | None:
-    """The world's vertical in body axes, from the feet (body axes, m) of a robot that stands on all four; None if they cannot tell."""
-    _, lies = plane(feet)
-    if lies is None:
-        return None
-    normal = _unit((-lies[0], -lies[1], 1.0))
-    ground = _unit((-slope[0], -slope[1], 1.0))
-    lean = to_body(rotation, (-ground[0], -ground[1], 1.0 - ground[2]))
-    return _unit((normal[0] + lean[0], normal[1] + lean[1], normal[2] + lean[2]))
+def _vertical(feet: Vector, slope: tuple[float, float], rotation: Rows) -> Vector:
+    """The world's vertical in body axes, by standing feet (body axes, m, shape (n, 3)) that are on the ground; least squares.
 
-
-def _unit(vector: Triple) -> Triple:
-    x, y, z = vector
-    length = sqrt(x * x + y * y + z * z)
-    return (x / length, y / length, z / length)
+    About the line through two feet it stays where it is believed to be.
+    """
+    up = np.array(rotation[2])
+    normal = np.array(to_body(rotation, (-slope[0], -slope[1], 1.0)))
+    arms = feet - feet.mean(axis=0)
+    # An attitude that is off by d shows each foot off the plane by arm . normal = -d . (normal x arm).
+    across = np.cross(normal, arms)
+    matrix: Vector = across.T @ across + IN_LINE * np.eye(3)
+    off = np.linalg.solve(matrix, -(across.T @ (arms @ normal)))
+    shown = up + np.cross(off, up)
+    return np.asarray(shown / np.linalg.norm(shown), dtype=np.float64)

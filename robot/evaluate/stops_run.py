@@ -19,7 +19,7 @@ from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.link.firmware import Drives
 from robot.model.modes import ON_ITS_FEET, Mode
 from robot.sim.physics import PhysicsBody
-from robot.testing import FAULTS, PERIOD, Trial
+from robot.testing import FAULTS, GYRO_FAULTS, PERIOD, Trial, wrong_gyro
 
 __all__ = ["CAUSES", "FAULTY", "Case", "Outcome", "run"]
 
@@ -36,6 +36,10 @@ LONGEST_HANG: Final = 0.4
 """Seconds; one that lasts longer ends with the control process killed, which is a gait that is silent, and later restarted."""
 LONGEST_RESTART: Final = 0.1
 """Seconds that a restart of a node takes at most (docs/robot.md#the-tree)."""
+SCALES: Final = ((-2.0, 0.0), (2.0, 3.0))
+"""What a gyro's axis that is wrong by a factor shows of the truth: from one of these ranges."""
+OFFSETS: Final = (0.2, 1.0)
+"""How much one that is wrong by an offset shows, rad/s, either way."""
 
 Random: TypeAlias = np.random.Generator
 Happening: TypeAlias = "Callable[[Trial, Random, float], Outcome]"
@@ -105,6 +109,11 @@ class _Rest:
 def _spoilt(trial: Trial, fault: str) -> Outcome:
     """A sensor fails and stays so; found is when the gait controller says that it has lost one."""
     trial.spoil(fault)
+    return _watched(trial, fault)
+
+
+def _watched(trial: Trial, detail: str) -> Outcome:
+    """Go on until the robot has come to rest or fallen."""
     rest, found = _Rest(trial.body), None
     for step in range(round(AFTERWARDS / PERIOD)):
         trial.step()
@@ -112,13 +121,25 @@ def _spoilt(trial: Trial, fault: str) -> Outcome:
             found = step * PERIOD
         if trial.fallen or rest(trial.gait.mode in RESTING):
             break
-    return Outcome(trial.fallen, found, fault)
+    return Outcome(trial.fallen, found, detail)
 
 
 def _one_of(*words: str) -> Happening:
     """One of the faults whose names hold all of `words`."""
     names = [name for name in FAULTS if all(word in name for word in words)]
     return lambda trial, random, delay: _spoilt(trial, names[random.integers(len(names))])
+
+
+def _gyro_wrong(trial: Trial, random: Random, delay: float) -> Outcome:
+    """The gyro is wrong about one axis and stays so, plausibly."""
+    kind, axis = GYRO_FAULTS[random.integers(len(GYRO_FAULTS))], int(random.integers(3))
+    amount = 0.0
+    if kind == "scaled":
+        amount = float(random.uniform(*SCALES[random.integers(len(SCALES))]))
+    elif kind == "offset":
+        amount = float(random.choice((-1.0, 1.0)) * random.uniform(*OFFSETS))
+    trial.spoil(wrong_gyro(kind, axis, amount))
+    return _watched(trial, f"gyro {'xyz'[axis]} {kind} {amount:.2f}")
 
 
 # -- whoever commands the drives --------------------------------------------------------------------------------------
@@ -224,6 +245,7 @@ CAUSES: Final[Mapping[str, Happening]] = MappingProxyType(
         "gait restarted": _gait_restarted,
         "encoder lost": _one_of("encoder"),
         "IMU lost": _one_of("IMU"),
+        "gyro wrong": _gyro_wrong,
         "hang": _hang,
         "motors restarted": _motors_restarted,
     }

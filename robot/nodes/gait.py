@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
+from typing import Final
 
 import numpy as np
 
@@ -46,6 +47,15 @@ __all__ = ["Gait"]
 
 CRITICAL, RECOVERED = 0.10, 0.13
 """Charge below which the robot sits and refuses to walk, and above which it may walk again."""
+TROUBLES: Final = {
+    "imu": ("IMU is silent or cannot be believed", "standing without it"),
+    "gyro": (
+        "the gyro shows another turn than the standing feet do",
+        "standing without it until the robot has sat down",
+    ),
+    "joints": ("a joint encoder is silent or cannot be believed", "sitting down"),
+}
+"""Sensors without which the robot does not walk: what is wrong, and what the gait does about it."""
 
 
 class Gait(Node):
@@ -199,6 +209,10 @@ class Gait(Node):
             return Trigger.Response(success=False, message=f"battery critical: refusing to {mode}")
         if mode == Mode.WALK and "imu" in self._lost:
             return Trigger.Response(success=False, message="no IMU: refusing to walk")
+        if mode == Mode.WALK and "gyro" in self._lost:
+            return Trigger.Response(
+                success=False, message="the gyro is wrong: refusing to walk; sit down to try it again"
+            )
         self._controller.request(mode)
         return Trigger.Response(success=True, message=text)
 
@@ -206,9 +220,10 @@ class Gait(Node):
         """Log which sensors were lost, what the gait does about it, and which have come back."""
         for sensor in lost:
             if sensor not in self._lost:
-                remedy = {"imu": "standing without it", "joints": "sitting down"}.get(sensor, "walking by schedule")
-                name = {"imu": "IMU", "joints": "a joint encoder"}.get(sensor, sensor)
-                self.log.warning(f"{name} is silent or cannot be believed: {remedy}", sensor=sensor)
+                trouble, remedy = TROUBLES.get(
+                    sensor, (f"{sensor} is silent or cannot be believed", "walking by schedule")
+                )
+                self.log.warning(f"{trouble}: {remedy}", sensor=sensor)
         for sensor in self._lost:
             if sensor not in lost:
                 self.log.info(f"{'IMU' if sensor == 'imu' else sensor} is back", sensor=sensor)
@@ -266,7 +281,7 @@ class Gait(Node):
                 mode=self._controller.mode.value,
                 goal=self._controller.goal.value,
                 height=float(self._controller.state.position[2]),
-                sensors_ok=not {"imu", "joints"}.intersection(self._lost) and not self._encoders_silent(),
+                sensors_ok=TROUBLES.keys().isdisjoint(self._lost) and not self._encoders_silent(),
                 gait=self._used_gait,
             )
         )

@@ -3,7 +3,18 @@
 Needs MuJoCo. For tests of its nodes use `robot.Robot` with `actors.testing`.
 """
 
-from robot.testing.faults import FAULTS, Spoil
+from robot.testing.faults import FAULTS, GYRO_FAULTS, GyroFault, Spoil, wrong_gyro
 from robot.testing.trial import FLAT, PERIOD, Conditions, Record, Trial
 
-__all__ = ["FAULTS", "FLAT", "PERIOD", "Conditions", "Record", "Spoil", "Trial"]
+__all__ = [
+    "FAULTS",
+    "FLAT",
+    "GYRO_FAULTS",
+    "PERIOD",
+    "Conditions",
+    "GyroFault",
+    "Record",
+    "Spoil",
+    "Trial",
+    "wrong_gyro",
+]

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import Final, Literal, TypeAlias, get_args
 
 import numpy as np
 
 from robot.hardware.body import ImuSample, JointSample
 
-__all__ = ["FAULTS", "Spoil"]
+__all__ = ["FAULTS", "GYRO_FAULTS", "GyroFault", "Spoil", "wrong_gyro"]
 
 Spoil: TypeAlias = Callable[[ImuSample, JointSample], tuple[ImuSample | None, JointSample]]
 """What happens to the samples on their way from the sensors to the controller; no IMU sample: the IMU says nothing."""
+
+GyroFault: TypeAlias = Literal["scaled", "offset", "held", "swapped"]
+"""How a gyro can be wrong and yet plausible."""
+GYRO_FAULTS: Final[tuple[GyroFault, ...]] = get_args(GyroFault)
 
 _NAN = np.full(3, np.nan)
 
@@ -78,3 +82,28 @@ FAULTS = MappingProxyType(
     }
 )
 """Name of each fault, and what begins it."""
+
+
+def wrong_gyro(kind: GyroFault, axis: int, amount: float = 0.0) -> Spoil:
+    """A gyro that is wrong about one axis (0 to 2), and shows nothing that could not be.
+
+    `scaled`: `amount` times the truth; `offset`: `amount` more than it, rad/s; `held`: what it showed first; `swapped`: the next axis has it, and it
+    that of the next.
+    """
+    held: list[float] = []
+
+    def spoil(imu: ImuSample, joints: JointSample) -> tuple[ImuSample | None, JointSample]:
+        gyro = imu.gyro.copy()
+        held[:] = held or [float(gyro[axis])]
+        if kind == "scaled":
+            gyro[axis] *= amount
+        elif kind == "offset":
+            gyro[axis] += amount
+        elif kind == "held":
+            gyro[axis] = held[0]
+        else:
+            both = [axis, (axis + 1) % 3]
+            gyro[both] = gyro[both[::-1]]
+        return ImuSample(gyro, imu.accel), joints
+
+    return spoil

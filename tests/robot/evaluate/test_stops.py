@@ -29,7 +29,15 @@ def told(capsys: pytest.CaptureFixture[str], *argv: str) -> tuple[int, dict[str,
 
 def test_every_cause_meets_32_phases_at_5_speeds_up_to_the_limit_and_sensors_fail_200_times() -> None:
     every = stops.rows(1, 0.008)
-    assert list(CAUSES) == ["gait silent", "gait restarted", "encoder lost", "IMU lost", "hang", "motors restarted"]
+    assert list(CAUSES) == [
+        "gait silent",
+        "gait restarted",
+        "encoder lost",
+        "IMU lost",
+        "gyro wrong",
+        "hang",
+        "motors restarted",
+    ]
     for cause in CAUSES:
         mine = [row for row in every if row.name.startswith(cause)]
         assert [{case.speed for case in row.cases} for row in mine] == [{0.3}, {0.6}, {1.0}, {1.3}, {1.6}]
