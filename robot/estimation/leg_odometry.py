@@ -303,7 +303,7 @@ class Estimator:
         """Estimate the gyro's bias about the vertical from the line between two firmly standing feet."""
         firm = [leg for leg in range(4) if self._standing_for[leg] > FIRM and not leaving[leg]]
         pair, arm, rolls = (-1, -1), _NOWHERE, _NOWHERE
-        if len(firm) == 2 and abs(self.attitude.turn[2]) < SLOW_TURN:
+        if not self.attitude.pull.active and len(firm) == 2 and abs(self.attitude.turn[2]) < SLOW_TURN:
             pair = (firm[0], firm[1])
             arm, rolls = _between(arms, pair), _between(roll, pair)
         slope = self._line.update(dt, pair, arm, rolls)
