@@ -30,7 +30,7 @@ USED: Final = 4
 """A scan is laid onto so many of the nearest ones,"""
 REACH: Final = 3.0
 """that were taken within this distance, m."""
-FEWEST: Final = 60
+FEWEST: Final = 20
 """Pairs of end and face; fewer say too little."""
 FITTING: Final = 0.6
 """Share of the pairs that must fit,"""
@@ -40,26 +40,20 @@ ASSIGNED: Final = 0.3
 """An end may lie so far from the middle of the face that it is laid onto, m."""
 ALIKE: Final = 0.9
 """Least cosine between the normals of the two."""
-PRIOR: Final = (0.05, 0.05, 0.03, 0.01)
-"""Standard deviations of odometry since the last scan, m, m, rad, and of the ranges' bias, m: all there is along a bare corridor; chosen."""
-SIGMA: Final = 0.02
-"""Of an end, m."""
+SIGMA: Final = 0.05
+"""Standard deviation that one pair counts with, m; chosen: two and a half times the LiDAR's, as the pairs of one face share its errors."""
 WIDE, NARROW = 0.10, 0.03
-"""Scales of the Cauchy weight, m: first five sigma, then one and a half; chosen."""
+"""Scales of the Cauchy weight, m; chosen."""
 ROUNDS: Final = 12
 """Gauss-Newton steps at most."""
 SETTLED: Final = 2e-4
 """A step below this in every part (m, rad) ends the search at one scale; chosen."""
 FARTHEST, MOST_TURN = 0.2, 0.1
 """A correction beyond this (m, rad) is a mistake."""
-SURE: Final = 2e-3
-"""Standard deviation of a heading that says something, rad."""
-GAIN: Final = 0.3
-"""Share of a scan's correction that is taken at once; chosen: a scan's noise is its own, its heading is not."""
-DRIFT: Final = 0.05
-"""Share of a turn that counts as drift from one scan to the next; chosen: GAIN squared over (2 - GAIN), as Benedict and Bordner have it."""
-LEARN: Final = 0.1
-"""Share of what a scan says of the ranges' bias that is believed at once; chosen."""
+FIRST: Final = (1e-3, 1e-3, 1e-4, 3e-4, 0.02)
+"""Standard deviations at the start, of place (m), heading (rad), its drift from scan to scan (rad) and the ranges' bias (m)."""
+WALK: Final = (3e-3, 3e-3, 2e-4, 2e-5, 1e-4)
+"""By which the same grow from scan to scan; chosen: the legs' place, and a gyro whose scale is off by 0.2 % in a turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,24 +65,29 @@ class _View:
 
 
 class ScanHeading:
-    """Follows the robot by its scans. Takes about 3 ms for each scan of 360 beams."""
+    """Follows the robot by its scans, as an iterated extended Kalman filter. Takes about 3 ms for each scan of 360 beams.
+
+    The state is x, y (m), heading (rad), its drift from one scan to the next (rad), and by which all ranges are too long (m).
+    """
 
     def __init__(self) -> None:
         self._views: deque[_View] = deque(maxlen=MOST)
-        self._here: Pose2 | None = None
-        self._odom = Pose2(0.0, 0.0)
-        self._drift = 0.0
-        """By which a heading has to be turned from one scan to the next, rad."""
-        self.bias = 0.0
-        """By which all ranges are too long, as far as scans have shown, m."""
+        self._odom: Pose2 | None = None
+        self._state: Floats = np.zeros(5)
+        self._covariance: Floats = np.diag(np.square(FIRST))
 
     def __repr__(self) -> str:
         return f"<ScanHeading: {len(self._views)} scans kept>"
 
+    @property
+    def bias(self) -> float:
+        """By which all ranges are too long, as far as scans have shown, m."""
+        return float(self._state[4])
+
     def clear(self) -> None:
-        """Forget everything: odometry has begun anew."""
+        """Forget everything but the ranges' bias: odometry has begun anew."""
         self._views.clear()
-        self._here, self._drift = None, 0.0
+        self._odom = None
 
     def update(self, odom: Pose2, ranges: Floats) -> float | None:
         """By how much odometry's heading is too large, rad, after a level scan that was taken where odometry has the pose `odom`.
@@ -96,54 +95,62 @@ class ScanHeading:
         None where the scan does not tell: it shows too little, does not fit, or nothing was seen here before.
         """
         faces = Faces(ranges)
-        self._here = here = self._carried(odom)
-        self._odom = odom
-        near = self._near(here)
-        fitted = self._fit(here, faces, near) if near else None
-        if fitted is not None:
-            step = compose(inverse(here), fitted)
-            self._here = here = compose(here, Pose2(GAIN * step.x, GAIN * step.y, GAIN * step.yaw))
-            self._drift += DRIFT * step.yaw
-        if not near or _apart(near[0].pose, here) > APART:
-            self._views.append(_View(here, faces))
-        return wrap(odom.yaw - here.yaw) if fitted is not None else None
+        self._predict(odom)
+        views = self._near()
+        told = bool(views) and self._correct(faces, views)
+        if not views or _apart(views[0].pose, self._here) > APART:
+            self._views.append(_View(self._here, faces))
+        return wrap(odom.yaw - float(self._state[2])) if told else None
 
-    def _carried(self, odom: Pose2) -> Pose2:
+    @property
+    def _here(self) -> Pose2:
+        x, y, yaw = self._state[:3].tolist()
+        return Pose2(x, y, wrap(yaw))
+
+    def _predict(self, odom: Pose2) -> None:
         """Where the robot is by odometry since the last scan, less the drift that is known."""
-        if self._here is None:
-            return odom
-        step = compose(inverse(self._odom), odom)
-        return compose(self._here, Pose2(step.x, step.y, step.yaw + self._drift))
+        if self._odom is None:
+            self._state[:4] = odom.x, odom.y, odom.yaw, 0.0
+            spread = np.square(FIRST)
+            spread[4] = self._covariance[4, 4]
+            self._covariance = np.diag(spread)
+        else:
+            before, step = self._here, compose(inverse(self._odom), odom)
+            after = compose(before, Pose2(step.x, step.y, step.yaw + float(self._state[3])))
+            self._state[:3] = after.x, after.y, after.yaw
+            growth = np.eye(5)
+            growth[0, 2], growth[1, 2], growth[2, 3] = before.y - after.y, after.x - before.x, 1.0
+            self._covariance = growth @ self._covariance @ growth.T + np.diag(np.square(WALK))
+        self._odom = odom
 
-    def _near(self, here: Pose2) -> list[_View]:
+    def _near(self) -> list[_View]:
         """The views to lay a scan onto, the nearest first."""
+        here = self._here
         near = sorted(self._views, key=lambda view: _apart(view.pose, here))[:USED]
         return [view for view in near if _apart(view.pose, here) < REACH]
 
-    def _fit(self, prior: Pose2, faces: Faces, views: list[_View]) -> Pose2 | None:
-        """Gauss-Newton with a weight that narrows once the wide one has settled."""
-        first = state = np.array([prior.x, prior.y, prior.yaw, self.bias])
-        information = np.diag((SIGMA / np.array(PRIOR)) ** 2)
-        scale = WIDE
+    def _correct(self, faces: Faces, views: list[_View]) -> bool:
+        """Gauss-Newton with a weight that narrows once the wide one has settled. False, without effect, if the scan does not fit."""
+        first = state = self._state
+        prior, scale = np.linalg.inv(self._covariance), WIDE
         for _ in range(ROUNDS):
             errors, slope = _pairs(state, faces, views)
             if len(errors) < FEWEST:
-                return None
-            weighted = slope / (1.0 + (errors / scale) ** 2)[:, None]
-            hessian = weighted.T @ slope + information
-            step = np.linalg.solve(hessian, weighted.T @ errors + information @ (state - first))
+                return False
+            weighted = slope / (SIGMA**2 * (1.0 + (errors / scale) ** 2))[:, None]
+            information = weighted.T @ slope + prior
+            step = np.linalg.solve(information, weighted.T @ errors + prior @ (state - first))
             state = state - step
             if float(np.abs(step).max()) < SETTLED:
                 if scale == NARROW:
                     break
                 scale = NARROW
-        moved, turned = math.hypot(*(state - first)[:2]), abs(float(state[2] - first[2]))
-        fitting = float((np.abs(errors) < FITS).mean())
-        deviation = SIGMA * math.sqrt(float(np.linalg.inv(hessian)[2, 2]))
-        if fitting < FITTING or moved > FARTHEST or turned > MOST_TURN or deviation > SURE:
-            return None
-        self.bias += LEARN * (float(state[3]) - self.bias)
-        return Pose2(float(state[0]), float(state[1]), wrap(float(state[2])))
+        moved = state - first
+        far = math.hypot(moved[0], moved[1]) > FARTHEST or abs(float(moved[2])) > MOST_TURN
+        if far or float((np.abs(errors) < FITS).mean()) < FITTING:
+            return False
+        self._state, self._covariance = state, np.linalg.inv(information)
+        return True
 
 
 def _apart(a: Pose2, b: Pose2) -> float:
@@ -151,8 +158,8 @@ def _apart(a: Pose2, b: Pose2) -> float:
 
 
 def _pairs(state: Floats, faces: Faces, views: list[_View]) -> tuple[Floats, Floats]:
-    """Distances (m) of the scan's ends from the faces of all views, shape (n,), and their derivatives by x, y, yaw and bias, shape (n, 4)."""
-    known, bias = faces.known, state[3]
+    """Distances (m) of the scan's ends from the faces of all views, shape (n,), and their derivatives by the state, shape (n, 5)."""
+    known, bias = faces.known, state[4]
     looks = _turned(faces.looks[known], state[2])
     points, normals = _turned(faces.points[known], state[2]) - bias * looks, _turned(faces.normals[known], state[2])
     errors: list[Floats] = []
@@ -168,7 +175,7 @@ def _pairs(state: Floats, faces: Faces, views: list[_View]) -> tuple[Floats, Flo
         by_yaw = looking[:, 1] * points[:, 0] - looking[:, 0] * points[:, 1]
         errors.append(error[pair])
         by_bias = (across * seen.looks[beam]).sum(axis=1) - (looking * looks).sum(axis=1)
-        slopes.append(np.column_stack((looking, by_yaw, by_bias))[pair])
+        slopes.append(np.column_stack((looking, by_yaw, np.zeros(len(points)), by_bias))[pair])
     return np.concatenate(errors), np.concatenate(slopes)
 
 

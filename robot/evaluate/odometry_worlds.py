@@ -43,22 +43,22 @@ class Hall:
 
 
 def flat_hall(seed: int) -> Hall:
-    """A hall of 40 x 30 m with 45 things and a level floor; the course winds between them at 0.4 to 1 m/s."""
-    things = _things(np.random.default_rng([seed, 63]), (40.0, 30.0), 45, around=2.5, apart=3.2)
+    """A hall of 28 x 20 m with 36 things and a level floor; the course winds between them at 0.4 to 1 m/s."""
+    things = _things(np.random.default_rng([seed, 63]), (28.0, 20.0), 36, around=2.5, apart=3.0)
     random = np.random.default_rng([seed, 5])
 
     def course(pose: Command) -> Command:
         freest, best = -1.0, (0.0, 0.0, 0.0)
         for _ in range(TRIES):
             command = (random.uniform(0.4, 1.0), random.uniform(-0.1, 0.1), random.uniform(-0.4, 0.4))
-            free = _free(pose, command, things, (20.0, 15.0))
+            free = _free(pose, command, things, (14.0, 10.0))
             if free > freest:
                 freest, best = free, command
             if free > ROOM:
                 break
         return best
 
-    return Hall(_scene("hall", things, (40.0, 30.0)), course, 4.0)
+    return Hall(_scene("hall", things, (28.0, 20.0)), course, 4.0)
 
 
 def rough_hall(seed: int) -> Hall:
