@@ -16,7 +16,7 @@ from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from actors.interfaces.geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
-from actors.interfaces.std_msgs.msg import String
+from actors.interfaces.std_msgs.msg import Float64, String
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from actors.interfaces.visualization_msgs.msg import MarkerArray
 from actors.tf2 import TF, TF_STATIC
@@ -53,11 +53,11 @@ __all__ = [
     "ARM_JOINT_STATES", "AUTONOMY_CMD", "BATTERY_STATE", "BATTERY_STATUS", "BODY_DRIVE", "CALIBRATE_ARM", "CALIBRATE_GRIPPER", "CALIBRATE_SENSOR",
     "CAMERA_DEPTH", "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DEPTH_POINTS", "DETECTIONS",
     "DIAGNOSTICS", "DOCK", "DOCK_STATUS", "DRIVE_STATUS", "ELEVATION_POINTS", "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS",
-    "GET_BATTERY_STATUS", "GET_CURRENT_POSITION", "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HUMANOID_NAVIGATE",
-    "IMU", "IMU_CALIBRATION", "IMU_RAW", "INITIAL_POSE", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "LOCALIZATION", "MAP", "MARKERS", "MOTOR_POWER",
-    "MOTOR_TARGETS", "MOVE_ARM", "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE", "RELIEF", "RELOCALIZE",
-    "RESTORE_CONFIG", "ROBOT_DESCRIPTION", "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND", "TELEOP_CMD", "TF", "TF_STATIC",
-    "UNDOCK", "VOICE", "WALK",
+    "GET_BATTERY_STATUS", "GET_CURRENT_POSITION", "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HEADING_ERROR",
+    "HUMANOID_NAVIGATE", "IMU", "IMU_CALIBRATION", "IMU_RAW", "INITIAL_POSE", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "LOCALIZATION", "MAP", "MARKERS",
+    "MOTOR_POWER", "MOTOR_TARGETS", "MOVE_ARM", "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE",
+    "RELIEF", "RELOCALIZE", "RESTORE_CONFIG", "ROBOT_DESCRIPTION", "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND",
+    "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE", "WALK",
 ]  # fmt: skip
 
 # -- the robot's own ---------------------------------------------------------------------------------------------------------------
@@ -139,7 +139,9 @@ ELEVATION_POINTS = Topic(PointCloud2, "/elevation/points", qos.SENSOR_DATA)
 """2 Hz, how high each cell is, frame `map`, z over the floor that odometry began on, with `doubt` (m) and `age` (s);
 made only while somebody listens."""
 ODOMETRY = Topic(Odometry, "/odom", qos.DEFAULT)
-"""50 Hz, frame `odom`: from legs and IMU alone."""
+"""50 Hz, frame `odom`: from legs and IMU; its heading is turned slowly to where HEADING_ERROR says. It never jumps."""
+HEADING_ERROR = Topic(Float64, "/odom/heading_error", qos.SENSOR_DATA)
+"""5 Hz while the LiDAR sees enough: by how much the heading of ODOMETRY is too large, rad, against the scans of the last way."""
 POSE = Topic(PoseStamped, "/pose", qos.DEFAULT)
 """50 Hz, frame `map`: odometry corrected by matching scans to the map."""
 LOCALIZATION = Topic(String, "/localization", qos.STATE)

@@ -5,8 +5,8 @@
       safety        battery, safety_monitor,               one_for_one: each takes up what it knew; while one is away its silence stops the robot
                     robot_controller
       perception    lidar, scan_correction (with a LiDAR   one_for_one: each works from the next message that it hears
-                    that turns), map_server, localizer,
-                    frames, robot_state_publisher, camera,
+                    that turns), heading, map_server,
+                    localizer, frames, robot_state_publisher, camera,
                     image_compressor, detector, calibration,
                     depth_cameras, elevation (with sight)
       navigation    navigation, docking                    one_for_one: a goal that the other had there ends by name, and is asked for again
@@ -44,6 +44,7 @@ from robot.nodes.docking import Docking
 from robot.nodes.elevation import Elevation
 from robot.nodes.frames import Frames
 from robot.nodes.gait import Gait
+from robot.nodes.heading import Heading
 from robot.nodes.lidar import Lidar, TurningLidar
 from robot.nodes.localizer import Localizer
 from robot.nodes.map_server import MapServer
@@ -199,6 +200,7 @@ def _perception(body: Body, grid: Grid, seen: Grid, sight: bool) -> Supervisor:
     return _concern(
         "perception",
         *_lidar(body),
+        Child(Heading),
         Child(MapServer, args=(grid, dict(body.scene.places))),
         Child(Localizer, args=(seen, body.scene.start), parameters={"range_bias": body.sensors.lidar.bias}),
         Child(Frames),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, hypot, inf, sin
+from math import cos, hypot, inf, isfinite, sin
 
 import numpy as np
 
@@ -167,6 +167,11 @@ class GaitController:
         Clipped to the limits and slewed. False, without effect, if a part is NaN or infinite.
         """
         return self._commands.ask(vx, vy, wz)
+
+    def correct_heading(self, error: float) -> None:
+        """Turn odometry slowly: its heading is too large by `error`, rad, as other senses show. What is no number is dropped."""
+        if isfinite(error):
+            self._estimate.attitude.pull.seen(error)
 
     def request(self, mode: str) -> None:
         """Ask for `sit`, `stand` or `walk`; the controller goes there by way of the modes between. Raises ValueError for others."""

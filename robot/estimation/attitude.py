@@ -1,4 +1,4 @@
-"""Attitude from gyro and accelerometer by a complementary filter. Yaw is integrated from the gyro alone.
+"""Attitude from gyro and accelerometer by a complementary filter. Yaw is integrated from the gyro, and pulled to where scans see it, if any do.
 
 After Mahony et al. (2008), with the robot's own acceleration subtracted from the specific force before gravity is read from it (otherwise
 each change of speed tilts the horizon). With the vertical u in body axes, the gyro's bias b, and the quaternion q body to odom:
@@ -13,6 +13,7 @@ from __future__ import annotations
 from math import asin, atan2, cos, sin, sqrt
 
 from robot.estimation.gyro_bias import GyroBias
+from robot.estimation.heading_pull import HeadingPull
 from robot.geometry.vectors import Triple
 from robot.model.parameters import GRAVITY
 
@@ -30,11 +31,12 @@ BUMP = 0.3
 class AttitudeFilter:
     """Orientation body to odom, as quaternion and rotation matrix, and the estimate of the gyro's bias. Plain floats throughout."""
 
-    __slots__ = ("_force", "age", "bias", "quaternion", "rotation", "turn", "up")
+    __slots__ = ("_force", "age", "bias", "pull", "quaternion", "rotation", "turn", "up")
 
     def __init__(self) -> None:
         self.quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
         self.bias = GyroBias()
+        self.pull = HeadingPull()
         self.turn: Triple = (0.0, 0.0, 0.0)
         """Angular velocity without the bias, body axes, rad/s."""
         self.up: Triple = (0.0, 0.0, 1.0)
@@ -82,10 +84,13 @@ class AttitudeFilter:
             self.bias.rest(dt, gyro)
         else:
             self.bias.lean(dt, ex, ey)
+        turning, learned = self.pull.advance(dt)
+        self.bias.seen(learned)
         bx, by, bz = self.bias.value
         wx, wy, wz = gyro[0] - bx, gyro[1] - by, gyro[2] - bz
         self.turn = (wx, wy, wz)
-        self._rotate((wx + gain * ex) * dt, (wy + gain * ey) * dt, (wz + gain * ez) * dt)
+        tx, ty, tz = gain * ex + turning * ux, gain * ey + turning * uy, gain * ez + turning * uz
+        self._rotate((wx + tx) * dt, (wy + ty) * dt, (wz + tz) * dt)
 
     def _find_horizon(self, gyro: Triple, accel: Triple) -> None:
         """The robot has just been switched on and lies still: roll and pitch from the mean force, heading zero."""

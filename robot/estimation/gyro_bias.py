@@ -55,6 +55,11 @@ class GyroBias:
         x, y, z = self.value
         self.value = (x - GRAVITY_GAIN * ex * dt, y - GRAVITY_GAIN * ey * dt, z)
 
+    def seen(self, step: float) -> None:
+        """The bias about the vertical is larger by `step` (rad/s), as scans show. The variances are not touched."""
+        x, y, z = self.value
+        self.value = (x, y, z + step)
+
     def turning(self, rate: float, variance: float) -> None:
         """Update about the vertical: what does not turn seemed to, at `rate` (rad/s, of this variance), so the bias is off by so much."""
         x, y, z = self.value

@@ -306,7 +306,7 @@ class Estimator:
     def _watch_heading(self, dt: float, arms: list[Triple], roll: list[Triple], firm: Sequence[int]) -> None:
         """Estimate the gyro's bias about the vertical from the line between two firmly standing feet."""
         pair, arm, rolls = (-1, -1), _NOWHERE, _NOWHERE
-        if len(firm) == 2 and abs(self.attitude.turn[2]) < SLOW_TURN:
+        if not self.attitude.pull.active and len(firm) == 2 and abs(self.attitude.turn[2]) < SLOW_TURN:
             pair = (firm[0], firm[1])
             arm, rolls = _between(arms, pair), _between(roll, pair)
         slope = self._line.update(dt, pair, arm, rolls)

@@ -21,7 +21,7 @@ from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.msg import GoalReport, MotorPower
 from robot.model.actuators import MOTOR_DELAY
 from robot.model.power import electrical_power
-from robot.planning.leg_energy import LegEnergy, turning
+from robot.planning.leg_energy import RouteEnergy, turning
 from robot.run.judge import Judge, Score
 from robot.run.mission import DOCK_GOAL
 from robot.scenes.worlds import get_world
@@ -125,7 +125,7 @@ class _Ledger(Node):
 
     def __init__(self, book: _Book) -> None:
         self._book = book
-        self._laws = {False: LegEnergy(SPEED), True: LegEnergy(SPEED)}
+        self._laws = {False: RouteEnergy(SPEED), True: RouteEnergy(SPEED)}
         """Of walks to goals, and of those to the dock, which end in another way."""
         self._here: Pose2 | None = None
         self._planned: tuple[Pose2, np.ndarray] | None = None
@@ -168,9 +168,10 @@ class _Ledger(Node):
         start, points = planned
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
         turn, law = turning(start, points, message.theta), self._laws[message.name == DOCK_GOAL]
-        predicted = law.predict(length, turn)
+        goal = Pose2(message.x, message.y, message.theta)
+        predicted = law.predict(start, goal, length, turn)
         if message.outcome == "succeeded":
-            law.learn(length, turn, self._used)
+            law.learn(start, goal, length, turn, self._used)
         self._book.legs.append(
             Leg(
                 message.name, round(self.clock.now(), 1), message.outcome, round(length, 2), round(turn, 2),

@@ -12,6 +12,7 @@ from robot.evaluate import odometry_measures as take
 from robot.evaluate import walk_measures
 from robot.evaluate.fidelity import Fidelity, add_fidelity
 from robot.evaluate.levels import Metric, conclude, measure, parser
+from robot.evaluate.odometry_run import astray
 from robot.evaluate.pose_run import patrol
 from robot.run.arguments import within
 from robot.sim.physics import check_engine
@@ -37,6 +38,15 @@ def metrics(delay: float, distance: float, seconds: float, fidelity: Fidelity) -
         Metric(
             f"odometry error over {distance:g} m of rough floor, no map", "%", (5.0, 1.5, 0.5) if far_enough else nothing,
             lambda seed: walk_measures.rough_odometry_error(seed, given, distance),
+        ),
+        *(
+            Metric(
+                f"odometry error over {distance:g} m of a hall{', rough floor' if rough else ''}, no map, {words}",
+                "%", (5.0, 1.5, 0.5) if far_enough else nothing,
+                lambda seed, rough=rough, scans=scans: astray(seed, delay, fidelity, distance, rough=rough, scans=scans),
+            )
+            for rough in (False, True)
+            for scans, words in ((True, "with LiDAR"), (False, "without"))
         ),
         Metric("speed rmse of the estimate", "m/s", nothing, lambda seed: take.walk(seed, given).speed, quick=True),
         Metric("roll and pitch rmse", "deg", nothing, lambda seed: take.walk(seed, given).tilt, quick=True),

@@ -23,6 +23,8 @@ from robot.scenes.scene import Box, Scene
 from robot.testing import PERIOD, Conditions, Trial
 
 __all__ = [
+    "HOMEWARD",
+    "YARD",
     "box_field",
     "control_cost",
     "cost_of_transport",
@@ -30,6 +32,7 @@ __all__ = [
     "inverse_error",
     "jacobian_error",
     "largest_push",
+    "low_boxes",
     "odometry_error",
     "point_error",
     "rough_odometry_error",
@@ -158,6 +161,14 @@ def _low_box(
     )  # fmt: skip
 
 
+def low_boxes(random: np.random.Generator, height: float = 0.05, density: float = 4.0) -> tuple[Box, ...]:
+    """A yard of boxes of up to `height` (m), so many (`density`) on a square metre. What the robot stands up on is level."""
+    boxes = tuple(
+        _low_box(random, height, (-YARD, YARD), (-YARD, YARD)) for _ in range(round(density * (2.0 * YARD) ** 2))
+    )
+    return tuple(box for box in boxes if hypot(box.x, box.y) > 1.0)
+
+
 def _rough(boxes: tuple[Box, ...]) -> Scene:
     return Scene("rough", (-20.0, -20.0, 20.0, 20.0), boxes, Pose2(0.0, 0.0), Pose2(0.0, 0.0))
 
@@ -213,11 +224,7 @@ def rough_odometry_error(
 ) -> float:
     """The same on a floor of random boxes of up to `height` (m), so many (`density`) on a square metre, in a yard that the course stays in."""
     random = np.random.default_rng([seed, 61])
-    boxes = tuple(
-        _low_box(random, height, (-YARD, YARD), (-YARD, YARD)) for _ in range(round(density * (2.0 * YARD) ** 2))
-    )
-    # What it stands up on is level.
-    scene = _rough(tuple(box for box in boxes if hypot(box.x, box.y) > 1.0))
+    scene = _rough(low_boxes(random, height, density))
 
     def course(pose: Command) -> Command:
         x, y, yaw = pose

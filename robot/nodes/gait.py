@@ -19,7 +19,7 @@ from actors.interfaces.geometry_msgs.msg import (
 )
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import BatteryState, Imu, JointState
-from actors.interfaces.std_msgs.msg import Header
+from actors.interfaces.std_msgs.msg import Float64, Header
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from robot.contracts import (
     BATTERY_STATE,
@@ -27,6 +27,7 @@ from robot.contracts import (
     CMD_VEL,
     CONTACTS,
     GAIT_STATUS,
+    HEADING_ERROR,
     IMU,
     JOINT_STATES,
     MOTOR_TARGETS,
@@ -59,7 +60,7 @@ TROUBLES: Final = {
 
 
 class Gait(Node):
-    """Sits, stands and walks. Takes imu/data, foot_contacts, joint_states, cmd_vel, battery_state; serves spot/sit, spot/stand, spot/walk.
+    """Sits, stands and walks. Takes imu/data, foot_contacts, joint_states, odom/heading_error, cmd_vel, battery_state; serves spot/sit, spot/stand, spot/walk.
 
     Publishes motor_targets (200 Hz), or body_drive for the kinematic body, odom (50 Hz) and gait_status. Parameters: backend, motor_delay, gait,
     command_timeout, sensor_timeout.
@@ -121,6 +122,10 @@ class Gait(Node):
     def contacts(self, message: FootContacts) -> None:
         self._contact = message.contact
         self._contacts_heard = self.clock.now()
+
+    @HEADING_ERROR.on()
+    def heading_error(self, message: Float64) -> None:
+        self._controller.correct_heading(message.data)
 
     @JOINT_STATES.on()
     def joints(self, message: JointState) -> None:

@@ -2,12 +2,18 @@
 
     E = a L + b T + c
 
+Who walks a route again remembers what it took: what the law does not know of, such as waiting for the way or slowing down between shelves, is
+the same then.
+
 with the length L of the path and the turning T along it, from the heading at its start to the heading at its goal. The numbers begin with what
 is typical of the robot (`robot.model.power`), and are fitted to the walks that have been made by recursive least squares.
 Equations: docs/control.md#energy-of-a-leg.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
@@ -16,7 +22,7 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats, wrap_all
 from robot.model.power import electrical_power, typical_motor_power
 
-__all__ = ["LegEnergy", "turning"]
+__all__ = ["LegEnergy", "RouteEnergy", "turning"]
 
 _HOUR = 3600.0
 """s."""
@@ -34,6 +40,12 @@ _LEAST = 0.05
 """Wh: a walk shorter than that counts as this long."""
 _BEND = 0.3
 """Points of a path nearer to each other than this say nothing of where it turns, m."""
+_SAME, _SAME_TURN = 0.5, 0.5
+"""Walks that begin and end within this of each other, m and rad, go by one route,"""
+_SAME_LENGTH = 0.1
+"""if their paths differ by no more than this share."""
+_NEWEST = 0.3
+"""Share of the latest walk in what is remembered of a route, once it was walked more often; chosen."""
 
 
 def turning(start: Pose2, points: Floats, goal_yaw: float) -> float:
@@ -76,3 +88,62 @@ class LegEnergy:
         gain = self._doubt @ row / (row @ self._doubt @ row + noise)
         self._law = self._law + gain * (energy - row @ self._law)
         self._doubt = self._doubt - np.outer(gain, row @ self._doubt)
+
+
+@dataclass(slots=True)
+class _Route:
+    """Where it begins and ends, and what its walks were like."""
+
+    start: Pose2
+    goal: Pose2
+    length: float
+    turn: float
+    energy: float
+    walks: int = 1
+
+    def fits(self, start: Pose2, goal: Pose2, length: float) -> bool:
+        """Whether another walk goes by this route."""
+        ends = _alike(self.start, start) and _alike(self.goal, goal)
+        return ends and abs(length - self.length) <= _SAME_LENGTH * self.length
+
+    def again(self, length: float, turn: float, energy: float) -> None:
+        """It was walked again."""
+        self.walks += 1
+        share = max(_NEWEST, 1.0 / self.walks)
+        self.length += share * (length - self.length)
+        self.turn += share * (turn - self.turn)
+        self.energy += share * (energy - self.energy)
+
+
+class RouteEnergy:
+    """The law, and a memory of the routes that were walked. Energies are those that the battery gives, in Wh."""
+
+    def __init__(self, speed: float) -> None:
+        self._law = LegEnergy(speed)
+        self._routes: list[_Route] = []
+
+    def __repr__(self) -> str:
+        return f"<RouteEnergy: {len(self._routes)} routes, {self._law!r}>"
+
+    def predict(self, start: Pose2, goal: Pose2, length: float, turn: float) -> float:
+        """What a walk from `start` to `goal` will take, whose path has a length of `length` m and turns by `turn` rad, Wh."""
+        by_law, route = self._law.predict(length, turn), self._known(start, goal, length)
+        if route is None:
+            return by_law
+        return route.energy + by_law - self._law.predict(route.length, route.turn)
+
+    def learn(self, start: Pose2, goal: Pose2, length: float, turn: float, energy: float) -> None:
+        """Such a walk has taken so much, Wh."""
+        self._law.learn(length, turn, energy)
+        route = self._known(start, goal, length)
+        if route is None:
+            self._routes.append(_Route(start, goal, length, turn, energy))
+        else:
+            route.again(length, turn, energy)
+
+    def _known(self, start: Pose2, goal: Pose2, length: float) -> _Route | None:
+        return next((route for route in self._routes if route.fits(start, goal, length)), None)
+
+
+def _alike(a: Pose2, b: Pose2) -> bool:
+    return hypot(a.x - b.x, a.y - b.y) < _SAME and abs(wrap(a.yaw - b.yaw)) < _SAME_TURN

@@ -97,6 +97,7 @@ TOPICS = """\
     <- lidar best_effort 5
     -> diagnostics best_effort 5
     -> docking best_effort 5
+    -> heading best_effort 5
     -> localizer best_effort 5
     -> navigation best_effort 5
 /localization std_msgs/msg/String
@@ -119,9 +120,13 @@ TOPICS = """\
     <- gait reliable 10
     -> diagnostics reliable 1
     -> frames reliable 10
+    -> heading reliable 10
     -> localizer reliable 10
     -> navigation reliable 1
     -> safety_monitor reliable 1
+/odom/heading_error std_msgs/msg/Float64
+    <- heading best_effort 5
+    -> gait best_effort 5
 /plan nav_msgs/msg/Path
     <- navigation reliable latched 1
     -> docking reliable latched 1

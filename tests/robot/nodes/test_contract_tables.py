@@ -58,6 +58,7 @@ GET_STATUS            service  /robot/get_status          std_srvs/srv/Trigger  
 GOAL_REPORT           topic    /mission/goals             robactor_msgs/msg/GoalReport                       keep_last 100, reliable, volatile
 GRIPPER               service  /gripper                   std_srvs/srv/SetBool                               -
 GRIPPER_STATE         topic    /gripper/state             robactor_msgs/msg/GripperState                     keep_last 1, reliable, transient_local
+HEADING_ERROR         topic    /odom/heading_error        std_msgs/msg/Float64                               keep_last 5, best_effort, volatile
 HUMANOID_NAVIGATE     action   /humanoid_navigate         your_package/action/HumanoidNav                    -
 IMU                   topic    /imu/data                  sensor_msgs/msg/Imu                                keep_last 5, best_effort, volatile
 IMU_CALIBRATION       topic    /imu/calibration           robactor_msgs/msg/ImuCalibration                   keep_last 1, reliable, transient_local
@@ -190,7 +191,7 @@ def test_the_robots_own_contracts_come_first_and_use_no_type_of_the_tutorials() 
     sections = [
         "tutorials" if described(one)[2].split("/")[0] in theirs else "own" for one in contracts_of(contracts).values()
     ]
-    assert (sections.count("own"), sections.count("tutorials")) == (61, 12)
+    assert (sections.count("own"), sections.count("tutorials")) == (62, 12)
     assert sections == sorted(sections)
 
 

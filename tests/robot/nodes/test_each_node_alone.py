@@ -166,6 +166,7 @@ RESTARTED = {
     "robot_controller": ["robot_controller"],
     "lidar": ["lidar"],
     "scan_correction": ["scan_correction"],
+    "heading": ["heading"],
     "map_server": ["map_server"],
     "localizer": ["localizer"],
     "frames": ["frames"],

@@ -9,7 +9,7 @@ import pytest
 
 from robot.geometry.planar import Pose2
 from robot.planning.energy import walking_energy
-from robot.planning.leg_energy import LegEnergy, turning
+from robot.planning.leg_energy import LegEnergy, RouteEnergy, turning
 
 
 def walks(seed: int, count: int) -> list[tuple[float, float]]:
@@ -64,3 +64,35 @@ def test_the_turning_is_that_of_the_courses_and_of_both_ends(
     points: list[tuple[float, float]], goal_yaw: float, expected: float
 ) -> None:
     assert turning(Pose2(0.0, 0.0, 0.0), np.array(points), goal_yaw) == pytest.approx(expected, abs=1e-9)
+
+
+A, B, C = Pose2(0.0, 0.0), Pose2(8.0, 0.0), Pose2(8.0, 5.0, pi / 2)
+
+
+def test_a_route_that_was_walked_takes_what_it_took_whatever_the_law_says_of_others() -> None:
+    energy = RouteEnergy(0.7)
+    energy.learn(A, B, 8.0, 0.5, 2.4)
+    for length, turn in walks(5, 20):
+        energy.learn(B, C, length, turn, 0.15 * length)
+    assert energy.predict(Pose2(0.1, -0.1, 0.1), B, 8.0, 0.5) == pytest.approx(2.4)
+    longer = energy.predict(A, B, 8.5, 0.5) - 2.4
+    assert longer == pytest.approx(0.5 * 0.15, abs=0.02)
+
+
+def test_the_same_ends_by_another_way_or_in_another_direction_are_another_route() -> None:
+    energy, law = RouteEnergy(0.7), LegEnergy(0.7)
+    energy.learn(A, B, 8.0, 0.5, 4.0)
+    law.learn(8.0, 0.5, 4.0)
+    assert energy.predict(A, B, 12.0, 2.0) == law.predict(12.0, 2.0)
+    assert energy.predict(B, A, 8.0, 0.5) == law.predict(8.0, 0.5)
+    assert energy.predict(Pose2(0.0, 0.0, pi), B, 8.0, 0.5) == law.predict(8.0, 0.5)
+
+
+def test_a_route_that_takes_more_from_now_on_is_followed_and_chance_is_averaged() -> None:
+    energy, random = RouteEnergy(0.7), np.random.default_rng(6)
+    for _ in range(30):
+        energy.learn(A, B, 8.0, 0.5, 2.0 * random.normal(1.0, 0.02))
+    assert energy.predict(A, B, 8.0, 0.5) == pytest.approx(2.0, rel=0.02)
+    for _ in range(10):
+        energy.learn(A, B, 8.0, 0.5, 2.3)
+    assert energy.predict(A, B, 8.0, 0.5) == pytest.approx(2.3, rel=0.01)
