@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 __all__ = ["RATE", "SILENCE", "Motors"]
 
 RATE = 200.0
+PERIOD = 1.0 / RATE
+LONGEST = 0.02
+"""Seconds for which one step of a safe stop may count: what is later than that is held up, and its robot goes on from where it is."""
 SILENCE = 0.05
 """Seconds without targets after which the motors act by themselves."""
 SAFE_STOP_SECONDS = 3.4
@@ -45,7 +48,7 @@ class Motors(Node):
         self._stepping: hardware.SteppingBody | None = body if isinstance(body, hardware.SteppingBody) else None
         self._safe: SafeStop | None = None
         self._fence = Fence()
-        self._heard = 0.0
+        self._heard = self._drove = 0.0
         self._energy = 0.0
         self._counted = 0
 
@@ -55,8 +58,9 @@ class Motors(Node):
     async def on_start(self) -> None:
         # The robot lies in its sitting pose: silence before the first target is no reason for a safe stop.
         self._heard = -1.0
+        self._drove = self.clock.now()
 
-    @every(hz=RATE, late="catch_up")
+    @every(hz=RATE)
     def drive(self) -> None:
         """Advance the body, count the energy, and sit down when the targets stop."""
         now = self.clock.now()
@@ -64,7 +68,8 @@ class Motors(Node):
         self._energy += self._body.truth().power
         self._counted += 1
         if self._heard >= 0.0 and now - self._heard > SILENCE:
-            self._sit_down(1.0 / RATE)
+            self._sit_down(PERIOD if self._safe is None else min(now - self._drove, LONGEST))
+        self._drove = now
 
     @every(hz=10)
     def measure(self) -> None:
@@ -118,7 +123,7 @@ class Motors(Node):
             tick += 1
             await self.clock.sleep_until(begun + tick / RATE)
             self._body.advance(self.clock.now())
-            self._sit_down(1.0 / RATE)
+            self._sit_down(PERIOD)
 
     def _admits(self, token: int) -> bool:
         """Whether a command with this token counts; the first one that does not is reported, all are counted."""

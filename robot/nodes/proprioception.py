@@ -1,6 +1,7 @@
 """The driver of IMU, joint encoders and foot contacts: it reads the body at its rate and publishes what it read.
 
-The one thing that it computes is to take off the gyro's bias, once a calibration has told it.
+What it computes is to take off the gyro's bias, once a calibration has told it, and to make fewer samples of those that it reads too late
+(`robot.hardware.overdue`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from actors.interfaces.sensor_msgs.msg import Imu, JointState
 from actors.interfaces.std_msgs.msg import Header
 from robot.contracts import CONTACTS, IMU, IMU_CALIBRATION, IMU_RAW, JOINT_STATES
 from robot.hardware.body import JOINT_NAMES
+from robot.hardware.overdue import merged, taken_together
 from robot.interfaces.robactor_msgs.msg import FootContacts, ImuCalibration
 
 if TYPE_CHECKING:
@@ -36,6 +38,7 @@ NOT_MEASURED.flags.writeable = False
 class Proprioception(Node):
     """IMU, joint encoders and foot contacts of one instant at 200 Hz: imu/data_raw, imu/data, foot_contacts, then joint_states.
 
+    There are fewer of them while this loop is held up for longer than 10 ms.
     Takes imu/calibration: its gyro_bias is taken off every sample of imu/data from then on, not of imu/data_raw.
     Parameters: rate, imu_rate (of imu/data: a whole part of rate).
     """
@@ -80,19 +83,27 @@ class Proprioception(Node):
         self._bias = (bias.x, bias.y, bias.z)
         self.checkpoint(self._bias)
 
-    @every(hz="rate", late="catch_up")
+    @every(hz="rate")
     async def read(self) -> None:
-        """Publish all samples since the last time, which is one, unless this loop or the body was held up: the sensors have not waited for it.
+        """Publish the samples since the last time, which is one, unless this loop or the body was held up: the sensors have not waited for it.
 
-        Each is taken in by those who listen before the next one follows.
+        Each is taken in by those who listen before the next one follows. Samples that have waited too long are merged.
         """
         self._body.advance(self.clock.now())
-        sample = self._body.next_sample()
-        while sample is not None:
-            self._tell(sample)
-            sample = self._body.next_sample()
-            if sample is not None:
+        waiting = self._waiting()
+        while waiting:
+            waited = self.clock.now() - waiting[0].time
+            together = waiting[: taken_together(self.rate, waited)]
+            if len(together) > 1:
+                self.log.warning("read late: several samples are told as one", once=True, seconds=round(waited, 3))
+            self._tell(merged(together))
+            waiting = waiting[len(together) :] + self._waiting()
+            if waiting:
                 await self.clock.sleep(0.0)
+
+    def _waiting(self) -> list[Sample]:
+        """The samples that nobody has taken, oldest first."""
+        return list(iter(self._body.next_sample, None))
 
     def _tell(self, sample: Sample) -> None:
         stamp, joints = self.clock.stamp(sample.time), sample.joints

@@ -38,6 +38,7 @@ from robot.contracts import (
 )
 from robot.geometry.planar import Pose2
 from robot.hardware import mounts
+from robot.hardware.body import Sample
 from robot.hardware.lens import HEIGHT, WIDTH, project
 from robot.nodes import camera as camera_node
 from robot.nodes.camera import Camera
@@ -106,6 +107,32 @@ async def test_RT_03_the_imu_runs_at_either_rate_while_the_encoders_keep_theirs(
     assert len(joints) == pytest.approx(400, abs=2)
     steps = np.diff([m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in imu])
     assert steps == pytest.approx(np.full(len(steps), 1.0 / rate), abs=1e-6)
+
+
+class Held(KinematicBody):
+    """A body whose samples stay away for a while, as one in a process of its own that is held up."""
+
+    silent = False
+
+    def next_sample(self) -> Sample | None:
+        return None if self.silent else super().next_sample()
+
+
+async def test_samples_that_are_read_late_are_told_as_fewer(rig: Rig) -> None:
+    body = Held(ROOM, seed=1)
+    await rig.start(one(Proprioception, body))
+    await rig.advance(0.5)
+    joints, imu = rig.probe(JOINT_STATES), rig.probe(IMU)
+    body.silent = True
+    await rig.advance(0.05)
+    assert len(joints) == 0
+    body.silent = False
+    await rig.advance(0.005)
+    assert len(joints) == len(imu) == 3  # eleven samples, in groups of four
+    await rig.advance(0.05)
+    stamps = np.array([m.header.stamp.sec + 1e-9 * m.header.stamp.nanosec for m in joints])
+    assert np.diff(stamps[:3]) == pytest.approx([0.02, 0.015], abs=1e-6)
+    assert np.diff(stamps[3:]) == pytest.approx(np.full(len(stamps) - 4, 0.005), abs=1e-6)  # all of them again
 
 
 async def test_RT_03_an_imu_rate_that_is_no_part_of_the_rate_is_refused(rig: Rig) -> None:
