@@ -182,4 +182,5 @@ def _pairs(state: Floats, faces: Faces, views: list[_View]) -> tuple[Floats, Flo
 def _turned(vectors: Floats, angle: float) -> Floats:
     """Row vectors, shape (n, 2), turned counter-clockwise by `angle`."""
     c, s = math.cos(angle), math.sin(angle)
-    return vectors @ np.array([[c, s], [-s, c]])
+    turned: Floats = vectors @ np.array([[c, s], [-s, c]])
+    return turned

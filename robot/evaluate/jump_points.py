@@ -11,6 +11,7 @@ neighbor where a wall beside it has just ended, a diagonal move meets none.
 from __future__ import annotations
 
 import heapq
+import math
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -171,7 +172,7 @@ def _length(cells: Sequence[Cell]) -> float:
     """Of a path of turning cells."""
     moves = [(abs(to[0] - at[0]), abs(to[1] - at[1])) for at, to in pairwise(cells)]
     across = sum(min(move) for move in moves)
-    return sum(max(move) for move in moves) - across + across * 2.0**0.5
+    return sum(max(move) for move in moves) - across + across * math.sqrt(2.0)
 
 
 def _with_turns(nodes: Sequence[Cell]) -> Iterator[Cell]:
