@@ -70,6 +70,10 @@ class CommandShaper:
         self.velocity = (_towards(vx, target[0], step), _towards(vy, target[1], step), _towards(wz, target[2], turn))
         return self.velocity
 
+    def resume(self, vx: float, vy: float, wz: float) -> None:
+        """What is asked for stays; the velocity in force follows it from this one on, clipped."""
+        self.velocity = self.limits.clip(vx, vy, wz)
+
     def halt(self) -> None:
         """Forget everything: the robot stands."""
         self.asked = self.velocity = (0.0, 0.0, 0.0)

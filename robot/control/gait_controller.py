@@ -11,7 +11,7 @@ from robot.control.command import CommandLimits, CommandShaper
 from robot.control.doubtful_legs import expected_joints, hold
 from robot.control.drive import Targets
 from robot.control.gait_state import GaitState
-from robot.control.gaits import GAITS, Gait
+from robot.control.gaits import GAITS, Gait, gait_named
 from robot.control.safe_stop import SafeStop
 from robot.control.senses import Senses
 from robot.control.stand import StandController
@@ -46,6 +46,8 @@ HASTE = 0.2
 """A body that is faster than its command by more than this (m/s) has been pushed: no moment to change the gait."""
 MOST_WAIT = 0.5
 """Seconds for which feet are kept from lifting to change the gait, and after which they may lift for as long before the next attempt."""
+LONGEST_OVERTAKEN = 0.5
+"""Seconds after which a walk that the drives have taken over is not gone on with; chosen: they then begin to sit down."""
 CATCH_TIME = 1.5
 """Seconds of trot after a gait that sways has lost its balance."""
 UPRIGHT = 0.5
@@ -79,7 +81,7 @@ class GaitController:
         limits: CommandLimits | None = None,
         own_feet: bool = True,
     ) -> None:
-        self._gait = _gait(gait)
+        self._gait = gait_named(gait)
         self._delay = motor_delay
         self._commands = CommandShaper(limits or CommandLimits())
         self._estimate = Estimator()
@@ -97,6 +99,9 @@ class GaitController:
         self._told: MotorTargets | None = None
         self._senses = Senses(own_feet)
         self._trim = Trim()
+        self._overtaken_for = 0.0
+        self.overtaken = False
+        """Whether the drives have acted by themselves, and the walk has not rejoined its stride since."""
 
     def __repr__(self) -> str:
         x, y, _ = self._estimate.position
@@ -187,11 +192,26 @@ class GaitController:
 
         A walk under way first slows down to what the new gait is good for, and changes in a moment when all feet stand.
         """
-        self._gait = _gait(gait)
+        self._gait = gait_named(gait)
 
     def interrupt(self) -> None:
         """There were no joint samples for a while: nothing is known of the legs. Sit down from wherever they are."""
         self._crouch()
+
+    def overtake(self) -> None:
+        """The drives have acted by themselves since the last targets: the next `step` goes on with a walk from where the legs are then."""
+        if not self.overtaken:
+            self.overtaken, self._overtaken_for = self._walker is not None, 0.0
+
+    def follow(self, dt: float, imu: ImuSample | None, joints: JointSample) -> None:
+        """Take in a sample of a time at which the drives acted by themselves. After half a second they have brought the robot to rest: it sits."""
+        joints = self._senses.joints(dt, joints, lambda: None)
+        imu = self._senses.imu(dt, imu)
+        if imu is not None:
+            self._estimate.update(dt, imu, joints)
+        self._overtaken_for += dt
+        if self._overtaken_for > LONGEST_OVERTAKEN:
+            self.interrupt()
 
     def step(
         self, dt: float, imu: ImuSample | None, joints: JointSample, contacts_silent: bool = False
@@ -234,6 +254,7 @@ class GaitController:
         """Give up whatever goes on, and sit down by the safe stop, after steps that bring a walk to rest if `steps`."""
         self._goal, self._mode = Mode.SIT, Mode.LOWERING
         self._walker = self._planted = None
+        self.overtaken = False
         self._commands.halt()
         self._safe = SafeStop(steps=steps)
 
@@ -249,6 +270,8 @@ class GaitController:
             self._terrain.update(dt, estimate.contacts)
         acceleration = walker.acceleration if walker else _ZERO
         ahead = PredictedState(estimate, joints, self._delay + 0.5 * dt, acceleration)
+        if self.overtaken and walker is not None:
+            self._rejoin(ahead)
         self._change_mode(dt, ahead, joints)
         command = self._commands.advance(dt, self._mode == Mode.WALK, *self._bounds())
         if self._walker is not None:
@@ -260,6 +283,14 @@ class GaitController:
         if self._safe is not None:
             return self._safe.step(dt, joints, imu if self._senses.steady else None)
         return self._sit(dt, joints).freeze()
+
+    def _rejoin(self, ahead: PredictedState) -> None:
+        """Go on with a walk from where the legs are, as fast as the body is."""
+        self.overtaken = False
+        self._walker = WalkController(GAITS["trot"], ahead, trim=self._trim)
+        self._walker.join(self._estimate, ahead)
+        (vx, vy, _), c, s = ahead.velocity, cos(ahead.yaw), sin(ahead.yaw)
+        self._commands.resume(c * vx + s * vy, c * vy - s * vx, ahead.turn[2])
 
     def _bounds(self) -> tuple[CommandLimits | None, ...]:
         """What the gait in use, and one that waits to be used, allow."""
@@ -331,7 +362,7 @@ class GaitController:
         self._stopping_for += dt
         if self._senses.joints_lost:
             if self._stopping_for > STEADY and (
-                (_speed(ahead, walker) < SLOW and sum(self._estimate.contact) > 2) or self._stopping_for > STOP_TIME
+                (walker.speed(ahead) < SLOW and sum(self._estimate.contact) > 2) or self._stopping_for > STOP_TIME
             ):
                 self._crouch(steps=False)
             return
@@ -341,7 +372,7 @@ class GaitController:
                 self._commands.halt()
                 self._plant(Mode.STAND, ahead, STAND_HEIGHT, weight=1.0)
         elif max(abs(part) for part in self._commands.velocity) < REST_COMMAND:
-            speed = _speed(ahead, walker)
+            speed = walker.speed(ahead)
             feet = np.array(ahead.legs.feet)[:, :2] - np.array(NOMINAL)
             untwisted = np.abs(feet - feet.mean(axis=0)).max() < TWIST
             walker.halting = (speed < REST_SPEED and bool(untwisted)) or self._stopping_for > (
@@ -370,22 +401,9 @@ class GaitController:
         if limits is None:
             return True
         command = self._commands.velocity
-        return limits.allows(command) and _speed(ahead, walker) < hypot(command[0], command[1]) + HASTE
+        return limits.allows(command) and walker.speed(ahead) < hypot(command[0], command[1]) + HASTE
 
     def _plant(self, mode: Mode, ahead: PredictedState, height: float, weight: float) -> None:
         self._mode = mode
         self._planted = StandController(ahead, weight, self._trim)
         self._planted.go(height, RISE_TIME if mode == Mode.RISING else SETTLE_TIME)
-
-
-def _speed(ahead: PredictedState, walker: WalkController) -> float:
-    """Of the body over the ground, without its sway, m/s."""
-    vx, vy, _ = ahead.velocity
-    x, y = walker.drift
-    return hypot(vx - x, vy - y)
-
-
-def _gait(name: str) -> Gait:
-    if name not in GAITS:
-        raise ValueError(f"There is no gait {name!r}: choose one of {', '.join(sorted(GAITS))}.")
-    return GAITS[name]

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from robot.control.command import CommandLimits
 
-__all__ = ["GAITS", "Gait", "GaitClock"]
+__all__ = ["GAITS", "Gait", "GaitClock", "gait_named"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +80,14 @@ GAITS = MappingProxyType(
         )
     }
 )
+
+
+def gait_named(name: str) -> Gait:
+    """The gait of that name. Raises `ValueError` when there is none."""
+    if name not in GAITS:
+        raise ValueError(f"There is no gait {name!r}: choose one of {', '.join(sorted(GAITS))}.")
+    return GAITS[name]
+
 
 LEAD_IN = 0.02
 """Share of the period for which all feet stand when a gait begins; chosen: the forces settle before the first foot lifts."""

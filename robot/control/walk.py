@@ -141,6 +141,11 @@ class WalkController:
         c, s = cos(self._state.heading), sin(self._state.heading)
         return (c * forward - s * left, s * forward + c * left)
 
+    def speed(self, ahead: PredictedState) -> float:
+        """Of the body over the ground, without its sway, m/s."""
+        (vx, vy, _), (x, y) = ahead.velocity, self.drift
+        return hypot(vx - x, vy - y)
+
     def leaving(self) -> list[bool]:
         """Which feet are in the last tenth of their stance."""
         duty = self.clock.gait.duty

@@ -14,6 +14,7 @@ from robot.hardware.body import Sample
 from robot.hardware.overdue import merged
 from robot.link.firmware import Drives
 from robot.model.modes import ON_ITS_FEET, Mode
+from robot.nodes.gait import FRESH
 from robot.testing import Trial
 
 __all__ = ["Outcome", "walk"]
@@ -76,6 +77,11 @@ class _Robot:
         self._last = sample.time
         if gap > LOST:
             gait.interrupt()
+        if self._drives.stopping:
+            gait.overtake()
+        if gait.overtaken and at - sample.time > FRESH:
+            gait.follow(min(gap, LONGEST), sample.imu, sample.joints)
+            return
         targets = gait.step(min(gap, LONGEST), sample.imu, sample.joints)
         self._drives.obey(at, 1)
         self._body.command(targets)

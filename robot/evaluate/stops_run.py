@@ -233,8 +233,13 @@ def _hang(trial: Trial, random: Random, delay: float) -> Outcome:
     loop = _Loop(trial)
     waiting: list[tuple[ImuSample, JointSample]] = []
     acted = loop.silent(gap, lambda imu, joints: waiting.append((imu, joints)))
+    if loop.stopping:
+        loop.gait.overtake()
     for imu, joints in waiting:
-        loop.gait.step(PERIOD, imu, joints)
+        if loop.gait.overtaken:
+            loop.gait.follow(PERIOD, imu, joints)
+        else:
+            loop.gait.step(PERIOD, imu, joints)
     loop.walk_on()
     return Outcome(loop.fallen, acted, f"held up for {gap:.3f} s")
 

@@ -46,6 +46,10 @@ from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 
 __all__ = ["Gait"]
 
+SILENCE = 0.05
+"""Seconds without targets after which the drives act by themselves."""
+FRESH = 0.02
+"""A sample that is older, s, is not what the legs do now."""
 CRITICAL, RECOVERED = 0.10, 0.13
 """Charge below which the robot sits and refuses to walk, and above which it may walk again."""
 TROUBLES: Final = {
@@ -102,7 +106,7 @@ class Gait(Node):
             gait=self._asked_gait, motor_delay=self.motor_delay, own_feet=self.backend == "physics"
         )
         self._imu: ImuSample | None = None
-        self._joints_heard = self._contacts_heard = self._commanded = -1.0
+        self._joints_heard = self._contacts_heard = self._commanded = self._sent = -1.0
         self._contact = np.ones(4, dtype=np.bool_)
         self._stepped: float | None = None
         self._steps = 0
@@ -146,7 +150,13 @@ class Gait(Node):
             self._commanded = -1.0
             controller.command(0.0, 0.0, 0.0)
         sample = JointSample(message.position, message.velocity, message.effort, self._contact)
-        self._send(controller.step(dt, self._imu, sample, now - self._contacts_heard > self.sensor_timeout))
+        if self._sent >= 0.0 and now - self._sent > SILENCE:
+            controller.overtake()
+        if controller.overtaken and self.clock.wall() - sampled > FRESH:
+            controller.follow(dt, self._imu, sample)
+        else:
+            self._send(controller.step(dt, self._imu, sample, now - self._contacts_heard > self.sensor_timeout))
+            self._sent = now
         if controller.lost != self._lost:
             self._warn(controller.lost)
         self._steps += 1

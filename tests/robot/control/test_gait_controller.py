@@ -172,3 +172,39 @@ def test_it_walks_at_either_end_of_the_rates_it_promises(hz: float) -> None:
     true, believed = body.truth().position, gait.state.position
     assert true[0] > 2.0
     assert hypot(true[0] - believed[0], true[1] - believed[1]) < 0.05 * true[0]
+
+
+def test_a_walk_that_the_drives_took_over_goes_on_as_fast_as_the_body_is() -> None:
+    trial = standing()
+    trial.run(2.5, (0.8, 0.0, 0.0))
+    gait, body = trial.gait, trial.body
+    gait.overtake()
+    assert gait.overtaken
+    braking = SafeStop()
+    for _ in range(40):  # 0.2 s
+        gait.follow(PERIOD, body.imu(), body.joints())
+        body.command(braking.step(PERIOD, body.joints(), body.imu()))
+        body.advance(body.time + PERIOD)
+    speed = float(body.truth().velocity[0])
+    assert speed < 0.6
+    assert gait.state.velocity[0] == pytest.approx(speed, abs=0.1)
+    gait.step(PERIOD, body.imu(), body.joints())
+    assert (gait.overtaken, gait.mode) == (False, "walk")
+    assert gait.velocity_command[0] == pytest.approx(speed, abs=0.1)
+
+
+def test_a_walk_that_the_drives_took_over_for_long_ends_in_sitting() -> None:
+    trial = standing()
+    trial.run(1.0, (0.5, 0.0, 0.0))
+    gait, body = trial.gait, trial.body
+    gait.overtake()
+    for _ in range(101):
+        gait.overtake()  # every time that it is late: said twice is said once
+        gait.follow(PERIOD, body.imu(), body.joints())
+    assert (gait.overtaken, gait.goal, gait.mode) == (False, "sit", "lowering")
+
+
+def test_a_robot_that_does_not_walk_is_not_taken_over() -> None:
+    trial = standing()
+    trial.gait.overtake()
+    assert not trial.gait.overtaken
