@@ -32,6 +32,8 @@ LONGEST: Final = 2.0
 """Seconds after which it is given up: feet that slip may show a speed for ever."""
 FEET: Final = 3
 """So many feet stand before the robot may sit down."""
+STOOD: Final = 0.08
+"""Seconds for which they have to stand: a body that tips over the two of a pair looks slow for a moment, too."""
 FASTEST: Final = 2.0
 """Bound of the speed that the standing feet tell, m/s: more is a foot that slips."""
 MOTOR_DELAY: Final = 0.004
@@ -50,7 +52,7 @@ class Catch:
 
     def __init__(self, estimate: Estimator, terrain: TerrainPlane, walker: WalkController) -> None:
         self._estimate, self._terrain, self._walker = estimate, terrain, walker
-        self._time = 0.0
+        self._time = self._stood = 0.0
         self.over = False
 
     @classmethod
@@ -75,8 +77,10 @@ class Catch:
         estimate.update(dt, imu, joints, walker.leaving())
         self._terrain.update(dt, estimate.contacts)
         vx, vy, _ = estimate.velocity
-        rests = self._time > STEADY and hypot(vx, vy) < SLOW and sum(estimate.contact) >= FEET
-        self.over = self.over or rests or self._time > LONGEST
+        slow, stands = self._time > STEADY and hypot(vx, vy) < SLOW, sum(estimate.contact) >= FEET
+        walker.halting = slow and (walker.halting or stands)
+        self._stood = self._stood + dt if walker.halting and stands else 0.0
+        self.over = self.over or self._stood > STOOD or self._time > LONGEST
         ahead = PredictedState(estimate, joints, MOTOR_DELAY + 0.5 * dt, walker.acceleration)
         return walker.step(dt, estimate, ahead, self._terrain, (0.0, 0.0, 0.0)).freeze()
 

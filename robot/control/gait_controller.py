@@ -325,7 +325,7 @@ class GaitController:
             return
         self._mode = Mode.STOPPING
         self._stopping_for += dt
-        if self._senses.joints_lost:
+        if self._senses.joints_lost or self._senses.gyro_doubtful[0]:
             if self._stopping_for > STEADY and (
                 (_speed(ahead, walker) < SLOW and sum(self._estimate.contact) > 2) or self._stopping_for > STOP_TIME
             ):
