@@ -7,6 +7,7 @@ docs/control.md#safe-stop.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import hypot, inf
 from typing import Final
 
@@ -23,7 +24,7 @@ from robot.model.actuators import MOTOR_DELAY
 from robot.model.legs import LEVEL, foot_velocities, leg_state
 from robot.model.parameters import GRAVITY
 
-__all__ = ["Catch", "ground_speed"]
+__all__ = ["SLOW", "STEADY", "Catch", "Settling", "ground_speed"]
 
 SLOW: Final = 0.25
 """A body slower than this (m/s) is at rest for a stop: sitting down from here on needs no step."""
@@ -33,12 +34,28 @@ LONGEST: Final = 2.0
 """Seconds after which it is given up: feet that slip may show a speed for ever."""
 FEET: Final = 3
 """So many feet stand before the robot may sit down."""
+STOOD: Final = 0.08
+"""Seconds for which they have to stand: a body that tips over the two of a pair looks slow for a moment, too."""
 FASTEST: Final = 2.0
 """Bound of the speed that the standing feet tell, m/s: more is a foot that slips."""
 DOUBT: Final = 0.1
 """Standard deviation of the speed that the feet tell at first, m/s: they have been dragged along since the last targets."""
 FIRST: Final = 1e-4
 """Time since a sample that nobody took, s: the estimate is begun with the first one."""
+
+
+class Settling:
+    """The end of a walk that is to sit down: when it is slow, no foot lifts any more, until they have all come down and stood for a moment."""
+
+    def __init__(self) -> None:
+        self._stood = 0.0
+
+    def step(self, dt: float, walker: WalkController, slow: bool, contact: Sequence[bool]) -> bool:
+        """Whether they have, `dt` seconds after the last call; `slow` says whether the body moves no faster than `SLOW`. A body that gets faster steps on."""
+        stands = sum(contact) >= FEET
+        walker.halting = slow and (walker.halting or stands)
+        self._stood = self._stood + dt if walker.halting and stands else 0.0
+        return self._stood > STOOD
 
 
 class Catch:
@@ -49,6 +66,7 @@ class Catch:
 
     def __init__(self, estimate: Estimator, terrain: TerrainPlane, walker: WalkController) -> None:
         self._estimate, self._terrain, self._walker = estimate, terrain, walker
+        self._settling = Settling()
         self._time = 0.0
         self.over = False
 
@@ -74,8 +92,8 @@ class Catch:
         estimate.update(dt, imu, joints, walker.leaving())
         self._terrain.update(dt, estimate.contacts)
         vx, vy, _ = estimate.velocity
-        rests = self._time > STEADY and hypot(vx, vy) < SLOW and sum(estimate.contact) >= FEET
-        self.over = self.over or rests or self._time > LONGEST
+        settled = self._settling.step(dt, walker, self._time > STEADY and hypot(vx, vy) < SLOW, estimate.contact)
+        self.over = self.over or settled or self._time > LONGEST
         ahead = PredictedState(estimate, joints, MOTOR_DELAY + 0.5 * dt, walker.acceleration)
         return walker.step(dt, estimate, ahead, self._terrain, (0.0, 0.0, 0.0)).freeze()
 

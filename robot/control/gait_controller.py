@@ -6,7 +6,7 @@ from math import cos, hypot, inf, isfinite, sin
 
 import numpy as np
 
-from robot.control.catch import SLOW, STEADY
+from robot.control.catch import SLOW, STEADY, Settling
 from robot.control.command import CommandLimits, CommandShaper
 from robot.control.doubtful_legs import expected_joints, hold
 from robot.control.drive import Targets
@@ -64,6 +64,8 @@ STOP_TIME = 2.5
 
 BLIND_STOP_TIME = 0.2
 """The same without an IMU: every step is one in the dark."""
+DIZZY_STOP_TIME = 1.7
+"""The same with a gyro that is wrong about the tilt, s: the feet of a pair do not show how the body turns about the line between them."""
 
 
 class GaitController:
@@ -93,6 +95,7 @@ class GaitController:
         self._sitting: Vector = inverse(nominal_feet(SIT_HEIGHT)).joints
         self._held: Vector | None = None
         self._stopping_for = 0.0
+        self._settling = Settling()
         self._lying = 0.0
         self._catching = self._held_for = 0.0
         self._safe: SafeStop | None = None
@@ -218,8 +221,8 @@ class GaitController:
     ) -> MotorTargets:
         """One control step, `dt` seconds after the last, from samples of this instant; `imu` None: it gave none.
 
-        Samples that cannot be believed are replaced. Without an IMU the robot stands until it is back; without an encoder, and when it has
-        fallen, it sits down.
+        Samples that cannot be believed are replaced. Without an IMU the robot stands until it is back, with a wrong gyro until it has sat; without
+        an encoder, and when it has fallen, it sits down.
         """
         estimate = self._estimate
         joints = self._check(dt, joints, contacts_silent)
@@ -361,9 +364,8 @@ class GaitController:
         self._mode = Mode.STOPPING
         self._stopping_for += dt
         if self._senses.joints_lost:
-            if self._stopping_for > STEADY and (
-                (walker.speed(ahead) < SLOW and sum(self._estimate.contact) > 2) or self._stopping_for > STOP_TIME
-            ):
+            slow = self._stopping_for > STEADY and walker.speed(ahead) < SLOW
+            if self._settling.step(dt, walker, slow, self._estimate.contact) or self._stopping_for > STOP_TIME:
                 self._crouch(steps=False)
             return
         if walker.halting:
@@ -375,9 +377,13 @@ class GaitController:
             speed = walker.speed(ahead)
             feet = np.array(ahead.legs.feet)[:, :2] - np.array(NOMINAL)
             untwisted = np.abs(feet - feet.mean(axis=0)).max() < TWIST
-            walker.halting = (speed < REST_SPEED and bool(untwisted)) or self._stopping_for > (
-                BLIND_STOP_TIME if self._senses.imu_lost else STOP_TIME
-            )
+            walker.halting = (speed < REST_SPEED and bool(untwisted)) or self._stopping_for > self._patience()
+
+    def _patience(self) -> float:
+        """Seconds after which a walk that will not come to rest is ended all the same."""
+        if self._senses.imu_lost:
+            return BLIND_STOP_TIME
+        return DIZZY_STOP_TIME if self._senses.gyro_doubtful[0] else STOP_TIME
 
     def _change_gait(self, dt: float, gait: Gait, ahead: PredictedState, walker: WalkController) -> None:
         """Let no foot lift until all stand, then go on with `gait`. A foot that finds no ground must not hold up the others for ever."""

@@ -78,16 +78,19 @@ class TurnWatch:
         keep = exp(-dt / MEMORY)
         self._inertia = [keep * part for part in self._inertia]
         self._lever = [keep * part for part in self._lever]
-        if len(feet) < FEET:
-            return
-        self._add(dt, feet)
-        self.error = _solve(self._inertia, self._lever)
-        blend = 1.0 - exp(-dt / POWER_MEMORY)
-        self._power = [p + blend * (e * e - p) for p, e in zip(self._power, self.error, strict=True)]
-        exceeds = any(power > limit * limit for power, limit in zip(self._power, LIMITS, strict=True))
-        self._exceeding = self._exceeding + dt if exceeds else 0.0
+        if len(feet) >= FEET:
+            self._add(dt, feet)
+            self.error = _solve(self._inertia, self._lever)
+            blend = 1.0 - exp(-dt / POWER_MEMORY)
+            self._power = [p + blend * (e * e - p) for p, e in zip(self._power, self.error, strict=True)]
+        self._judge(dt)
+
+    def _judge(self, dt: float) -> None:
+        """The verdict, if the error has been beyond a limit for long enough; while no feet tell, it stays where it was."""
+        beyond = [power / (limit * limit) for power, limit in zip(self._power, LIMITS, strict=True)]
+        self._exceeding = self._exceeding + dt if max(beyond) > 1.0 else 0.0
         if self._exceeding > LASTING:
-            x, y, z = (power > (DOUBT * limit) ** 2 for power, limit in zip(self._power, LIMITS, strict=True))
+            x, y, z = (share > DOUBT * DOUBT for share in beyond)
             tilt, yaw = x or y or self.doubtful[0], z or self.doubtful[2]
             self.doubtful = (tilt, tilt, yaw)
             self._quiet_for = 0.0

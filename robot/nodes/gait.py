@@ -56,7 +56,7 @@ TROUBLES: Final = {
     "imu": ("IMU is silent or cannot be believed", "standing without it"),
     "gyro": (
         "the gyro shows another turn than the standing feet do",
-        "standing without it until the robot has sat down",
+        "coming to rest; sit down to try it again",
     ),
     "joints": ("a joint encoder is silent or cannot be believed", "sitting down"),
 }

@@ -157,11 +157,23 @@ def test_the_turn_is_the_least_squares_of_all_standing_feet_with_tikhonovs_term(
     rows_ = [np.cross(arm, np.eye(3)).T for arm in arms]
     matrix = np.vstack((*rows_, 1e-3**0.5 * np.eye(3)))
     turn = np.linalg.lstsq(matrix, np.concatenate((ways.ravel(), np.zeros(3))), rcond=None)[0]
+    across = np.cross((0.0, 0.0, 1.0), arms)
+    off = np.linalg.lstsq(across, -arms[:, 2], rcond=None)[0]
+    vertical = np.cross(off, (0.0, 0.0, 1.0)) + np.array((0.0, 0.0, 1.0))
+    righting = np.cross(vertical / np.linalg.norm(vertical), (0.0, 0.0, 1.0)) / CATCH_UP
+    assert righting[2] == pytest.approx(0.0, abs=1e-9), "the correction of the horizon never turns the heading"
     shown = virtual_imu(legs, joints, UPRIGHT, FLAT).gyro
-    vertical = shown - np.clip(turn, -2.0, 2.0)
-    assert vertical[2] == pytest.approx(0.0, abs=1e-9), "the correction of the horizon never turns the heading"
-    if not all(contact):
-        assert shown == pytest.approx(np.clip(turn, -2.0, 2.0), abs=1e-9)
+    assert shown == pytest.approx(np.clip(turn + righting, -2.0, 2.0), abs=1e-4)
+
+
+@given(roll=lean, pitch=lean)
+def test_two_feet_show_the_attitude_but_about_the_line_through_them(roll: float, pitch: float) -> None:
+    feet = standing(attitude(roll, pitch))
+    legs, joints = sample(feet, np.zeros(3), (True, False, False, True))
+    up = virtual_imu(legs, joints, UPRIGHT, FLAT).accel / GRAVITY
+    line = (feet[3] - feet[0]) / np.linalg.norm(feet[3] - feet[0])
+    assert up @ line == pytest.approx(0.0, abs=0.02 * np.hypot(roll, pitch))
+    assert np.linalg.norm(up) == pytest.approx(1.0)
 
 
 def test_feet_that_bounce_show_no_more_than_two_rad_per_s() -> None:
