@@ -43,7 +43,7 @@ def metrics(delay: float, distance: float, seconds: float, fidelity: Fidelity) -
             Metric(
                 f"odometry error over {distance:g} m of a hall{', rough floor' if rough else ''}, no map, {words}",
                 "%", (5.0, 1.5, 0.5) if far_enough else nothing,
-                lambda seed, rough=rough, scans=scans: astray(seed, delay, fidelity, distance, rough=rough, scans=scans),
+                partial(astray, delay=delay, fidelity=fidelity, distance=distance, rough=rough, scans=scans),
             )
             for rough in (False, True)
             for scans, words in ((True, "with LiDAR"), (False, "without"))
