@@ -50,8 +50,10 @@ SETTLED: Final = 2e-4
 """A step below this in every part (m, rad) ends the search at one scale; chosen."""
 FARTHEST, MOST_TURN = 0.2, 0.1
 """A correction beyond this (m, rad) is a mistake."""
+PATIENCE: Final = 25
+"""After so many scans in a row that do not fit, 5 s of them, what was seen before is forgotten: things have moved, or the robot was carried."""
 FIRST: Final = (1e-3, 1e-3, 1e-4, 3e-4, 0.02)
-"""Standard deviations at the start, of place (m), heading (rad), its drift from scan to scan (rad) and the ranges' bias (m)."""
+"""Standard deviations where nothing was seen before, of place (m), heading (rad), its drift from scan to scan (rad) and the ranges' bias (m)."""
 WALK: Final = (3e-3, 3e-3, 2e-4, 2e-5, 1e-4)
 """By which the same grow from scan to scan; chosen: the legs' place, and a gyro whose scale is off by 0.2 % in a turn."""
 
@@ -75,6 +77,8 @@ class ScanHeading:
         self._odom: Pose2 | None = None
         self._state: Floats = np.zeros(5)
         self._covariance: Floats = np.diag(np.square(FIRST))
+        self._refused = 0
+        """Scans since the last one that fitted, without those that show too little."""
 
     def __repr__(self) -> str:
         return f"<ScanHeading: {len(self._views)} scans kept>"
@@ -87,7 +91,7 @@ class ScanHeading:
     def clear(self) -> None:
         """Forget everything but the ranges' bias: odometry has begun anew."""
         self._views.clear()
-        self._odom = None
+        self._odom, self._refused = None, 0
 
     def update(self, odom: Pose2, ranges: Floats) -> float | None:
         """By how much odometry's heading is too large, rad, after a level scan that was taken where odometry has the pose `odom`.
@@ -98,6 +102,13 @@ class ScanHeading:
         self._predict(odom)
         views = self._near()
         told = bool(views) and self._correct(faces, views)
+        shows = int(faces.known.sum()) >= FEWEST
+        self._refused = 0 if told or not views else self._refused + shows
+        if self._refused >= PATIENCE:
+            views, self._refused = [], 0
+            self._views.clear()
+        if not views:
+            self._settle()
         if not views or _apart(views[0].pose, self._here) > APART:
             self._views.append(_View(self._here, faces))
         return wrap(odom.yaw - float(self._state[2])) if told else None
@@ -111,9 +122,6 @@ class ScanHeading:
         """Where the robot is by odometry since the last scan, less the drift that is known."""
         if self._odom is None:
             self._state[:4] = odom.x, odom.y, odom.yaw, 0.0
-            spread = np.square(FIRST)
-            spread[4] = self._covariance[4, 4]
-            self._covariance = np.diag(spread)
         else:
             before, step = self._here, compose(inverse(self._odom), odom)
             after = compose(before, Pose2(step.x, step.y, step.yaw + float(self._state[3])))
@@ -122,6 +130,12 @@ class ScanHeading:
             growth[0, 2], growth[1, 2], growth[2, 3] = before.y - after.y, after.x - before.x, 1.0
             self._covariance = growth @ self._covariance @ growth.T + np.diag(np.square(WALK))
         self._odom = odom
+
+    def _settle(self) -> None:
+        """Nothing is known here: what is seen from now on is seen from this pose."""
+        spread = np.square(FIRST)
+        spread[4] = min(spread[4], self._covariance[4, 4])
+        self._covariance = np.diag(spread)
 
     def _near(self) -> list[_View]:
         """The views to lay a scan onto, the nearest first."""

@@ -19,7 +19,7 @@ from robot.sim.physics import check_engine
 
 __all__ = ["main", "metrics"]
 
-TAKES = "half an hour on an idle machine"
+TAKES = "an hour on an idle machine"
 """How long all of it takes, for those who wait."""
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from itertools import pairwise
 from math import cos, hypot, sin
 
@@ -31,7 +30,6 @@ SWAY = 25
 """Odometry messages from one place to the next that count as walking: half a second, which leaves sway out."""
 
 
-@lru_cache(maxsize=64)
 def astray(seed: int, delay: float, fidelity: Fidelity, distance: float, *, rough: bool, scans: bool = True) -> float:
     """Error of odometry's end point, per cent of the way; infinite after a fall. Without `scans` legs and IMU are alone."""
     hall = rough_hall(seed) if rough else flat_hall(seed)

@@ -11,7 +11,7 @@ import pytest
 
 from robot.estimation.faces import BESIDE, Faces
 from robot.estimation.heading_pull import FASTEST, FRESH, HeadingPull
-from robot.estimation.scan_heading import ScanHeading
+from robot.estimation.scan_heading import PATIENCE, ScanHeading
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.geometry.vectors import Floats
@@ -135,6 +135,16 @@ def test_a_scan_of_another_place_is_refused() -> None:
     for _ in range(5):
         tracker.update(Pose2(0.0, 0.0), scan_at(scene, Pose2(0.0, 0.5), random))
     assert tracker.update(Pose2(0.0, 0.0), scan_at(scene, Pose2(8.8, 3.4, 1.0), random)) is None
+
+
+def test_a_robot_that_was_carried_begins_anew_after_five_seconds_with_the_error_that_it_had() -> None:
+    scene, random, tracker = get_world("warehouse"), np.random.default_rng(15), ScanHeading()
+    odom, before, after = Pose2(0.0, 0.0, 0.0), Pose2(0.0, 0.5), Pose2(8.8, 3.4, 1.0)
+    for _ in range(5):
+        tracker.update(odom, scan_at(scene, before, random))
+    told = [tracker.update(odom, scan_at(scene, after, random)) for _ in range(PATIENCE + 10)]
+    assert told[:PATIENCE] == [None] * PATIENCE
+    assert told[PATIENCE:] == pytest.approx([0.0] * 10, abs=2e-3)
 
 
 # -- what becomes of it -----------------------------------------------------------------------------------------------------
