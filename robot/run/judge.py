@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import hypot
+from math import cos, hypot, sin
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus, GoalRepo
 from robot.model.footprint import Footprint
 from robot.model.modes import ON_ITS_FEET
 from robot.planning.grid import signed_distance
+from robot.scenes.scene import Cylinder, Obstacle
 
 __all__ = ["Judge", "SafetyStop", "Score", "ScoredGoal"]
 
@@ -90,6 +92,8 @@ class Judge(Node):
         self._driver = ""
         self._stopped: tuple[str, ...] = ()
         self._outline = Footprint().outline
+        self._reach = float(np.hypot(*self._outline.T).max())
+        self._obstacles = [(one, _frame(one)) for one in body.scene.obstacles]
 
     @every(hz=RATE)
     def look(self) -> None:
@@ -114,12 +118,18 @@ class Judge(Node):
             score.drove[self._driver] = score.drove.get(self._driver, 0.0) + 1.0 / RATE
         for name in truth.touching:
             score.contacts.setdefault(name, round(self.clock.now(), 3))
-        yaw = truth.yaw
-        c, s = np.cos(yaw), np.sin(yaw)
-        px = x + c * self._outline[:, 0] - s * self._outline[:, 1]
-        py = y + s * self._outline[:, 0] + c * self._outline[:, 1]
-        for obstacle in self._body.scene.obstacles:
-            score.clearance = min(score.clearance, float(signed_distance(obstacle, px, py).min()))
+        score.clearance = min(score.clearance, self._clearance(x, y, truth.yaw))
+
+    def _clearance(self, x: float, y: float, yaw: float) -> float:
+        """The outline's distance to the nearest obstacle if it is the smallest so far; otherwise that, or more."""
+        least = self._score.clearance
+        near = [one for one, frame in self._obstacles if _beside(frame, x, y) - self._reach < least]
+        if near:
+            c, s = cos(yaw), sin(yaw)
+            px = x + c * self._outline[:, 0] - s * self._outline[:, 1]
+            py = y + s * self._outline[:, 0] + c * self._outline[:, 1]
+            least = min(float(signed_distance(one, px, py).min()) for one in near)
+        return least
 
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:
@@ -152,3 +162,20 @@ class Judge(Node):
     def battery(self, message: BatteryState) -> None:
         self._score.charge = message.percentage
         self._score.charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
+
+
+_Frame: TypeAlias = tuple[float, float, float, float, float, float]
+
+
+def _frame(obstacle: Obstacle) -> _Frame:
+    """Its middle, cosine and sine of its yaw, and half of its length and width, m."""
+    if isinstance(obstacle, Cylinder):
+        return obstacle.x, obstacle.y, 1.0, 0.0, obstacle.radius, obstacle.radius
+    return obstacle.x, obstacle.y, cos(obstacle.yaw), sin(obstacle.yaw), obstacle.length / 2, obstacle.width / 2
+
+
+def _beside(frame: _Frame, x: float, y: float) -> float:
+    """At most the distance of a place from what has this frame, m; it costs no arrays."""
+    middle_x, middle_y, c, s, half_length, half_width = frame
+    dx, dy = x - middle_x, y - middle_y
+    return max(abs(c * dx + s * dy) - half_length, abs(c * dy - s * dx) - half_width)
