@@ -39,19 +39,29 @@ def distribute(
 ) -> list[Triple]:
     """Ground forces at contact points `arms` (from the centre of mass) that best give `wrench` (force, moment about it; six numbers).
 
-    Regularised least squares, then each force is bounded along the ground's normal and to the friction cone around it. Axes: any,
-    z vertical; `slope` is the ground's rise per metre along x and y; `friction_shares` are the shares of the usual friction that the feet may
-    use. Units N and m.
+    Regularised least squares; if some feet would have to pull, once more with the others alone. Then each force is bounded along the ground's
+    normal and to the friction cone around it. Axes: any, z vertical; `slope` is the ground's rise per metre along x and y; `friction_shares` are
+    the shares of the usual friction that the feet may use. Units N and m.
     """
-    fx, fy, fz, mx, my, mz = _dual_solution(arms, wrench)
     steepness = hypot(*slope)
     length = sqrt(1.0 + steepness * steepness)
     up = (-slope[0] / length, -slope[1] / length, 1.0 / length)
     friction = FRICTION + STEEP_FRICTION * steepness
+    forces = _without_bounds(arms, wrench)
+    pulled = [x * up[0] + y * up[1] + z * up[2] < 0.0 for x, y, z in forces]
+    pushing = [arm for arm, pulls in zip(arms, pulled, strict=True) if not pulls]
+    if 1 < len(pushing) < len(arms):
+        again = iter(_without_bounds(pushing, wrench))
+        forces = [force if pulls else next(again) for force, pulls in zip(forces, pulled, strict=True)]
     return [
-        _into_friction_cone((fx + my * z - mz * y, fy + mz * x - mx * z, fz + mx * y - my * x), up, friction * share)
-        for (x, y, z), share in zip(arms, friction_shares, strict=False)
+        _into_friction_cone(force, up, friction * share) for force, share in zip(forces, friction_shares, strict=False)
     ]
+
+
+def _without_bounds(arms: Sequence[Triple], wrench: Sequence[float]) -> list[Triple]:
+    """The forces that best give the wrench, whatever the ground can give."""
+    fx, fy, fz, mx, my, mz = _dual_solution(arms, wrench)
+    return [(fx + my * z - mz * y, fy + mz * x - mx * z, fz + mx * y - my * x) for x, y, z in arms]
 
 
 def _dual_solution(arms: Sequence[Triple], wrench: Sequence[float]) -> list[float]:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from math import cos, hypot, inf, isfinite, sin
+from math import cos, inf, isfinite, sin
 
 import numpy as np
 
 from robot.control.catch import SLOW, STEADY, Settling
 from robot.control.command import CommandLimits, CommandShaper
 from robot.control.doubtful_legs import expected_joints, hold
-from robot.control.drive import Targets
+from robot.control.gait_change import GaitChange
 from robot.control.gait_state import GaitState
-from robot.control.gaits import GAITS, Gait, gait_named
+from robot.control.gaits import GAITS
 from robot.control.safe_stop import SafeStop
 from robot.control.senses import Senses
+from robot.control.sitting import Sitting
 from robot.control.stand import StandController
 from robot.control.trim import Trim
 from robot.control.walk import WalkController
@@ -24,10 +25,9 @@ from robot.estimation.virtual_imu import virtual_imu
 from robot.geometry.vectors import Triple, Vector
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.actuators import MOTOR_DELAY
-from robot.model.kinematics import inverse
 from robot.model.modes import GOALS, Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
-from robot.model.stance import NOMINAL, nominal_feet
+from robot.model.stance import NOMINAL
 
 __all__ = ["GaitController"]
 
@@ -35,21 +35,8 @@ RISE_TIME = 2.0
 """Seconds from sitting to standing and back."""
 SETTLE_TIME = 0.5
 """Seconds from planting the feet after a walk to the standing height."""
-GATHER_SPEED = 1.5
-"""How fast joints move to the sitting pose, rad/s."""
-GATHERED = 0.35
-"""Joints this close (rad) to the sitting pose may begin to rise."""
-REST_TIME = 0.3
-"""Seconds to lie still before rising: the attitude filter needs them after a start."""
-SIT_SPRING, SIT_DAMPER = 60.0, 4.0
-HASTE = 0.2
-"""A body that is faster than its command by more than this (m/s) has been pushed: no moment to change the gait."""
-MOST_WAIT = 0.5
-"""Seconds for which feet are kept from lifting to change the gait, and after which they may lift for as long before the next attempt."""
 LONGEST_OVERTAKEN = 0.5
 """Seconds after which a walk that the drives have taken over is not gone on with; chosen: they then begin to sit down."""
-CATCH_TIME = 1.5
-"""Seconds of trot after a gait that sways has lost its balance."""
 UPRIGHT = 0.5
 """Cosine of the body's tilt below which it has fallen: no step helps any more, and legs that go on stepping do harm."""
 _ZERO = (0.0, 0.0, 0.0)
@@ -83,7 +70,7 @@ class GaitController:
         limits: CommandLimits | None = None,
         own_feet: bool = True,
     ) -> None:
-        self._gait = gait_named(gait)
+        self._gaits = GaitChange(gait)
         self._delay = motor_delay
         self._commands = CommandShaper(limits or CommandLimits())
         self._estimate = Estimator()
@@ -92,14 +79,13 @@ class GaitController:
         self._goal: Mode = Mode.SIT
         self._planted: StandController | None = None
         self._walker: WalkController | None = None
-        self._sitting: Vector = inverse(nominal_feet(SIT_HEIGHT)).joints
-        self._held: Vector | None = None
+        self._sitting = Sitting()
         self._stopping_for = 0.0
         self._settling = Settling()
-        self._lying = 0.0
-        self._catching = self._held_for = 0.0
         self._safe: SafeStop | None = None
         self._told: MotorTargets | None = None
+        self.slips = 0
+        """How often it has sat down because its feet slid."""
         self._senses = Senses(own_feet)
         self._trim = Trim()
         self._overtaken_for = 0.0
@@ -108,7 +94,9 @@ class GaitController:
 
     def __repr__(self) -> str:
         x, y, _ = self._estimate.position
-        return f"GaitController(mode={self._mode.value!r}, gait={self._gait.name!r}, position=({x:.2f}, {y:.2f}))"
+        return (
+            f"GaitController(mode={self._mode.value!r}, gait={self._gaits.wanted.name!r}, position=({x:.2f}, {y:.2f}))"
+        )
 
     @property
     def mode(self) -> Mode:
@@ -135,7 +123,7 @@ class GaitController:
     @property
     def gait(self) -> str:
         """The gait it walks with; while it does not walk, the one it would."""
-        return (self._walker.clock.gait if self._walker is not None else self._gait).name
+        return (self._walker.clock.gait if self._walker is not None else self._gaits.wanted).name
 
     @property
     def refused(self) -> int:
@@ -195,7 +183,7 @@ class GaitController:
 
         A walk under way first slows down to what the new gait is good for, and changes in a moment when all feet stand.
         """
-        self._gait = gait_named(gait)
+        self._gaits.select(gait)
 
     def interrupt(self) -> None:
         """There were no joint samples for a while: nothing is known of the legs. Sit down from wherever they are."""
@@ -222,7 +210,7 @@ class GaitController:
         """One control step, `dt` seconds after the last, from samples of this instant; `imu` None: it gave none.
 
         Samples that cannot be believed are replaced. Without an IMU the robot stands until it is back, with a wrong gyro until it has sat; without
-        an encoder, and when it has fallen, it sits down.
+        an encoder, when it has fallen, and on ice it sits down.
         """
         estimate = self._estimate
         joints = self._check(dt, joints, contacts_silent)
@@ -235,6 +223,10 @@ class GaitController:
             imu = felt if imu is None else ImuSample(np.where(doubtful, felt.gyro, imu.gyro), imu.accel)
         if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
             self._crouch(steps=False)
+        elif self._walker is not None and self._walker.slippery and not blind:
+            self.slips += 1
+            vx, vy, _ = self.state.velocity.tolist()
+            self._crouch(steps=False, speed=(vx, vy))
         targets = self._act(dt, imu, joints, blind)
         self._told = targets
         return targets
@@ -253,13 +245,13 @@ class GaitController:
                 self._commands.halt()
         return self._senses.contacts(dt, joints, self._estimate, self._walker, contacts_silent)
 
-    def _crouch(self, *, steps: bool = True) -> None:
-        """Give up whatever goes on, and sit down by the safe stop, after steps that bring a walk to rest if `steps`."""
+    def _crouch(self, *, steps: bool = True, speed: tuple[float, float] | None = None) -> None:
+        """Give up whatever goes on, and sit down by the safe stop, after steps that bring a walk to rest if `steps`. `speed`: as `SafeStop` has it."""
         self._goal, self._mode = Mode.SIT, Mode.LOWERING
         self._walker = self._planted = None
         self.overtaken = False
         self._commands.halt()
-        self._safe = SafeStop(steps=steps)
+        self._safe = SafeStop(steps=steps, speed=speed)
 
     def _act(self, dt: float, imu: ImuSample, joints: JointSample, blind: bool) -> MotorTargets:
         estimate = self._estimate
@@ -276,7 +268,8 @@ class GaitController:
         if self.overtaken and walker is not None:
             self._rejoin(ahead)
         self._change_mode(dt, ahead, joints)
-        command = self._commands.advance(dt, self._mode == Mode.WALK, *self._bounds())
+        bounds = self._gaits.bounds(self._walker) if self._walker is not None else ()
+        command = self._commands.advance(dt, self._mode == Mode.WALK, *bounds)
         if self._walker is not None:
             walking = self._walker.step(dt, estimate, ahead, self._terrain, command)
             hold(walking, estimate, self._senses.doubtful_joints)
@@ -285,7 +278,8 @@ class GaitController:
             return self._planted.step(dt, ahead).freeze()
         if self._safe is not None:
             return self._safe.step(dt, joints, imu if self._senses.steady else None)
-        return self._sit(dt, joints).freeze()
+        self._trim.reset()
+        return self._sitting.step(dt, joints, estimate.legs.weight).freeze()
 
     def _rejoin(self, ahead: PredictedState) -> None:
         """Go on with a walk from where the legs are, as fast as the body is."""
@@ -295,43 +289,15 @@ class GaitController:
         (vx, vy, _), c, s = ahead.velocity, cos(ahead.yaw), sin(ahead.yaw)
         self._commands.resume(c * vx + s * vy, c * vy - s * vx, ahead.turn[2])
 
-    def _bounds(self) -> tuple[CommandLimits | None, ...]:
-        """What the gait in use, and one that waits to be used, allow."""
-        walker = self._walker
-        if walker is None:
-            return ()
-        waiting = self._gait if self._gait is not walker.clock.gait else None
-        return (walker.bound, (waiting.entry or waiting.most) if waiting is not None else None)
-
-    def _sit(self, dt: float, joints: JointSample) -> Targets:
-        """Gather the legs to the sitting pose and hold them there softly; the skid carries the body."""
-        if self._held is None:
-            self._held = joints.position.copy()
-        self._trim.reset()
-        self._lying += dt
-        step = GATHER_SPEED * dt
-        self._held = self._held + np.clip(self._sitting - self._held, -step, step)
-        held = self._held.tolist()
-        targets = Targets()
-        for leg in range(4):
-            effort = self._estimate.legs.weight[3 * leg : 3 * leg + 3]
-            targets.leg(leg, effort=effort, position=held[3 * leg : 3 * leg + 3], kp=SIT_SPRING, kd=SIT_DAMPER)
-        return targets
-
     def _change_mode(self, dt: float, ahead: PredictedState, joints: JointSample) -> None:
         """Take the next step towards the mode asked for, if this one is finished."""
         mode, goal, planted = self._mode, self.aim, self._planted
         if self._safe is not None:
             if self._safe.done:
-                self._safe = None
-                self._mode, self._held, self._lying = Mode.SIT, joints.position.copy(), 0.0
+                self._safe, self._mode = None, Mode.SIT
+                self._sitting.begin(joints)
         elif mode == Mode.SIT:
-            if (
-                goal != Mode.SIT
-                and self._held is not None
-                and self._lying >= REST_TIME
-                and np.abs(joints.position - self._sitting).max() < GATHERED
-            ):
+            if goal != Mode.SIT and self._sitting.may_rise(joints):
                 self._plant(Mode.RISING, ahead, STAND_HEIGHT, weight=0.0)
         elif mode in (Mode.RISING, Mode.LOWERING) and planted is not None:
             if goal == Mode.SIT and mode == Mode.RISING:
@@ -343,14 +309,15 @@ class GaitController:
             elif planted.arrived:
                 self._mode = Mode.STAND if mode == Mode.RISING else Mode.SIT
                 if mode == Mode.LOWERING:
-                    self._planted, self._held, self._lying = None, joints.position.copy(), 0.0
+                    self._planted = None
+                    self._sitting.begin(joints)
         elif mode == Mode.STAND and planted is not None:
             if goal == Mode.SIT:
                 self._mode = Mode.LOWERING
                 planted.go(SIT_HEIGHT, RISE_TIME)
             elif goal == Mode.WALK:
                 self._mode, self._planted = Mode.WALK, None
-                self._walker = WalkController(self._gait, ahead, trim=self._trim)
+                self._walker = WalkController(self._gaits.wanted, ahead, trim=self._trim)
                 self._terrain.update(inf, self._estimate.contacts)
         elif mode in (Mode.WALK, Mode.STOPPING) and self._walker is not None:
             self._walk_on(dt, ahead, self._walker)
@@ -359,7 +326,7 @@ class GaitController:
         """Keep walking, change the gait, or come to rest and plant the feet."""
         if self.aim == Mode.WALK:
             self._mode, self._stopping_for, walker.halting = Mode.WALK, 0.0, False
-            self._change_gait(dt, self._chosen(dt, walker), ahead, walker)
+            self._gaits.step(dt, walker, ahead, self._commands.velocity)
             return
         self._mode = Mode.STOPPING
         self._stopping_for += dt
@@ -384,30 +351,6 @@ class GaitController:
         if self._senses.imu_lost:
             return BLIND_STOP_TIME
         return DIZZY_STOP_TIME if self._senses.gyro_doubtful[0] else STOP_TIME
-
-    def _change_gait(self, dt: float, gait: Gait, ahead: PredictedState, walker: WalkController) -> None:
-        """Let no foot lift until all stand, then go on with `gait`. A foot that finds no ground must not hold up the others for ever."""
-        if walker.clock.gait is gait or not self._slow_enough(gait, ahead, walker):
-            self._held_for = 0.0
-            return
-        self._held_for += dt
-        walker.halting = self._held_for % (2.0 * MOST_WAIT) < MOST_WAIT
-        if walker.halting and walker.grounded:
-            walker.halting, self._held_for = False, 0.0
-            walker.change(gait, ahead)
-
-    def _chosen(self, dt: float, walker: WalkController) -> Gait:
-        """The gait asked for; a trot for a while if that one has lost its balance: a trot can catch itself."""
-        self._catching = CATCH_TIME if walker.upset else max(0.0, self._catching - dt)
-        return GAITS["trot"] if self._catching > 0.0 and self._gait.sway is not None else self._gait
-
-    def _slow_enough(self, gait: Gait, ahead: PredictedState, walker: WalkController) -> bool:
-        """Whether a walk may change to `gait` now."""
-        limits = gait.entry or gait.most
-        if limits is None:
-            return True
-        command = self._commands.velocity
-        return limits.allows(command) and walker.speed(ahead) < hypot(command[0], command[1]) + HASTE
 
     def _plant(self, mode: Mode, ahead: PredictedState, height: float, weight: float) -> None:
         self._mode = mode

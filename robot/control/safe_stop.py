@@ -54,7 +54,10 @@ class SafeStop:
     2 s more, and does not fall at any speed that it may be told to walk at; without an IMU, or with `steps` false, that holds up to 0.7 m/s.
     """
 
-    def __init__(self, *, steps: bool = True) -> None:
+    def __init__(self, *, steps: bool = True, speed: tuple[float, float] | None = None) -> None:
+        """`steps`: whether it may bring a walk to rest by steps. `speed` (forward, left, m/s) is that of the body where it is known better than
+        by the standing feet, as when they slide.
+        """
         self._steps = steps
         """Whether it may still be about to step."""
         self._catch: Catch | None = None
@@ -63,7 +66,7 @@ class SafeStop:
         """Of each foot that has touched the ground since the start: where, body frame, and how far the body had gone by then."""
         self._start: list[Triple] = []
         self._height = SIT_HEIGHT
-        self._speed = (0.0, 0.0)
+        self._known_speed, self._speed = speed, (0.0, 0.0)
 
     @property
     def done(self) -> bool:
@@ -115,7 +118,7 @@ class SafeStop:
         self._anchors = [(foot, 0.0) if stands else None for foot, stands in zip(legs.feet, stood, strict=True)]
         deepest = [-foot[2] for foot, stands in zip(legs.feet, stood, strict=True) if stands]
         self._height = max(SIT_HEIGHT, sum(deepest) / len(deepest))
-        self._speed = ground_speed(joints)
+        self._speed = ground_speed(joints) if self._known_speed is None else self._known_speed
 
     def _gone(self) -> float:
         """How far the body should have gone by now, m: on for a moment, then braked."""

@@ -13,6 +13,7 @@ from robot.control.balance import distribute
 from robot.control.command import CommandLimits
 from robot.control.drive import Targets, joint_speeds
 from robot.control.gaits import Gait, GaitClock
+from robot.control.slip import SlipWatch, friction_of
 from robot.control.sway import Sway, sway
 from robot.control.swing import smooth, swing_path
 from robot.control.trim import Trim
@@ -88,6 +89,7 @@ class WalkController:
         """Forward and to the left."""
         self._swaying = 0.0
         """How much of the gait's sway has been reached: all of it at 1. It goes on to 2 within a period: the gait is then in full use."""
+        self._slip = SlipWatch()
         self.upset = False
         """Whether the body leans or moves in a way that this gait, if it sways, was not made for."""
 
@@ -160,6 +162,17 @@ class WalkController:
         return self._legs[leg].late
 
     @property
+    def slippery(self) -> bool:
+        """Whether the feet slide on a floor that gives hardly any friction: no step helps there."""
+        return self._slip.slippery
+
+    @property
+    def _is_upright(self) -> bool:
+        """Whether the body leans as it should: feet of one that was pushed over slide anywhere."""
+        roll, pitch, _ = self._tracking.lean
+        return max(abs(roll), abs(pitch)) < self._config.upright
+
+    @property
     def grounded(self) -> bool:
         """Whether all feet stand, none in the air and none still looking for the ground."""
         return all(leg.landed and not leg.swinging for leg in self._legs)
@@ -174,11 +187,13 @@ class WalkController:
     ) -> Targets:
         """The motor targets of this step for the velocity `command` (forward, left, turn; heading frame)."""
         self._pace(dt, ahead, command)
-        self.clock.advance(dt)
+        self._calm_down(dt, terrain)
+        if not self._is_unsure(ahead):
+            self.clock.advance(dt)
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         wanted = (c * command[0] - s * command[1], s * command[0] + c * command[1])
         self._lean_over(dt, ahead)
-        self._schedule(dt, estimate, ahead, terrain)
+        self._schedule(dt, estimate, ahead)
         step = Step(dt, ahead, terrain, wanted, command[2], self._sway, self.height, self._mass)
         targets = Targets()
         standing = [index for index, leg in enumerate(self._legs) if not leg.swinging and leg.landed]
@@ -193,7 +208,6 @@ class WalkController:
         vx, vy, _ = ahead.velocity
         speed = max(hypot(vx, vy), hypot(command[0], command[1]))
         self.clock.hurry(speed)
-        self.caution = max(0.0, self.caution - self._config.calm * dt)
         config = self._config
         low, high = config.crouch_speeds
         height = config.height - config.crouch * max(0.0, min(1.0, (speed - low) / (high - low)))
@@ -202,6 +216,12 @@ class WalkController:
         lowest, highest = self._heights
         share = (self.height - lowest) / (highest - lowest) if highest > lowest else 0.0
         self._mass = self._low.between(self._high, share)
+
+    def _calm_down(self, dt: float, terrain: TerrainPlane) -> None:
+        """Lift the feet less high again since one has stumbled; on a slope at once: what it met was the slope, and high swings unload the others."""
+        config, steepness = self._config, hypot(terrain.slope_x, terrain.slope_y)
+        most = config.most_caution * max(0.0, 1.0 - steepness / config.steep)
+        self.caution = max(0.0, min(most, self.caution - config.calm * dt))
 
     def _lean_over(self, dt: float, ahead: PredictedState) -> None:
         """Where the gait's sway is at the moment the motors act; it grows from nothing while all feet stand."""
@@ -222,21 +242,25 @@ class WalkController:
             sway(phase, period, share * side, change, self.height),
         )
 
-    def _is_unsure(self, ahead: PredictedState, terrain: TerrainPlane) -> bool:
-        """Whether a foot looks for ground that may be lower than thought, as behind the crest of a slope: then the others stay where they are,
-        if the walk is slow enough to wait.
+    def _is_unsure(self, ahead: PredictedState) -> bool:
+        """Whether a foot looks for ground that is lower than thought, as behind a crest: then the gait waits for it, and the other feet stay
+        where they are, if the walk is slow enough to wait.
         """
-        slow, steep = self._config.waiting_speed, self._config.sloping
-        (vx, vy, _), slope = ahead.velocity, hypot(terrain.slope_x, terrain.slope_y)
-        return slope > steep and hypot(vx, vy) < slow and any(leg.late > 0.0 for leg in self._legs)
+        (vx, vy, _), config = ahead.velocity, self._config
+        return hypot(vx, vy) < config.waiting_speed and any(0.0 < leg.late < config.most_wait for leg in self._legs)
 
-    def _schedule(self, dt: float, estimate: Estimator, ahead: PredictedState, terrain: TerrainPlane) -> None:
+    def _schedule(self, dt: float, estimate: Estimator, ahead: PredictedState) -> None:
         """Decide for each leg whether it stands or swings at the moment the motors act."""
         config = self._config
-        held = self.halting or self.settling or self._is_unsure(ahead, terrain)
+        leaving, upright = config.leaving * self.clock.gait.duty, self._is_upright
+        self._slip.forget(dt)
+        held = self.halting or self.settling or self._is_unsure(ahead)
         for index, leg in enumerate(self._legs):
             progress = self.clock.swing(index, ahead.lead)
             contact = estimate.contact[index]
+            if upright:
+                stands = not leg.swinging and leg.landed and self.clock.leg_phase(index) < leaving
+                self._slip.feel(dt, index, stands=stands, contact=contact, speed=estimate.over_ground[index])
             if estimate.slipping[index]:
                 leg.grip = max(config.least_grip, leg.grip - config.grip_loss * dt)
             else:
@@ -286,6 +310,7 @@ class WalkController:
         self.acceleration = (fx, fy, fz - GRAVITY - self._trim.value[0])
         wx, wy, wz = to_body(ahead.rotation, (*step.wanted, 0.0))
         for leg, force in zip(standing, forces, strict=True):
+            self._slip.asked(leg, friction_of(force, (terrain.slope_x, terrain.slope_y)))
             fx, fy, fz = to_body(ahead.rotation, force)
             jacobian = ahead.legs.jacobians[leg]
             push = torques(jacobian, fx, fy, fz)

@@ -86,14 +86,18 @@ class WalkConfig:
     """How much higher all feet are lifted after a stumble, m; chosen: what was in the way may come again."""
     most_caution: float = 0.16
     """At most, m; chosen: the legs' reach."""
+    steep: float = 0.45
+    """On ground that rises by so much per metre feet are lifted no higher than usual, on level ground by all of that, and between in
+    proportion; chosen: a high swing takes weight off the standing feet, and with 0.16 m more they slide on 20 degrees at a friction of 0.6."""
     calm: float = 0.015
     """How soon that is forgotten, m/s; chosen: one stumble in 7 s."""
     grace: float = 0.02
     """Seconds for which a foot that should have landed is taken to stand without having reported contact; chosen: four samples."""
-    sloping: float = 0.1
-    """On ground that rises by more than this per metre no foot lifts while another has not found the ground; chosen: 6 degrees."""
     waiting_speed: float = 0.5
-    """But not in a walk that is faster than this, m/s; chosen: its next foot is needed where it falls to."""
+    """While a foot has not found the ground no other lifts, but not in a walk that is faster than this, m/s; chosen: its next foot is needed
+    where it falls to."""
+    most_wait: float = 0.3
+    """Nor for longer than this, s; chosen: by then the foot has been lowered as far as the leg reaches."""
     search_speed: float = 1.0
     """How fast a foot that has not found the ground is lowered, m/s; chosen."""
     least_grip: float = 0.4
@@ -102,6 +106,8 @@ class WalkConfig:
     """How fast a foot that slips loses trust, 1/s; chosen: within 30 ms."""
     grip_back: float = 0.5
     """How fast it gets it back, 1/s; chosen: within a second or two."""
+    upright: float = 0.15
+    """A body that leans more than this from what is wanted, rad, has been pushed: what its feet slide then says nothing of the floor; chosen."""
 
     # -- gaits that sway
     sway_time: float = 0.6

@@ -67,7 +67,7 @@ _SCANNED, _PASSED = 5.0, 0.15
 _UNDER, _OVER = (0.2, 0.05), 0.08
 """A cell in which something is seen between these depths under the LiDAR's plane, m, and so far over it, m, holds what the LiDAR sees."""
 _ABOVE = 0.15
-"""A beam that passes a cell so far under its height, m, shows that nothing is there any more; a slope it may pass over when the body leans."""
+"""A beam that passes a cell so far under its height, m, shows that nothing is there any more."""
 _DEEP = 0.05
 """Points so far under the ground that the robot stands on lie in a hole, or behind the crest of a slope, m."""
 _BOUND = 1.0
@@ -198,18 +198,31 @@ class ElevationMap:
         if holes.any():
             self._passed_over(now, points[holes], eyes[holes])
 
-    def integrate_scan(self, now: float, x: float, y: float, height: float, angles: Floats, ranges: Floats) -> None:
-        """Take in one revolution of a level LiDAR at (x, y) and so high, m: beams to `angles` on the map (rad) that met something at `ranges`,
-        or nothing, which is inf. What stood in their way and does not any more is forgotten. Heights are left to the cameras: what a beam meets
+    def integrate_scan(
+        self,
+        now: float,
+        x: float,
+        y: float,
+        height: float,
+        angles: Floats,
+        ranges: Floats,
+        lean: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """Take in one revolution of a LiDAR at (x, y) and so high, m: beams to `angles` on the map (rad) that met something at `ranges`, or
+        nothing, which is inf. What stood in their way and does not any more is forgotten. Heights are left to the cameras: what a beam meets
         may be a wall, or a slope that is lower there than the LiDAR.
+
+        `lean` is by how much the body's plane rises along the map's x and y, m/m: beams may have passed over what is no higher than that plane.
         """
         ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        rises = np.maximum(ways @ np.array(lean), 0.0)
         far = np.arange(_CELL, _SCANNED, _CELL)
         passed = far < ranges[:, None] - _PASSED
         through_x, through_y = (start + way[:, None] * far for start, way in zip((x, y), ways.T, strict=True))
-        _, places = self._places(through_x[passed], through_y[passed])
+        inside, places = self._places(through_x[passed], through_y[passed])
+        above = (height + _ABOVE + rises[:, None] * far)[passed][inside]
         flat = self._upright.reshape(-1)
-        self._leave(np.unique(places[flat[places] & (self._height.reshape(-1)[places] > height + _ABOVE)]))
+        self._leave(np.unique(places[flat[places] & (self._height.reshape(-1)[places] > above)]))
         met = ranges < _SCANNED
         ends = np.array([x, y]) + ways[met] * ranges[met, None]
         self._upright.reshape(-1)[self._places(ends[:, 0], ends[:, 1])[1]] = True

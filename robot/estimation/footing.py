@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.estimation.elevation import FREE, HIDDEN, LOW, UNSEEN, UPRIGHT, WALL, Relief
+from robot.estimation.elevation import CROSSABLE, FREE, HIDDEN, LOW, UNSEEN, UPRIGHT, WALL, Relief
 from robot.estimation.movers import Mover
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
@@ -80,7 +80,7 @@ class Footing:
             harmless |= np.hypot(lag_x, lag_y) < mover.radius + _TRAIL
         seen = np.where(seen == UPRIGHT, FREE if scanned else WALL, seen)
         slopes = self._slopes[part]
-        seen = np.where(seen == HIDDEN, np.where(slopes, UNSEEN, WALL), seen)
+        seen = np.where(seen == HIDDEN, np.where(slopes | self._lower(pose)[part], UNSEEN, WALL), seen)
         seen = np.where(slopes & (seen == LOW), FREE, seen)
         new = np.where(harmless & (seen > FREE), FREE, seen)
         old = self._cells[part]
@@ -111,6 +111,13 @@ class Footing:
     def slopes_within(self, pose: Pose2, radius: float) -> bool:
         """Whether the map shows a slope within `radius` m, or up to 30 cm farther away."""
         return self._grid.ground is not None and bool(self._slopes[self._around(pose, radius)].any())
+
+    def _lower(self, pose: Pose2) -> NDArray[np.bool_]:
+        """Where the map shows ground that lies deeper than what the robot stands on: hidden floor there is no hole."""
+        ground, here = self._grid.ground, self._grid.cell(pose.x, pose.y)
+        if ground is None or here is None:
+            return np.zeros_like(self._slopes)
+        return np.asarray(ground < ground[here] - CROSSABLE)
 
     def _around(self, pose: Pose2, radius: float) -> tuple[slice, slice]:
         """The cells of a square about a pose."""

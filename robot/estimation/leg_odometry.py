@@ -88,6 +88,8 @@ class Estimator:
         """Where each foot's centre was when it last stood, odom, m."""
         self.slipping = [False] * 4
         """Feet that stand and slide."""
+        self.over_ground = [0.0] * 4
+        """How fast each foot moves over the ground, m/s: of one that stands, what it slides."""
         self.own_acceleration: Triple = _NOWHERE
         self.firm: dict[int, tuple[Triple, Triple]] = {}
         """Of each leg whose foot stands firmly: where that is from the body (m), and the velocity of the body that it tells (m/s); odom axes."""
@@ -138,6 +140,7 @@ class Estimator:
         for (rx, ry, rz), speed in zip(roll, moving, strict=True):
             mx, my, mz = to_ground(rotation, speed)
             measured_velocity.append((rx - mx, ry - my, rz - mz))
+        self.over_ground = [dist(speed, self._state[1]) for speed in measured_velocity]
         self._correct(dt, arms, measured_velocity, leaving)
         if still and not any(self.contact):
             self._rest()
@@ -190,7 +193,6 @@ class Estimator:
         """Correction by every standing foot, one after the other: their noises are independent, so the order does not matter."""
         state = self._state
         standing: list[tuple[int, float]] = []
-        velocity = tuple(state[1])
         slip_from, slide_from = (BLIND_SLIP, BLIND_SLIDE) if self._blind else (SLIP, SLIDE)
         for leg in range(4):
             if not self.contact[leg]:
@@ -200,7 +202,7 @@ class Estimator:
             if self._standing_for[leg] == 0.0:
                 self._land(leg, arms[leg])
             self._standing_for[leg] += dt
-            apart = dist(measured_velocity[leg], velocity)
+            apart = self.over_ground[leg]
             slides = apart > slide_from and self._standing_for[leg] > FIRM and not leaving[leg]
             self._sliding_for[leg] = self._sliding_for[leg] + dt if slides else 0.0
             self.slipping[leg] = self._sliding_for[leg] > CERTAIN

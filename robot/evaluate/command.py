@@ -26,6 +26,7 @@ MEASUREMENTS: Final = {
     "rooms": "rooms with things of 5 cm to 2 m, holes and steps down that no map shows, in physics",
     "crowd": "goals among ten people who walk about, in physics: whom the robot touches",
     "ramps": "over ramps of 20 degrees, friction 0.6, to goals on them and behind them and back, in physics",
+    "slip": "friction of 0.2, and ice that begins under a walking robot: falls, and who sits down, in physics",
     "rates": "the whole robot on the real clock: the rate of every stream, the control loop's punctuality, and its share of a core",
     "busy": "walking while endless loops share the only processor, without real-time scheduling: falls, in virtual time",
     "stops": "what stops a walk, at every phase and speed, and sensors that fail: falls, and how soon each is known",

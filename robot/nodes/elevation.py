@@ -64,14 +64,16 @@ class Elevation(Node):
 
     @SCAN.on()
     def scan(self, message: LaserScan) -> None:
-        """The LiDAR stays level: its returns lie in its own plane."""
+        """The returns of a LiDAR that stays level, or of one in the plane of a body that leans."""
         stamp = seconds(message.header.stamp)
         here, lay = self._poses.at(stamp), self._attitudes.at(stamp)
         if self._map is None or not self._up or here is None or lay is None:
             return
         ranges = message.ranges.astype(float)
         met = np.where(returns(ranges), ranges, np.inf)
-        self._map.integrate_scan(stamp, here.x, here.y, lay[1], beam_angles(len(ranges)) + here.yaw, met)
+        x, y, z = _turned(lay[0], here.yaw)[:, 2].tolist()
+        angles = beam_angles(len(ranges)) + here.yaw
+        self._map.integrate_scan(stamp, here.x, here.y, lay[1], angles, met, (-x / z, -y / z))
 
     @DEPTH_POINTS.on()
     def depth(self, message: PointCloud2) -> None:

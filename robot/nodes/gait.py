@@ -113,6 +113,7 @@ class Gait(Node):
         self._mode = self._used_gait = ""
         self._critical = False
         self._lost: tuple[str, ...] = ()
+        self._slips = 0
         self._ignored = False
 
     # -- sensors ------------------------------------------------------------------------------------------------------------
@@ -159,6 +160,11 @@ class Gait(Node):
             self._sent = now
         if controller.lost != self._lost:
             self._warn(controller.lost)
+        if controller.slips != self._slips:
+            self._slips = controller.slips
+            self.log.error(
+                "the feet slide on a slippery floor: sitting down; lead the robot to better ground, then ask it to walk again"
+            )
         self._steps += 1
         if self._steps % 4 == 0:
             self.odometry(self._odometry(message.header))

@@ -16,8 +16,8 @@ from robot.scenes.terrain import Ramp
 __all__ = ["STEEPEST", "ground_of", "rises_to_lidar"]
 
 STEEPEST: Final = radians(20.0)
-"""The steepest slope that is planned over, rad; chosen: the gait crosses its crest at 0.4 m/s, not yet each time with goals and sight
-(docs/figures.md#ramps). Steeper ground counts as a wall."""
+"""The steepest slope that is planned over, rad; chosen: the robot crosses its crests at a friction of 0.6 (docs/figures.md#ramps). Steeper ground
+counts as a wall."""
 _STEP: Final = 0.12
 """The highest step from cell to cell that does not, m: what the trot crosses without seeing where it treads."""
 _ROUNDING: Final = 1e-6

@@ -149,6 +149,15 @@ def test_more_moment_about_x_loads_the_left_feet_and_relieves_the_right_ones() -
     assert left[2] - left[1] == pytest.approx(10.0 / (4 * 0.17), rel=0.01)
 
 
+def test_a_foot_that_would_have_to_pull_is_let_go_and_the_others_still_carry_the_weight() -> None:
+    """A body whose centre of mass has left the triangle of its feet: two carry it, and it tips over the line between them."""
+    arms = [(x - 0.06, y - 0.04, z) for x, y, z in FEET[1:]]
+    forces = np.array(distribute(arms, WEIGHT))
+    assert forces[2, 2] == LEAST
+    assert forces[:2, 2].sum() == pytest.approx(WEIGHT[2], rel=0.01)
+    assert min(forces[:2, 2]) > 100.0
+
+
 def test_two_feet_carry_the_weight_and_leave_the_moment_about_their_line_alone() -> None:
     arms = [FEET[0], FEET[3]]
     along = np.array(arms[0]) - np.array(arms[1])

@@ -132,6 +132,14 @@ def test_only_standing_feet_tell_the_speed() -> None:
         assert other.position == pytest.approx(one.position, abs=1e-9)
 
 
+def test_a_speed_that_is_known_counts_instead_of_what_sliding_feet_tell() -> None:
+    sliding = walking((1.5, -1.0))
+    known = places(told(sliding, 0.3, SafeStop(steps=False, speed=(0.0, 0.0)))[-1])
+    still = places(told(walking((0.0, 0.0)), 0.3)[-1])
+    assert known == pytest.approx(still, abs=1e-9)
+    assert np.abs(places(told(sliding, 0.3, SafeStop(steps=False))[-1]) - still).max() > 0.1
+
+
 def test_a_foot_in_the_air_reaches_a_last_step_ahead_at_the_height_of_the_others() -> None:
     lifted = nominal_feet(HEIGHT)
     lifted[1:3, 2] += 0.06

@@ -200,6 +200,32 @@ def test_stumbling_again_and_again_lifts_the_feet_no_higher_than_the_most_and_is
     assert walk.walker.caution == 0.0
 
 
+@pytest.mark.parametrize(("rise", "most"), [(0.0, 0.16), (0.15, 0.107), (0.36, 0.032), (0.5, 0.0)])
+def test_on_a_slope_feet_are_lifted_less_high_after_a_stumble(rise: float, most: float) -> None:
+    walk = Walk()
+    walk.walker.caution = 0.16
+    walk.slope.slope_x, walk.slope.slope_y = 0.8 * rise, -0.6 * rise
+    walk.step()
+    assert walk.walker.caution == pytest.approx(most, abs=1e-3)
+
+
+@pytest.mark.parametrize(("speed", "waits"), [(0.0, True), (0.4, True), (0.6, False)])
+def test_a_slow_gait_waits_for_a_foot_that_finds_no_ground_but_not_for_ever(speed: float, waits: bool) -> None:
+    walk = Walk()
+    walk.state.velocity = (speed, 0.0, 0.0)
+    walk.touch[0] = False
+    walk.until(0, 0.5)
+    while walk.walker.swing(0) >= 0.0:
+        walk.step()
+    walk.run(2 * DT)
+    begun = walk.walker.clock.phase
+    walk.run(0.2)
+    assert (walk.walker.clock.phase == begun) == waits
+    assert (walk.swings() == []) == waits
+    walk.run(0.2)
+    assert walk.walker.clock.phase != begun
+
+
 def test_a_foot_that_finds_no_ground_is_trusted_for_a_moment_and_then_lowered_until_it_does() -> None:
     walk = Walk().until(0, 0.5)
     while walk.walker.swing(0) >= 0.0:

@@ -233,6 +233,22 @@ def test_where_somebody_walked_by_there_is_floor_and_a_box_that_was_seen_as_shor
         assert ({LOW, WALL, UPRIGHT} & behind != set()) == (not walks)
 
 
+def test_beams_of_a_body_that_leans_back_pass_over_a_slope_and_it_stays() -> None:
+    rise = math.tan(math.radians(20.0))
+    x, y = (v.ravel() for v in np.meshgrid(np.arange(-0.5, 4.0, 0.02), np.arange(-1.0, 1.0, 0.02)))
+    slope = np.column_stack((x, y, np.maximum(rise * (x - 0.5), 0.0)))
+    free = np.full(len(beam_angles()), np.inf)
+    for lean, stays in ((rise, True), (0.0, False)):
+        world = ElevationMap(standing=0.8)
+        world.integrate(0.0, slope, np.broadcast_to((0.0, 0.0, EYE_HEIGHT), slope.shape))
+        met = np.where(np.abs(beam_angles()) < 0.1, (EYE_HEIGHT + 0.5 * rise) / rise + 0.5, np.inf)
+        world.integrate_scan(0.1, 0.0, 0.0, EYE_HEIGHT, beam_angles(), met)  # level, it sees the slope as a wall
+        for number in range(2, 5):
+            world.integrate_scan(0.1 * number, 0.0, 0.0, EYE_HEIGHT, beam_angles(), free, (lean, 0.0))
+        ahead = kinds(world.relief(0.5), (1.5, 3.5), (-0.5, 0.5))
+        assert (WALL not in ahead and UPRIGHT not in ahead) == stays
+
+
 def test_a_wrong_pixel_in_one_picture_is_no_thing() -> None:
     world = ElevationMap(standing=0.8)
     now = pictures(world, count=10)

@@ -82,6 +82,17 @@ def test_what_is_hidden_behind_an_edge_is_a_wall_but_on_a_slope_that_the_map_sho
     assert (on_a_slope.walls.sum(), on_a_slope.steps.sum()) == (9, 0), "a wall is one on a slope, too"
 
 
+def test_floor_that_the_map_shows_below_the_robot_is_no_hole_where_a_crest_hides_it() -> None:
+    seen = relief((HIDDEN, 3.7, 0.0))
+    x = np.arange(160) * 0.05 - 4.0
+    ground = np.broadcast_to(np.clip(0.36 * (2.0 - x), 0.0, 0.72), (160, 160))  # down from x = 0 to x = 2
+    footing = Footing(dataclasses.replace(FLOOR, ground=ground))
+    footing.integrate(seen, HERE, BODY, (), scanned=True)
+    assert not footing.walls.any()
+    footing.integrate(seen, Pose2(2.5, 0.0), BODY, (), scanned=True)
+    assert footing.walls.sum() == 9, "seen from that floor it is one"
+
+
 def test_the_floor_ahead_is_seen_up_to_the_first_gap_that_is_no_single_cell() -> None:
     footing = Footing(FLOOR)
     line = np.column_stack((np.linspace(0.0, 2.0, 41), np.zeros(41)))

@@ -13,8 +13,8 @@ def test_without_a_word_it_lists_the_measurements_and_that_is_a_mistake(capsys: 
     first, second = capsys.readouterr().out.split("usage: ")[1:]
     assert first.strip() == second.strip()
     assert [line.split()[0] for line in first.splitlines()[2:] if line] == [
-        "walk", "arm", "barn", "sensitivity", "battery", "odometry", "pose", "kidnap", "mission", "rooms", "crowd", "ramps", "rates",
-        "stops", "maps",
+        "walk", "arm", "barn", "sensitivity", "battery", "odometry", "pose", "kidnap", "mission", "rooms", "crowd", "ramps", "slip",
+        "rates", "busy", "stops", "maps",
     ]  # fmt: skip
 
 

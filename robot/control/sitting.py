@@ -1,0 +1,53 @@
+"""Sitting: the legs are gathered and held softly; the skid carries the body."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robot.control.drive import Targets
+from robot.geometry.vectors import Vector
+from robot.hardware.body import JointSample
+from robot.model.kinematics import inverse
+from robot.model.parameters import SIT_HEIGHT
+from robot.model.stance import nominal_feet
+
+__all__ = ["Sitting"]
+
+GATHER_SPEED = 1.5
+"""How fast joints move to the sitting pose, rad/s."""
+GATHERED = 0.35
+"""Joints this close (rad) to the sitting pose may begin to rise."""
+REST_TIME = 0.3
+"""Seconds to lie still before rising: the attitude filter needs them after a start."""
+SIT_SPRING, SIT_DAMPER = 60.0, 4.0
+
+
+class Sitting:
+    """Gathers the legs to the sitting pose from wherever they are at its first step."""
+
+    def __init__(self) -> None:
+        self._pose: Vector = inverse(nominal_feet(SIT_HEIGHT)).joints
+        self._held: Vector | None = None
+        self._lying = 0.0
+
+    def begin(self, joints: JointSample) -> None:
+        """Sit anew, from where the legs are."""
+        self._held, self._lying = joints.position.copy(), 0.0
+
+    def may_rise(self, joints: JointSample) -> bool:
+        """Whether it has lain for long enough, and the legs are near enough to where they rise from."""
+        return self._lying >= REST_TIME and bool(np.abs(joints.position - self._pose).max() < GATHERED)
+
+    def step(self, dt: float, joints: JointSample, weight: list[float]) -> Targets:
+        """The motor targets `dt` seconds after the last; `weight` are the torques that carry the legs, N m."""
+        if self._held is None:
+            self._held = joints.position.copy()
+        self._lying += dt
+        step = GATHER_SPEED * dt
+        self._held = self._held + np.clip(self._pose - self._held, -step, step)
+        held = self._held.tolist()
+        targets = Targets()
+        for leg in range(4):
+            part = slice(3 * leg, 3 * leg + 3)
+            targets.leg(leg, effort=weight[part], position=held[part], kp=SIT_SPRING, kd=SIT_DAMPER)
+        return targets
