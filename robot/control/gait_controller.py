@@ -223,7 +223,7 @@ class GaitController:
             imu = felt if imu is None else ImuSample(np.where(doubtful, felt.gyro, imu.gyro), imu.accel)
         if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
             self._crouch(steps=False)
-        elif self._walker is not None and self._walker.slippery and not blind:
+        elif self._walker is not None and self._walker.slippery and self._senses.feels_ground:
             self.slips += 1
             vx, vy, _ = self.state.velocity.tolist()
             self._crouch(steps=False, speed=(vx, vy))

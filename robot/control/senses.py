@@ -48,6 +48,11 @@ class Senses:
         return not (self._imu.lost or self._turn.wrong)
 
     @property
+    def feels_ground(self) -> bool:
+        """Whether feet that seem to slide tell of the floor: they are its own, and what their speed is computed from is believed."""
+        return self._own_feet and self.steady and not self._joints.bad
+
+    @property
     def joints_lost(self) -> bool:
         return self._joints.lost
 

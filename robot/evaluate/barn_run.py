@@ -85,7 +85,7 @@ class Walk:
                 world.scene, seed=seed, delay=MOTOR_DELAY, sensors=fidelity.errors, actuators=fidelity.drives
             )
         self._sight: Sight = Level(self.body) if fidelity.errors.lidar.sweep == 0.0 else Leveled(self.body)
-        self.gait = GaitController(motor_delay=MOTOR_DELAY)
+        self.gait = GaitController(motor_delay=MOTOR_DELAY, own_feet=backend == "physics")
         start, goal = world.scene.start, world.goal
         away = hypot(goal.x - start.x, goal.y - start.y)
         bearing = atan2(goal.y - start.y, goal.x - start.x) - start.yaw
