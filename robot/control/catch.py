@@ -51,7 +51,7 @@ class Settling:
         self._stood = 0.0
 
     def step(self, dt: float, walker: WalkController, slow: bool, contact: Sequence[bool]) -> bool:
-        """Whether they have, `dt` seconds after the last call; `slow` says whether the body moves no faster than `SLOW`. A body that gets faster steps on."""
+        """Whether the robot may sit down, `dt` seconds after the last call; `slow` says that the body is slower than `SLOW`. One that gets faster steps on."""
         stands = sum(contact) >= FEET
         walker.halting = slow and (walker.halting or stands)
         self._stood = self._stood + dt if walker.halting and stands else 0.0

@@ -27,6 +27,10 @@ class GaitChange:
         self.wanted = gait_named(name)
         self._catching = self._held_for = 0.0
 
+    def begin(self) -> None:
+        """A walk begins, with the gait that was asked for: what held up an earlier one is over."""
+        self._catching = self._held_for = 0.0
+
     def select(self, name: str) -> None:
         """Ask for another gait. Raises ValueError for an unknown name."""
         self.wanted = gait_named(name)

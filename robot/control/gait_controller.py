@@ -48,7 +48,6 @@ TWIST = 0.04
 """The feet may be so far from a stance that is straight under the body, m: standing on them then strains no joint; chosen."""
 STOP_TIME = 2.5
 """Seconds after which a walk that will not come to rest is ended all the same."""
-
 BLIND_STOP_TIME = 0.2
 """The same without an IMU: every step is one in the dark."""
 DIZZY_STOP_TIME = 1.7
@@ -80,8 +79,8 @@ class GaitController:
         self._planted: StandController | None = None
         self._walker: WalkController | None = None
         self._sitting = Sitting()
-        self._stopping_for = 0.0
-        self._settling = Settling()
+        self._stopping_for, self._settling = 0.0, Settling()
+        """Of the stop that goes on, or the last one: for how long, s, and whether it may end in sitting down."""
         self._safe: SafeStop | None = None
         self._told: MotorTargets | None = None
         self.slips = 0
@@ -283,7 +282,7 @@ class GaitController:
 
     def _rejoin(self, ahead: PredictedState) -> None:
         """Go on with a walk from where the legs are, as fast as the body is."""
-        self.overtaken = False
+        self.overtaken, self._settling = False, Settling()
         self._walker = WalkController(GAITS["trot"], ahead, trim=self._trim)
         self._walker.join(self._estimate, ahead)
         (vx, vy, _), c, s = ahead.velocity, cos(ahead.yaw), sin(ahead.yaw)
@@ -317,6 +316,7 @@ class GaitController:
                 planted.go(SIT_HEIGHT, RISE_TIME)
             elif goal == Mode.WALK:
                 self._mode, self._planted = Mode.WALK, None
+                self._gaits.begin()
                 self._walker = WalkController(self._gaits.wanted, ahead, trim=self._trim)
                 self._terrain.update(inf, self._estimate.contacts)
         elif mode in (Mode.WALK, Mode.STOPPING) and self._walker is not None:
@@ -325,10 +325,11 @@ class GaitController:
     def _walk_on(self, dt: float, ahead: PredictedState, walker: WalkController) -> None:
         """Keep walking, change the gait, or come to rest and plant the feet."""
         if self.aim == Mode.WALK:
-            self._mode, self._stopping_for, walker.halting = Mode.WALK, 0.0, False
+            self._mode, walker.halting = Mode.WALK, False
             self._gaits.step(dt, walker, ahead, self._commands.velocity)
             return
-        self._mode = Mode.STOPPING
+        if self._mode != Mode.STOPPING:
+            self._mode, self._stopping_for, self._settling = Mode.STOPPING, 0.0, Settling()
         self._stopping_for += dt
         if self._senses.joints_lost:
             slow = self._stopping_for > STEADY and walker.speed(ahead) < SLOW
@@ -337,7 +338,7 @@ class GaitController:
             return
         if walker.halting:
             if not walker.swinging:
-                self._walker, self._stopping_for = None, 0.0
+                self._walker = None
                 self._commands.halt()
                 self._plant(Mode.STAND, ahead, STAND_HEIGHT, weight=1.0)
         elif max(abs(part) for part in self._commands.velocity) < REST_COMMAND:

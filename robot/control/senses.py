@@ -21,8 +21,8 @@ __all__ = ["Senses"]
 class Senses:
     """Call `joints`, `contacts`, `imu` and `turn`, in this order, once per control step.
 
-    `own_feet` is false for a body that steps by itself: its contacts are believed, and its feet do not tell of its turn. Invariant: a sample that
-    is believed is handed on as it came.
+    `own_feet` is false for a body that steps by itself: its contacts are believed, and its feet do not tell of its turn or of the floor.
+    Invariant: a sample that is believed is handed on as it came.
     """
 
     def __init__(self, own_feet: bool) -> None:

@@ -101,8 +101,8 @@ class ElevationMap:
     A cell that was never seen, or not for half a minute, has a height of NaN.
     """
 
-    def __init__(self, x: float = 0.0, y: float = 0.0, standing: float = 0.0) -> None:
-        """Around (x, y), m; the floor is taken to be level within `standing` metres: a robot does not see what it stands on."""
+    def __init__(self, x: float = 0.0, y: float = 0.0, standing: float = 0.0, now: float = 0.0) -> None:
+        """Around (x, y), m; at `now` (s) the floor is taken to be level within `standing` metres: a robot does not see what it stands on."""
         self._row, self._column = self._cell(y), self._cell(x)
         shape = (_CELLS, _CELLS)
         self._height: Floats = np.full(shape, np.nan)
@@ -116,7 +116,7 @@ class ElevationMap:
         dx, dy = self.centres()
         near = np.hypot(dx - x, dy - y) < standing
         self._height[self._rolled(near)] = 0.0
-        self._seen[self._rolled(near)] = 0.0
+        self._seen[self._rolled(near)] = now
         self.ground = 0.0
         """Height of the ground that the robot stands on, m: where nothing is known of it, of that which it stood on before."""
 
@@ -331,7 +331,7 @@ class ElevationMap:
                 farther = np.abs(a - self.ground) > np.abs(b - self.ground)
             for part, counts in ((first, farther), (second, ~farther)):
                 np.maximum(cells[part], np.where(counts, kind, UNSEEN), out=cells[part], casting="unsafe")
-        bounded = variance >= _BOUND
+        bounded = np.isfinite(height) & (variance >= _BOUND)
         cells[bounded] = np.where(height[bounded] < self.ground - CROSSABLE, HIDDEN, LOW)
         upright = self._unrolled(self._upright)
         cells[upright & (cells == WALL)] = UPRIGHT

@@ -31,8 +31,9 @@ class FitWatch:
     again; scans do not end that several places are alike: `searched` with a find, `confirmed` or `given_up` does.
     """
 
-    def __init__(self) -> None:
-        self.state = TRACKING
+    def __init__(self, state: str = TRACKING) -> None:
+        """`state` is what an earlier watch has found."""
+        self.state = state
         self._fitted: float | None = None
         """When a scan last fitted well."""
         self._taken: float | None = None

@@ -10,11 +10,11 @@ __all__ = ["HeadingPull"]
 PULL: Final = 0.3
 """Of the heading's error, 1/s."""
 LEARN: Final = 0.0225
-"""Of the error, into the gyro's bias, 1/s2: PULL squared by four, so that a step of the bias is taken up without overshooting."""
+"""Of the error, into the gyro's bias, 1/s2: a quarter of the square of PULL, so that a step of the bias is taken up without overshooting."""
 FASTEST: Final = 0.01
 """The heading is turned no faster than this, rad/s: ten times what a gyro drifts by; chosen."""
 FRESH: Final = 0.5
-"""A scan's word counts for so long, s: five scans; chosen."""
+"""A scan's word counts for so long, s; chosen: one of those that come 5 times a second may be missing."""
 
 
 class HeadingPull:

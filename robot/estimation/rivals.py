@@ -39,13 +39,8 @@ class Rivals:
     def __len__(self) -> int:
         return len(self._offsets)
 
-    def weigh(self, ranges: Floats, moved: Pose2) -> None:
-        """Judge all places by a level scan of `ranges` (m)."""
-        for _ in self.weighing(ranges, moved):
-            pass
-
     def weighing(self, ranges: Floats, moved: Pose2) -> Iterator[Pose2]:
-        """The same in pieces of about half a millisecond: judge one place, and give where the robot would be, and so on to the last one.
+        """Judge all places by a level scan of `ranges` (m), in pieces of about half a millisecond: each gives where the robot would be.
 
         Weigh one scan to its end before the next one, and before odometry begins anew.
         """

@@ -11,7 +11,7 @@ from robot.control.limits import Limits
 from robot.evaluate.fidelity import Fidelity
 from robot.evaluate.turns import PERIOD, Load, Turn, turns
 from robot.hardware.body import Sample
-from robot.hardware.overdue import merged
+from robot.hardware.overdue import SPAN, merged
 from robot.link.firmware import Drives
 from robot.model.modes import ON_ITS_FEET, Mode
 from robot.nodes.gait import FRESH
@@ -29,8 +29,6 @@ STRAIGHT: Final = 0.3
 """Share of those without a turn."""
 LOST: Final = 0.1
 """Seconds without a sample after which the legs count as unknown: `sensor_timeout` of the gait."""
-LONGEST: Final = 0.02
-"""Step of the gait controller at most, s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,9 +78,9 @@ class _Robot:
         if self._drives.stopping:
             gait.overtake()
         if gait.overtaken and at - sample.time > FRESH:
-            gait.follow(min(gap, LONGEST), sample.imu, sample.joints)
+            gait.follow(min(gap, SPAN), sample.imu, sample.joints)
             return
-        targets = gait.step(min(gap, LONGEST), sample.imu, sample.joints)
+        targets = gait.step(min(gap, SPAN), sample.imu, sample.joints)
         self._drives.obey(at, 1)
         self._body.command(targets)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict, dataclass, field
-from math import isfinite
+from math import inf, isfinite
 from typing import Any, Final
 
 import numpy as np
@@ -59,8 +59,8 @@ class Leg:
 
     @property
     def error(self) -> float:
-        """Of the prediction, per cent of what was used, with its sign."""
-        return 100.0 * (self.predicted - self.used) / self.used
+        """Of the prediction, per cent of what was used, with its sign; infinite for a leg that ended before anything was."""
+        return 100.0 * (self.predicted - self.used) / self.used if self.used > 0.0 else inf
 
     @property
     def to_dock(self) -> bool:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from functools import lru_cache
 from math import cos, degrees, sin
-from typing import Any
 
 import numpy as np
 
@@ -90,7 +88,7 @@ def calibration_error(seed: int, delay: float, fidelity: Fidelity, *, standing: 
             error = float(np.abs(np.array([bias.x, bias.y, bias.z]) - true).max())
             found.append(error if answer.success else float("inf"))
 
-    _simulate(main)
+    execute(main, clock="virtual")
     return found[0]
 
 
@@ -101,10 +99,6 @@ class _Revealed(PhysicsBody):
     def gyro_bias(self) -> Vector:
         """rad/s, of the latest sample."""
         return self._imu_noise.gyro.bias
-
-
-def _simulate(main: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    execute(main, clock="virtual")
 
 
 def _errors(trial: Trial) -> tuple[float, float, float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import cos, hypot, sin
+from math import hypot
 
 from actors import Child, Node, execute, publishes, run
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
@@ -12,6 +12,7 @@ from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import CMD_VEL, GAIT_STATUS, ODOMETRY, STAND, WALK
 from robot.evaluate.fidelity import Fidelity
 from robot.evaluate.odometry_worlds import Hall, flat_hall, rough_hall
+from robot.evaluate.walk_measures import off
 from robot.geometry.messages import from_pose
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Body
@@ -31,7 +32,7 @@ SWAY = 25
 
 
 def astray(seed: int, delay: float, fidelity: Fidelity, distance: float, *, rough: bool, scans: bool = True) -> float:
-    """Error of odometry's end point, per cent of the way; infinite after a fall. Without `scans` legs and IMU are alone."""
+    """Error of odometry's end point, per cent of the way; infinite for a robot that falls, or gives up the walk. Without `scans` legs and IMU are alone."""
     hall = rough_hall(seed) if rough else flat_hall(seed)
     body = PhysicsBody(hall.scene, seed=seed, delay=delay, sensors=fidelity.errors, actuators=fidelity.drives)
     names = ["motors", "proprioception", "gait", *(("lidar", "heading") if scans else ())]
@@ -76,11 +77,11 @@ class _Walker(Node):
             self._way.append((x, y))
 
     async def walk(self, distance: float) -> float:
-        """Stand up, and walk at least so far, m. Returns the error, per cent."""
+        """Stand up, and walk at least so far, m. Returns the error, per cent, or infinity."""
         await self.wait_for(STAND, WALK)
         await self.call(STAND, Trigger.Request())
         await self._until(Mode.STAND)
-        start, believed = self._true(), self._told
+        start, first = self._true(), self._told
         self._way = [start[:2]]
         await self.call(WALK, Trigger.Request())
         await self._until(Mode.WALK)
@@ -89,13 +90,11 @@ class _Walker(Node):
             for _ in range(round(self._hall.stretch / COMMAND_PERIOD)):
                 self.commands(Twist(linear=Vector3(x=vx, y=vy), angular=Vector3(z=wz)))
                 await self.clock.sleep(COMMAND_PERIOD)
-            if self._body.truth().fallen:
+            if self._body.truth().fallen or self._mode != Mode.WALK:
                 return float("inf")
-        turn = start[2] - believed.yaw
-        dx, dy = self._told.x - believed.x, self._told.y - believed.y
-        x, y = start[0] + cos(turn) * dx - sin(turn) * dy, start[1] + sin(turn) * dx + cos(turn) * dy
-        end = self._true()
-        return 100.0 * hypot(end[0] - x, end[1] - y) / self._walked
+        end, thought = self._true(), self._told
+        believed = (first.x, first.y, first.yaw), (thought.x, thought.y, thought.yaw)
+        return 100.0 * off((start, end), believed) / self._walked
 
     @property
     def _walked(self) -> float:

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import atan2, cos, hypot, pi, sin
+from functools import partial
+from math import cos, hypot, pi, sin
 from typing import Final, TypeAlias
 
 import numpy as np
 
-from robot.evaluate.walk_measures import HOMEWARD, YARD, low_boxes
-from robot.geometry.angles import wrap
+from robot.evaluate.walk_measures import YARD, Command, Place, in_yard, low_boxes
 from robot.geometry.planar import Pose2
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 
 __all__ = ["Course", "Hall", "flat_hall", "rough_hall"]
 
-Command: TypeAlias = tuple[float, float, float]
-Course: TypeAlias = Callable[[Command], Command]
-"""From the true pose (x, y, yaw) to the next command (vx, vy, wz)."""
+Course: TypeAlias = Callable[[Place], Command]
+"""From the true pose to the next command."""
 
 WALL: Final = 0.1
 """Thickness, m."""
@@ -47,7 +46,7 @@ def flat_hall(seed: int) -> Hall:
     things = _things(np.random.default_rng([seed, 63]), (28.0, 20.0), 36, around=2.5, apart=3.0)
     random = np.random.default_rng([seed, 5])
 
-    def course(pose: Command) -> Command:
+    def course(pose: Place) -> Command:
         freest, best = -1.0, (0.0, 0.0, 0.0)
         for attempt in range(TRIES):
             speed, turn = (1.0, 0.4) if attempt < TRIES / 2 else (0.5, 0.8)
@@ -66,16 +65,8 @@ def rough_hall(seed: int) -> Hall:
     """A hall of 18 x 14 m with 14 things around a yard of low boxes, up to 5 cm; the course stays in the yard, at 0.4 to 0.6 m/s."""
     things = _things(np.random.default_rng([seed, 62]), (18.0, 14.0), 14, around=YARD + 1.6, apart=0.0)
     random = np.random.default_rng([seed, 61])
-    floor = low_boxes(random)
-
-    def course(pose: Command) -> Command:
-        x, y, yaw = pose
-        turn = random.uniform(-0.4, 0.4)
-        if hypot(x, y) > HOMEWARD * YARD:
-            turn = max(-0.8, min(0.8, wrap(atan2(-y, -x) - yaw)))
-        return random.uniform(0.4, 0.6), 0.0, turn
-
-    return Hall(_scene("rough hall", (*floor, *things), (18.0, 14.0)), course, 1.0)
+    scene = _scene("rough hall", (*low_boxes(random), *things), (18.0, 14.0))
+    return Hall(scene, partial(in_yard, random), 1.0)
 
 
 def _things(
@@ -105,7 +96,7 @@ def _scene(name: str, obstacles: tuple[Obstacle, ...], size: tuple[float, float]
     return Scene(name, (-x, -y, x, y), (*obstacles, *walls), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
 
 
-def _free(pose: Command, command: Command, things: tuple[Obstacle, ...], half: tuple[float, float]) -> float:
+def _free(pose: Place, command: Command, things: tuple[Obstacle, ...], half: tuple[float, float]) -> float:
     """Least distance (m) of the robot's middle from things and walls while a command holds for 4 s, and 2 s straight on from there."""
     (x, y, yaw), (vx, vy, wz) = pose, command
     free = float("inf")

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import atan2, cos, hypot, pi, radians, sin, sqrt, tan
 from time import process_time
+from typing import TypeAlias
 
 import numpy as np
 
@@ -23,17 +24,20 @@ from robot.scenes.scene import Box, Scene
 from robot.testing import PERIOD, Conditions, Trial
 
 __all__ = [
-    "HOMEWARD",
     "YARD",
+    "Command",
+    "Place",
     "box_field",
     "control_cost",
     "cost_of_transport",
     "falls",
+    "in_yard",
     "inverse_error",
     "jacobian_error",
     "largest_push",
     "low_boxes",
     "odometry_error",
+    "off",
     "point_error",
     "rough_odometry_error",
     "speed_error",
@@ -42,7 +46,10 @@ __all__ = [
     "top_speed",
 ]
 
-Command = tuple[float, float, float]
+Command: TypeAlias = tuple[float, float, float]
+"""Forward and to the left, m/s, and turning, rad/s."""
+Place: TypeAlias = tuple[float, float, float]
+"""x and y, m, and yaw, rad."""
 
 WINDOW = 0.5
 """Speeds are averaged over one gait period before they are compared, s."""
@@ -161,11 +168,9 @@ def _low_box(
     )  # fmt: skip
 
 
-def low_boxes(random: np.random.Generator, height: float = 0.05, density: float = 4.0) -> tuple[Box, ...]:
-    """A yard of boxes of up to `height` (m), so many (`density`) on a square metre. What the robot stands up on is level."""
-    boxes = tuple(
-        _low_box(random, height, (-YARD, YARD), (-YARD, YARD)) for _ in range(round(density * (2.0 * YARD) ** 2))
-    )
+def low_boxes(random: np.random.Generator) -> tuple[Box, ...]:
+    """A yard of boxes of up to 5 cm, four on a square metre. What the robot stands up on is level."""
+    boxes = tuple(_low_box(random, 0.05, (-YARD, YARD), (-YARD, YARD)) for _ in range(round(4.0 * (2.0 * YARD) ** 2)))
     return tuple(box for box in boxes if hypot(box.x, box.y) > 1.0)
 
 
@@ -213,30 +218,29 @@ def odometry_error(seed: int, given: Conditions, distance: float = 100.0) -> flo
     """Error of the odometry's end point, per cent of the distance walked on a winding course of at least `distance` m."""
     random = np.random.default_rng([seed, 5])
 
-    def course(pose: Command) -> Command:
+    def course(pose: Place) -> Command:
         return random.uniform(0.4, 1.0), random.uniform(-0.1, 0.1), random.uniform(-0.4, 0.4)
 
     return _astray(Trial(seed, conditions=given), distance, 4.0, course)
 
 
-def rough_odometry_error(
-    seed: int, given: Conditions, distance: float = 100.0, height: float = 0.05, density: float = 4.0
-) -> float:
-    """The same on a floor of random boxes of up to `height` (m), so many (`density`) on a square metre, in a yard that the course stays in."""
+def rough_odometry_error(seed: int, given: Conditions, distance: float = 100.0) -> float:
+    """The same in a yard of low boxes."""
     random = np.random.default_rng([seed, 61])
-    scene = _rough(low_boxes(random, height, density))
-
-    def course(pose: Command) -> Command:
-        x, y, yaw = pose
-        turn = random.uniform(-0.4, 0.4)
-        if hypot(x, y) > HOMEWARD * YARD:
-            turn = max(-0.8, min(0.8, wrap(atan2(-y, -x) - yaw)))
-        return random.uniform(0.4, 0.6), 0.0, turn
-
-    return _astray(Trial(seed, scene, given), distance, 1.0, course)
+    trial = Trial(seed, _rough(low_boxes(random)), given)
+    return _astray(trial, distance, 1.0, lambda pose: in_yard(random, pose))
 
 
-def _astray(trial: Trial, distance: float, stretch: float, course: Callable[[Command], Command]) -> float:
+def in_yard(random: np.random.Generator, pose: Place) -> Command:
+    """The next command of a course at 0.4 to 0.6 m/s that stays in the yard, for a robot at `pose`."""
+    x, y, yaw = pose
+    turn = random.uniform(-0.4, 0.4)
+    if hypot(x, y) > HOMEWARD * YARD:
+        turn = max(-0.8, min(0.8, wrap(atan2(-y, -x) - yaw)))
+    return random.uniform(0.4, 0.6), 0.0, turn
+
+
+def _astray(trial: Trial, distance: float, stretch: float, course: Callable[[Place], Command]) -> float:
     """Error of the odometry's end point, per cent of at least `distance` m that are walked; every `stretch` s `course` gives a command."""
     trial.stand_up()
     start, believed, walked = trial.pose(), trial.believed(), 0.0
@@ -244,11 +248,16 @@ def _astray(trial: Trial, distance: float, stretch: float, course: Callable[[Com
         walked += trial.run(stretch, course(trial.pose())).distance
     if trial.fallen:
         return float("inf")
-    end, thought = trial.pose(), trial.believed()
-    turn = start[2] - believed[2]
-    dx, dy = thought[0] - believed[0], thought[1] - believed[1]
+    return 100.0 * off((start, trial.pose()), (believed, trial.believed())) / walked
+
+
+def off(true: tuple[Place, Place], believed: tuple[Place, Place]) -> float:
+    """How far a walk's end is from where odometry has it, m, when odometry's beginning is laid onto the true one. Both are beginning and end."""
+    (start, end), (first, last) = true, believed
+    turn = start[2] - first[2]
+    dx, dy = last[0] - first[0], last[1] - first[1]
     x, y = start[0] + cos(turn) * dx - sin(turn) * dy, start[1] + sin(turn) * dx + cos(turn) * dy
-    return 100.0 * hypot(end[0] - x, end[1] - y) / walked
+    return hypot(end[0] - x, end[1] - y)
 
 
 def control_cost(seed: int, given: Conditions) -> float:

@@ -13,12 +13,12 @@ import numpy as np
 
 from robot.hardware.body import ImuSample, Sample
 
-__all__ = ["PATIENCE", "merged", "taken_together"]
+__all__ = ["SPAN", "merged", "taken_together"]
 
 PATIENCE: Final = 0.01
 """Seconds for which a sample may wait: a reader who is later than that is behind. Two periods of 200 Hz, for a single turn that was late."""
 SPAN: Final = 0.02
-"""Seconds that one sample may stand for: the longest step of the gait controller."""
+"""Seconds that one sample may stand for: it is the longest step that the gait controller takes."""
 
 
 def taken_together(hz: float, waited: float) -> int:

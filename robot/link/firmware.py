@@ -7,11 +7,10 @@ from typing import Final
 from robot.control.fence import Fence
 from robot.control.safe_stop import SafeStop
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
+from robot.model.actuators import SILENCE
 
-__all__ = ["PERIOD", "SILENCE", "Drives"]
+__all__ = ["PERIOD", "Drives"]
 
-SILENCE: Final = 0.05
-"""Seconds without targets after which the drives act by themselves: 10 periods of the control loop."""
 PERIOD: Final = 0.005
 """Seconds between the targets that they then give themselves."""
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["MOTOR_DELAY", "NOMINAL_VOLTAGE", "ActuatorDesign"]
+__all__ = ["MOTOR_DELAY", "NOMINAL_VOLTAGE", "SILENCE", "ActuatorDesign"]
 
 NOMINAL_VOLTAGE = 51.8
 """Of the drives' bus, V: 14 cells of 3.7 V."""
 MOTOR_DELAY = 0.004
 """How late the drives act on targets, s."""
+SILENCE = 0.05
+"""Seconds without targets after which the drives act by themselves: 10 periods of the control loop."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ from robot.nodes.point_clouds import unpack_points
 __all__ = ["Elevation"]
 
 STANDING = 0.8
-"""The floor under the robot at the start is taken to be level so far around it, m: its corners are 0.6 m away."""
+"""The floor under the robot, when it first stands, is taken to be level so far around it, m: its corners are 0.6 m away."""
 CELL = np.dtype([(name, "<f4") for name in ("x", "y", "z", "doubt", "age")])
 """Of elevation/points."""
 
@@ -52,10 +52,10 @@ class Elevation(Node):
 
     @POSE.on()
     def pose(self, message: PoseStamped) -> None:
-        here = from_pose(message.pose)
-        self._poses.add(seconds(message.header.stamp), here)
-        if self._map is None:
-            self._map = ElevationMap(here.x, here.y, STANDING)
+        here, stamp = from_pose(message.pose), seconds(message.header.stamp)
+        self._poses.add(stamp, here)
+        if self._map is None and self._up:
+            self._map = ElevationMap(here.x, here.y, STANDING, stamp)
 
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:

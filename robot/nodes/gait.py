@@ -38,18 +38,19 @@ from robot.contracts import (
 )
 from robot.control.gait_controller import GaitController
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
+from robot.hardware.overdue import SPAN
 from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStatus
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
-from robot.model.actuators import MOTOR_DELAY
+from robot.model.actuators import MOTOR_DELAY, SILENCE
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 
 __all__ = ["Gait"]
 
-SILENCE = 0.05
-"""Seconds without targets after which the drives act by themselves."""
 FRESH = 0.02
 """A sample that is older, s, is not what the legs do now."""
+SHORTEST = 0.001
+"""Of a control step, s, also when the clock was set back."""
 CRITICAL, RECOVERED = 0.10, 0.13
 """Charge below which the robot sits and refuses to walk, and above which it may walk again."""
 TROUBLES: Final = {
@@ -143,7 +144,7 @@ class Gait(Node):
         if gap > self.sensor_timeout:  # by the samples' own time: a loop that was held up has not lost any
             self.log.warning("joint encoders are back: sitting down", seconds=round(gap, 2))
             controller.interrupt()
-        dt = min(max(gap, 0.001), 0.02)
+        dt = min(max(gap, SHORTEST), SPAN)
         if self.gait != self._asked_gait:
             self._asked_gait = self.gait
             controller.select_gait(self._asked_gait)

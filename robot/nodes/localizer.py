@@ -98,6 +98,7 @@ class Localizer(Node):
         """The robot may have walked on meanwhile: while the odometry has gone on, too, what it says counts from the last life's pose."""
         self._here, self._odom, self._stamp, self._told = state
         self._offset = compose(self._here, inverse(self._odom))
+        self._watch = FitWatch(self._told)
 
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
@@ -150,8 +151,13 @@ class Localizer(Node):
         if self._rivals is not None:
             await self._weigh(self._rivals, ranges, moved)
         self._tell()
-        if not self._searching and self._watch.wants_search(stamp):
+        if not self._searching and self._wants_search(stamp):
             self.spawn(self._search_now())
+
+    def _wants_search(self, now: float) -> bool:
+        """Whether to look now: scans do not fit, or somebody has said where the robot is, or a last life did not know which of several places it is."""
+        forgotten = self._watch.state == AMBIGUOUS and self._rivals is None
+        return self._near is not None or forgotten or self._watch.wants_search(now)
 
     def _walls_near(self, pose: Pose2) -> bool:
         """Whether the map has walls that beams from `pose` must meet."""

@@ -17,6 +17,7 @@ from robot.control.safe_stop import SafeStop
 from robot.hardware import body as hardware
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, BodyDrive, MotorPower
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
+from robot.model.actuators import SILENCE
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT
 
@@ -24,14 +25,12 @@ if TYPE_CHECKING:
     from actors import ExitReason
     from robot.hardware.body import Body
 
-__all__ = ["RATE", "SILENCE", "Motors"]
+__all__ = ["RATE", "Motors"]
 
 RATE = 200.0
 PERIOD = 1.0 / RATE
 LONGEST = 0.02
 """Seconds for which one step of a safe stop may count: what is later than that is held up, and its robot goes on from where it is."""
-SILENCE = 0.05
-"""Seconds without targets after which the motors act by themselves."""
 SAFE_STOP_SECONDS = 3.4
 """How long a stop of the node may take to sit the robot down."""
 STEPPING_SIT_SECONDS = 2.4

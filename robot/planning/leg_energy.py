@@ -2,12 +2,11 @@
 
     E = a L + b T + c
 
-Who walks a route again remembers what it took: what the law does not know of, such as waiting for the way or slowing down between shelves, is
-the same then.
-
 with the length L of the path and the turning T along it, from the heading at its start to the heading at its goal. The numbers begin with what
 is typical of the robot (`robot.model.power`), and are fitted to the walks that have been made by recursive least squares.
-Equations: docs/control.md#energy-of-a-leg.
+
+Who walks a route again remembers what it took: what the law does not know of, such as waiting for the way or slowing down between shelves, is
+the same then. Equations: docs/control.md#energy-of-a-leg.
 """
 
 from __future__ import annotations

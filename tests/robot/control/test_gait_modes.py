@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 
 import numpy as np
 import pytest
 
+from robot.control.catch import STEADY, STOOD
 from robot.control.gait_controller import GaitController
 from robot.geometry.vectors import Vector
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
@@ -27,9 +29,14 @@ class Puppet:
         self.targets: MotorTargets | None = None
         self.contact = np.ones(4, dtype=np.bool_)
         self.shake = 1e-9
+        self.dead: int | None = None
+        """A joint whose encoder shows nothing."""
 
     def step(self) -> Mode:
-        sample = JointSample(self.joints, np.zeros(12), np.zeros(12), self.contact)
+        shown = self.joints.copy()
+        if self.dead is not None:
+            shown[self.dead] = np.nan
+        sample = JointSample(shown, np.zeros(12), np.zeros(12), self.contact)
         # The very same object again would mean that the IMU has nothing newer to say,
         # and one that repeats itself to the last bit while it turns is frozen.
         self.shake = -self.shake
@@ -164,15 +171,32 @@ def test_without_an_imu_a_walk_ends_standing_and_goes_on_when_it_is_back() -> No
 
 def test_without_an_encoder_it_sits_down_from_a_walk_and_stays() -> None:
     puppet = walking()
-    broken = puppet.joints.copy()
-    broken[4] = np.nan
-    for _ in range(400):
-        sample = JointSample(broken, np.zeros(12), np.zeros(12), np.ones(4, dtype=np.bool_))
-        puppet.gait.step(DT, ImuSample(AT_REST.gyro, AT_REST.accel), sample)
+    puppet.dead = 4
+    puppet.modes(2.0)
     assert puppet.gait.lost[0] == "joints"  # contacts that stay closed while it steps to rest are none, either
     assert puppet.gait.mode is SIT
     puppet.gait.request("stand")
     assert (puppet.gait.goal, puppet.gait.aim) == (STAND, SIT)
+
+
+def test_a_stop_in_which_an_encoder_is_lost_waits_for_the_feet_to_stand_also_after_an_earlier_one() -> None:
+    puppet = walking()
+    puppet.dead = 4
+    puppet.until(SIT)
+    puppet.dead = None
+    puppet.modes(1.0)
+    puppet.gait.request("walk")
+    puppet.until(WALK)
+    puppet.gait.command(0.6, 0.0, 0.0)
+    puppet.modes(1.0)
+    puppet.gait.request("stand")
+    puppet.modes(STEADY)
+    for _ in range(40):  # one pair comes down meanwhile, and for a moment all four feet stand
+        assert puppet.step() is STOPPING
+        lost = deepcopy(puppet)
+        lost.dead = 4
+        known = [lost.gait.lost[0] for _ in iter(lost.step, LOWERING)].count("joints")
+        assert known >= STOOD / DT - 1e-9
 
 
 def test_it_gathers_its_legs_no_faster_than_a_joint_may_and_rises_when_they_are() -> None:

@@ -157,6 +157,21 @@ def test_a_crawl_that_is_pushed_trots_until_it_has_its_balance_again() -> None:
     assert used == ["crawl", "trot", "crawl"]
 
 
+def test_a_crawl_that_was_pushed_before_it_ended_begins_the_next_time_as_a_crawl() -> None:
+    trial = walking("crawl", 0.2)
+    trial.body.push((0.0, 35.0, 0.0))
+    while trial.gait.gait != "trot":
+        trial.step()
+    trial.gait.request("stand")
+    trial.run(3.0)
+    assert trial.gait.mode == "stand"
+    trial.gait.request("walk")
+    for _ in range(300):
+        trial.step()
+        assert trial.gait.gait == "crawl"
+    assert not trial.fallen
+
+
 # -- the ground -----------------------------------------------------------------------------------------------------------------
 
 

@@ -279,6 +279,24 @@ def test_doubt_grows_with_age_and_after_half_a_minute_nothing_is_known() -> None
     assert np.isnan(world.heights).all()
 
 
+def test_floor_that_was_hidden_behind_an_edge_is_unseen_once_it_is_forgotten() -> None:
+    nothing = np.empty((0, 3))
+    for away in (0.0, 9.0):
+        world = ElevationMap(standing=0.8)
+        now = pictures(world, pits=(Pit(2.0, 0.0, 0.6, 1.0, 1.0),))
+        assert HIDDEN in world.relief(now).cells
+        world.move(away, 0.0)
+        world.integrate(now + 31.0, nothing, nothing)
+        assert set(np.unique(world.relief(now + 31.0).cells)) == {UNSEEN}
+
+
+def test_the_floor_that_the_robot_stands_on_at_first_is_known_whatever_the_time_of_day() -> None:
+    noon = 1.7e9
+    world = ElevationMap(standing=0.8, now=noon)
+    now = pictures(world, begin=noon)
+    assert kinds(world.relief(now), (-0.4, 0.4), (-0.4, 0.4)) == {FREE}
+
+
 def test_what_was_seen_stays_in_its_place_while_the_robot_walks_on_and_what_comes_in_is_unknown() -> None:
     world = ElevationMap(standing=0.8)
     now = pictures(world, (Box(1.8, 0.3, 0.3, 0.3, height=0.3),))

@@ -70,3 +70,8 @@ def test_a_lidar_without_returns_is_blind_where_the_map_has_walls(expected: bool
     assert watched.state == state
     watched.fit(2.2, 0.5, accepted=True)
     assert watched.state == "tracking"
+
+
+def test_a_watch_that_goes_on_for_a_lost_one_is_lost_and_searches_at_once() -> None:
+    watched = watch(0.1, 0.3, accepted=False, old=FitWatch("lost"))
+    assert (watched.state, watched.wants_search(0.1)) == ("lost", True)

@@ -29,7 +29,7 @@ def weighed(scene: Scene, way: list[Pose2], places: tuple[Pose2, ...] = (THERE, 
     for moved in way:
         body.place(compose(HERE, moved))
         body.advance(body.time + 0.1)
-        rivals.weigh(body.lidar(), moved)
+        list(rivals.weighing(body.lidar(), moved))
     return rivals
 
 

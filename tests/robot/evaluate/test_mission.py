@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from math import inf
 
 import pytest
 
@@ -22,6 +23,7 @@ def outcome(legs: list[Leg]) -> Outcome:
 def test_the_error_of_a_leg_is_in_per_cent_of_what_it_took() -> None:
     assert leg("patrol_1", 1.6).error == pytest.approx(25.0)
     assert leg("patrol_1", 2.5).error == pytest.approx(-20.0)
+    assert leg("patrol_1", 0.0, "aborted").error == inf
 
 
 def test_the_legs_from_which_it_learns_the_dock_and_failures_do_not_count_as_predictions() -> None:

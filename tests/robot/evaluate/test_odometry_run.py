@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
-from math import cos, hypot, sin
+from math import cos, hypot, inf, sin
 
 import pytest
 
@@ -12,6 +13,8 @@ from robot.evaluate.odometry_run import astray
 from robot.evaluate.odometry_worlds import Hall, flat_hall, rough_hall
 from robot.geometry.planar import Pose2
 from robot.scenes.scene import Box
+from robot.sim.ground import Ground, Ice
+from robot.sim.physics import PhysicsBody
 
 HALF_A_WALL = 0.2
 """Boxes thinner than this are walls, m."""
@@ -65,3 +68,9 @@ def test_the_same_seed_gives_the_same_hall_and_course() -> None:
 def test_a_walk_of_two_metres_is_judged_by_where_it_really_ended() -> None:
     error = astray(3, 0.004, Fidelity(), 2.0, rough=False)
     assert 0.0 < error < 5.0
+
+
+def test_a_robot_that_gives_up_the_walk_ends_the_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
+    icy = partial(PhysicsBody, ground=Ground(ice=Ice(0.05, 1.0, 100.0)))
+    monkeypatch.setattr("robot.evaluate.odometry_run.PhysicsBody", icy)
+    assert astray(3, 0.004, Fidelity(), 20.0, rough=False) == inf

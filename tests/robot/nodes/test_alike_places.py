@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
+import numpy as np
 import pytest
 
 from actors import Child
@@ -123,3 +124,31 @@ async def test_a_localizer_that_failed_while_it_was_in_doubt_says_when_it_no_lon
     rig.publish(INITIAL_POSE, told(HERE))
     await walked.on(2.0)
     assert states.newest.data == "tracking"
+
+
+async def test_a_localizer_that_failed_while_it_was_in_doubt_is_in_doubt_until_it_has_looked(rig: Rig) -> None:
+    walked = await walk(rig, HALL)
+    poses, states = rig.probe(POSE), rig.probe(LOCALIZATION)
+    await walked.on(5.0)
+    so_far = len(states)
+    rig.crash("localizer")
+    await walked.on(3.0)
+    assert [state.data for state in states][so_far:] == []
+    await walked.on(8.0, speed=0.9)
+    here = from_pose(poses.newest.pose)
+    assert states.newest.data == "tracking"
+    assert (here.x, here.y) == pytest.approx((walked.here.x, walked.here.y), abs=0.05)
+
+
+async def test_a_word_about_the_place_before_the_first_scan_is_heeded_with_the_first_scan(rig: Rig) -> None:
+    walked = await walk(rig, HALL)
+    poses, states = rig.probe(POSE), rig.probe(LOCALIZATION)
+    covariance = np.zeros(36)
+    covariance[[0, 7, 35]] = 0.5**2
+    about = PoseWithCovariance(pose=to_pose(Pose2(HERE.x + 1.0, HERE.y - 0.5, HERE.yaw + 0.6)), covariance=covariance)
+    rig.publish(INITIAL_POSE, PoseWithCovarianceStamped(header=Header(frame_id="map"), pose=about))
+    await rig.advance(1.0)
+    await walked.on(0.8)
+    here = from_pose(poses.newest.pose)
+    assert (here.x, here.y) == pytest.approx((HERE.x, HERE.y), abs=0.05)
+    assert [state.data for state in states] == []

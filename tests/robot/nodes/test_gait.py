@@ -348,3 +348,14 @@ class _Broken:
 
     def __init__(self, body: Body, joints: object) -> None:
         self.advance, self.imu, self.joints = body.advance, body.imu, joints
+
+
+async def test_the_feet_of_a_body_that_steps_by_itself_tell_of_no_ice(rig: Rig) -> None:
+    walker = Robot("empty", body="kinematic", seed=1)
+    await rig.start(only(walker.tree, ["motors", "proprioception", "gait"]))
+    status = rig.probe(GAIT_STATUS)
+    assert (await rig.call(WALK, Trigger.Request())).success
+    for _ in range(40):
+        rig.publish(CMD_VEL, twist(1.6))
+        await rig.advance(0.1)
+    assert status.newest.goal == "walk"

@@ -177,6 +177,16 @@ async def test_a_robot_that_lies_or_does_not_know_where_it_is_takes_in_nothing(r
     assert len(reliefs) == 1
 
 
+async def test_a_robot_that_stands_up_after_a_while_knows_the_floor_under_it(rig: Rig) -> None:
+    await rig.start(Child(Elevation))
+    reliefs = rig.probe(RELIEF)
+    told = Told(rig, CHEST)
+    await told.stands(Mode.SIT)
+    await rig.advance(60.0)
+    await told.looks(1)
+    assert kind(reliefs.newest, 0.0, 0.0, half=0.3) == {FREE}
+
+
 async def test_what_the_lidar_looks_through_is_gone(rig: Rig) -> None:
     await rig.start(Child(Elevation))
     reliefs = rig.probe(RELIEF)
