@@ -49,8 +49,7 @@ async def echo(options: argparse.Namespace) -> Exit:
     chosen = _chosen(options)
     name = absolute(options.action_name)
     async with seen(options) as graph:
-        uses = uses_of(graph, name)
-        if not uses and options.action_type is None:
+        if options.action_type is None and not await graph.late(lambda: bool(uses_of(graph, name)), options.spin_time):
             raise CommandFailed(f"nobody serves {name}, so its type is not known: give it after the action")
         kind = await action_type(graph, options.action_type, lambda: uses_of(graph, name), name)
         interfaces = [one for one in _interfaces(kind, name, stated_qos(options, qos.SERVICES)) if one.name in chosen]

@@ -9,6 +9,7 @@ from typing import Any
 from actors import ActorError, Service
 from actors.names.names import is_hidden
 from actors.suggest import did_you_mean
+from cli import looking
 from cli.command import CommandFailed
 from cli.graph import Seen
 from cli.view import absolute
@@ -25,10 +26,10 @@ def node_names(graph: Seen, hidden: bool = False) -> list[str]:
     return sorted(name for name in names if hidden or not is_hidden(name))
 
 
-async def found_node(graph: Seen, name: str, timeout: float = 0.0) -> str:
+async def found_node(graph: Seen, name: str, timeout: float | None = None) -> str:
     """The full name of a node that is there, or appears within `timeout` seconds. Raises `CommandFailed`: Node not found."""
     full = absolute(name)
-    end = asyncio.get_running_loop().time() + timeout
+    end = asyncio.get_running_loop().time() + (looking.LATE if timeout is None else timeout)
     while full not in node_names(graph, hidden=True):
         if asyncio.get_running_loop().time() >= end:
             raise CommandFailed(f"Node not found{did_you_mean(full, node_names(graph))}")

@@ -54,14 +54,15 @@ def _containers(graph: Seen) -> list[str]:
     return sorted(name.removesuffix(last) for name in graph.system.graph.services if name.endswith(last))
 
 
-def _container(graph: Seen, name: str) -> str:
+async def _container(graph: Seen, options: argparse.Namespace) -> str:
     from actors.suggest import did_you_mean
     from cli.view import absolute
 
-    known = _containers(graph)
-    if absolute(name) not in known:
-        raise CommandFailed(f"Unable to find container node '{name}'{did_you_mean(absolute(name), known)}")
-    return absolute(name)
+    name = options.container_node_name
+    full = absolute(name)
+    if not await graph.late(lambda: full in _containers(graph), options.spin_time):
+        raise CommandFailed(f"Unable to find container node '{name}'{did_you_mean(full, _containers(graph))}")
+    return full
 
 
 async def _ask(graph: Seen, container: str, kind: Any, last: str, options: argparse.Namespace, **fields: Any) -> Any:
@@ -78,8 +79,8 @@ async def _list(options: argparse.Namespace) -> Exit:
 
     found: dict[str, list[tuple[int, str]]] = {}
     async with seen(options) as graph:
-        one = options.container_node_name
-        for container in _containers(graph) if one is None else [_container(graph, one)]:
+        every = options.container_node_name is None
+        for container in _containers(graph) if every else [await _container(graph, options)]:
             found[container] = []
             if not options.containers_only:
                 answer = await _ask(graph, container, ListNodes, "list_nodes", options)
@@ -119,7 +120,7 @@ async def _load(options: argparse.Namespace) -> Exit:
         "extra_arguments": parameters(options.extra_argument),
     }
     async with seen(options) as graph:
-        container = _container(graph, options.container_node_name)
+        container = await _container(graph, options)
         answer = await _ask(graph, container, LoadNode, "load_node", options, **fields)
     if not answer.success:
         raise CommandFailed(f"Failed to load component: {answer.error_message}")
@@ -139,7 +140,7 @@ async def _unload(options: argparse.Namespace) -> Exit:
 
     ended, unloaded = Exit.DONE, list[int]()
     async with seen(options) as graph:
-        container = _container(graph, options.container_node_name)
+        container = await _container(graph, options)
         for uid in options.component_uid:
             answer = await _ask(graph, container, UnloadNode, "unload_node", options, unique_id=uid)
             if not answer.success:

@@ -5,17 +5,17 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
-from collections.abc import AsyncGenerator, Callable
-from contextlib import AsyncExitStack, asynccontextmanager
+from collections.abc import AsyncGenerator, Callable, Generator
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 
 from actors import Child, Node, System, run
 from actors.logs import ERROR, LogRecord
 from actors.names.names import InvalidName, validate_node_name
 from actors.transport import WireUnavailable, transport_from_environment
 from cli.command import CommandFailed
+from cli.looking import late, settle
 from cli.parsing import add_graph_options
 from cli.types import learn_folders
-from cli.view import LATE, QUIET
 
 __all__ = ["Seen", "add_graph_options", "seen"]
 
@@ -29,42 +29,23 @@ class Seen:
 
     async def settle(self, most: float) -> None:
         """Return when other processes have been found and nothing has changed for a moment; after `most` seconds in any case."""
-        changed = asyncio.Event()
-        graph = self.system.graph
-        forget = graph.on_change(changed.set)
-        try:
-            async with asyncio.timeout(most):
-                while True:
-                    changed.clear()
-                    try:
-                        async with asyncio.timeout(QUIET):
-                            await changed.wait()
-                    except TimeoutError:
-                        if any(True for _ in graph.elsewhere()):
-                            return
-                        await changed.wait()
-        except TimeoutError:
-            return
-        finally:
-            forget()
+        with self._news() as news:
+            await settle(news, lambda: any(True for _ in self.system.graph.elsewhere()), most)
 
     async def late(self, wanted: Callable[[], bool], most: float) -> bool:
-        """Wait until `wanted`, which looks at the graph, is true, and return whether it is; `most` seconds, or `LATE` if that is longer.
+        """Wait for something that is asked for by its name. See `cli.looking.late`."""
+        with self._news() as news:
+            return await late(news, wanted, most)
 
-        The graph may seem complete too early where the machine is busy, or a process has just been started.
-        """
-        changed = asyncio.Event()
-        forget = self.system.graph.on_change(changed.set)
+    @contextmanager
+    def _news(self) -> Generator[asyncio.Event]:
+        """An event that is set at every change of the graph, for as long as the block lasts."""
+        news = asyncio.Event()
+        forget = self.system.graph.on_change(news.set)
         try:
-            async with asyncio.timeout(max(most, LATE)):
-                while not wanted():
-                    changed.clear()
-                    await changed.wait()
-        except TimeoutError:
-            return False
+            yield news
         finally:
             forget()
-        return True
 
 
 @asynccontextmanager

@@ -66,7 +66,7 @@ async def definitions(options: argparse.Namespace) -> Exit:
     if any(not _known(source) for source in wanted):
         async with seen(options) as graph:
             for source in wanted:
-                await _learn(graph, source)
+                await _learn(graph, source, options)
     asked = {name for source in wanted for name in _known(source)}
     for source in wanted:
         if not _known(source):
@@ -88,12 +88,19 @@ def _packages(names: Iterable[str]) -> set[str]:
     return {name.partition("/")[0] for name in names}
 
 
-async def _learn(graph: Seen, source: str) -> None:
+async def _learn(graph: Seen, source: str, options: argparse.Namespace) -> None:
     """Fetch the types of the graph that a word stands for and that are not known here."""
+    if not _known(source):
+        await graph.late(lambda: any(_is_of(use, source) for use in _used(graph)), options.spin_time)
     for use in list(_used(graph)):
-        package, _, leaf = use.name.split("/")
-        if source in (package, f"{package}/{leaf}", use.name) and find(use.name) is None:
+        if _is_of(use, source) and find(use.name) is None:
             await resolved(graph, _GETTERS[use.word], use.word, use.name, partial(_ends, graph, use), use.place)
+
+
+def _is_of(use: Use, source: str) -> bool:
+    """Whether a word stands for the type that is used, or for its package."""
+    package, _, leaf = use.name.split("/")
+    return source in (package, f"{package}/{leaf}", use.name)
 
 
 def _ends(graph: Seen, use: Use) -> list[tuple[str, Any]]:

@@ -75,7 +75,7 @@ async def _ask(graph: Seen, node: str, kind: Any, last: str, options: argparse.N
     from cli.asking import ask
 
     name = f"{node}/{last}"
-    if name not in graph.system.graph.services:
+    if not await graph.late(lambda: name in graph.system.graph.services, options.spin_time):
         raise CommandFailed(f"{node} is no managed node: it has no service {name}")
     service: Service[Any, Any] = Service(kind, name)
     return await ask(graph, node, service, kind.Request(**fields), options)

@@ -26,7 +26,7 @@ async def show(options: argparse.Namespace) -> Exit:
     """Print the level of each node's logger, as far as one has been set, and of its process, with an empty name."""
     found: dict[str, dict[str, str]] = {}
     async with seen(options) as graph:
-        for node in _serving(graph, GET, options.node):
+        for node in await _serving(graph, GET, options.node, options):
             names = ("", logger_name(node))
             service = Service(GetLoggerLevels, f"{node}/{GET}")
             answer = await ask(graph, node, service, GetLoggerLevels.Request(names=names), options)
@@ -46,8 +46,7 @@ async def set_levels(options: argparse.Namespace) -> Exit:
     ended = Exit.DONE
     async with seen(options) as graph:
         for logger, level in wanted:
-            nodes = _serving(graph, SET, [logger] if logger else [])
-            for node in nodes:
+            for node in await _serving(graph, SET, [logger] if logger else [], options):
                 request = SetLoggerLevels.Request(levels=(LoggerLevel(name=logger, level=level),))
                 answer = await ask(graph, node, Service(SetLoggerLevels, f"{node}/{SET}"), request, options)
                 for result in answer.results:
@@ -68,20 +67,27 @@ def _parsed(text: str) -> tuple[str, Level]:
         raise CommandFailed(f"--set {text}: {error}") from None
 
 
-def _serving(graph: Seen, service: str, wanted: Iterable[str]) -> list[str]:
+async def _serving(graph: Seen, service: str, wanted: Iterable[str], options: argparse.Namespace) -> list[str]:
     """The nodes that serve levels: those that are wanted, by name or namespace, or all. Raises `CommandFailed` if there is none."""
-    loggers = [logger_name(name.rstrip("/")) for name in wanted]
-    nodes = [
-        node
-        for node in node_names(graph)
-        if not loggers or any(f"{logger_name(node)}.".startswith(f"{logger}.") for logger in loggers)
-    ]
-    if not nodes:
-        raise CommandFailed(f"Node not found: {', '.join(wanted) or 'there is none'}")
-    serving = [node for node in nodes if f"{node}/{service}" in graph.system.graph.services]
-    if not serving:
-        raise CommandFailed(f"{', '.join(nodes)}: no logger service; {REMEDY}")
-    return serving
+    loggers = [f"{logger_name(name.rstrip('/'))}." for name in wanted]
+
+    def nodes() -> list[str]:
+        names = node_names(graph)
+        return [
+            node for node in names if not loggers or any(f"{logger_name(node)}.".startswith(one) for one in loggers)
+        ]
+
+    def serving() -> list[str]:
+        return [node for node in nodes() if f"{node}/{service}" in graph.system.graph.services]
+
+    if not await graph.late(lambda: bool(serving()), options.spin_time):
+        found = nodes()
+        raise CommandFailed(
+            f"{', '.join(found)}: no logger service; {REMEDY}"
+            if found
+            else f"Node not found: {', '.join(wanted) or 'there is none'}"
+        )
+    return serving()
 
 
 def _word(level: int) -> str:

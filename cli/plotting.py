@@ -48,15 +48,26 @@ class Series(NamedTuple):
 
 def split(text: str, topics: Sequence[str]) -> tuple[str, str]:
     """The topic and the path of the field that ``/imu/data/angular_velocity/z`` names. Raises `CommandFailed` if no topic fits."""
-    name = absolute(text.partition("[")[0])
-    found = max((topic for topic in topics if name.startswith(f"{topic}/")), key=len, default=None)
+    found = _topic_in(text, topics)
     if found is None:
-        hint = did_you_mean(name, topics)
+        hint = did_you_mean(absolute(text.partition("[")[0]), topics)
         raise CommandFailed(
             f"{text}: no topic of the graph begins so{hint}; write TOPIC/FIELD, such as /imu/data/angular_velocity/z"
         )
     path = absolute_text(text)[len(found) + 1 :].replace("[", ".[").replace("/", ".")
     return found, path
+
+
+def _topic_in(text: str, topics: Sequence[str]) -> str | None:
+    """The longest topic with which a text begins."""
+    name = absolute(text.partition("[")[0])
+    return max((topic for topic in topics if name.startswith(f"{topic}/")), key=len, default=None)
+
+
+def _topics(graph: Seen) -> list[str]:
+    """The topics that somebody publishes, but for hidden ones."""
+    topics = graph.system.graph.topics
+    return [name for name, entry in topics.items() if entry.publishers and not is_hidden(name)]
 
 
 def absolute_text(text: str) -> str:
@@ -69,8 +80,8 @@ async def plot(options: argparse.Namespace) -> Exit:
     if options.png is not None:
         _require_matplotlib()
     async with seen(options) as graph:
-        topics = [name for name, entry in graph.system.graph.topics.items() if entry.publishers and not is_hidden(name)]
-        chosen = [split(text, topics) for text in options.fields]
+        await graph.late(lambda: all(_topic_in(text, _topics(graph)) for text in options.fields), options.spin_time)
+        chosen = [split(text, _topics(graph)) for text in options.fields]
         series = [Series(absolute_text(text), [], []) for text in options.fields]
         drawn = options.csv != "-"
         with _table(options.csv) as table:

@@ -19,7 +19,7 @@ from cli.types import service_type
 from cli.values import Values, read_stdin, read_values
 from cli.view import absolute
 
-__all__ = ["call"]
+__all__ = ["call", "uses_of"]
 
 SAY = 1.0
 """Seconds after which a wait for a service is spoken of, also where nothing is called like it."""
@@ -31,7 +31,7 @@ async def call(options: argparse.Namespace) -> Exit:
     """Call a service, and print request and response."""
     name = absolute(options.service_name)
     async with seen(options) as graph:
-        kind = await service_type(graph, options.service_type, lambda: _uses(graph, name), name)
+        kind = await service_type(graph, options.service_type, lambda: uses_of(graph, name), name)
         values = read_values(read_stdin() if options.stdin else options.values, kind.Request)
         service: Service[Any, Any] = Service(kind, name)
         await _available(graph, service, options)
@@ -44,7 +44,8 @@ async def call(options: argparse.Namespace) -> Exit:
             await asyncio.sleep(max(0, started + 1 / options.rate - loop.time()))
 
 
-def _uses(graph: Seen, name: str) -> list[tuple[str, Any]]:
+def uses_of(graph: Seen, name: str) -> list[tuple[str, Any]]:
+    """The nodes of other processes that serve a service, each with its type."""
     entry = graph.system.graph.services.get(name)
     return [] if entry is None else [(server.host, server.type) for server in entry.remotes]
 

@@ -14,6 +14,7 @@ from cli.graph import seen
 from cli.output import print_json
 from cli.parsing import complain
 from cli.quality import stated_qos
+from cli.service_call import uses_of
 from cli.text import message_csv, message_json, plain, yaml_of
 from cli.topic.echo import style_of
 from cli.types import service_type
@@ -28,11 +29,9 @@ async def echo(options: argparse.Namespace) -> Exit:
     """Print the events of a service until Ctrl-C."""
     name = absolute(options.service_name)
     async with seen(options) as graph:
-        entry = graph.system.graph.services.get(name)
-        uses = [] if entry is None else [(server.host, server.type) for server in entry.remotes]
-        if not uses and options.service_type is None:
+        if options.service_type is None and not await graph.late(lambda: bool(uses_of(graph, name)), options.spin_time):
             raise CommandFailed(f"nobody serves {name}, so its type is not known: give it after the service")
-        kind: Any = await service_type(graph, options.service_type, lambda: uses, name)
+        kind: Any = await service_type(graph, options.service_type, lambda: uses_of(graph, name), name)
         events = service_event_topic(name)
         known = graph.system.graph.topics.get(events)
         if known is None or not known.publishers:

@@ -9,7 +9,7 @@ import argparse
 import asyncio
 import os
 from collections.abc import AsyncGenerator, Callable, Iterable
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from typing import NamedTuple
 
 from actors.names.names import InvalidName, is_hidden, validate_full_name
@@ -20,6 +20,7 @@ from actors.transport.format.gids import gid_of
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, graph_of, parse_token
 from actors.transport.protocol import Outlet, Transport
 from cli.command import CommandFailed
+from cli.looking import late, settle
 
 __all__ = [
     "CLIENT",
@@ -36,12 +37,6 @@ __all__ = [
 ]
 
 PUBLISHER, SUBSCRIPTION, SERVER, CLIENT = EndpointKind
-
-LATE = 1.0
-"""Seconds for which something that is asked for by its name is waited for at least."""
-
-QUIET = 0.06
-"""Seconds without news after which the graph counts as complete: other processes of a host are found within 40 ms."""
 
 _FEEDBACK = "/_action/feedback"
 
@@ -103,19 +98,11 @@ class GraphView:
 
     async def settle(self, most: float) -> None:
         """Return when others have been found and nothing has changed for a moment; after `most` seconds in any case."""
-        try:
-            async with asyncio.timeout(most):
-                while True:
-                    self._news.clear()
-                    try:
-                        async with asyncio.timeout(QUIET):
-                            await self._news.wait()
-                    except TimeoutError:
-                        if self._nodes:
-                            return
-                        await self._news.wait()
-        except TimeoutError:
-            return
+        await settle(self._news, lambda: bool(self._nodes), most)
+
+    async def late(self, wanted: Callable[[], bool], most: float) -> bool:
+        """Wait for something that is asked for by its name. See `cli.looking.late`."""
+        return await late(self._news, wanted, most)
 
     async def changed(self) -> None:
         """Wait until something appears or vanishes."""
@@ -203,18 +190,15 @@ def transport_of(options: argparse.Namespace) -> Transport:
 
 @asynccontextmanager
 async def look(
-    options: argparse.Namespace, wanted: Callable[[GraphView], object] = lambda view: True
+    options: argparse.Namespace, wanted: Callable[[GraphView], bool] = lambda view: True
 ) -> AsyncGenerator[GraphView]:
-    """The graph of ROS_DOMAIN_ID, as soon as it seems complete. Raises `CommandFailed` if it cannot be reached.
+    """The graph of ROS_DOMAIN_ID, as soon as it seems complete, and what is `wanted` of it is there or has been waited for.
 
-    It may seem so too early where the machine is busy, or a process has just been started. So what is `wanted` of it is waited for.
+    Raises `CommandFailed` if it cannot be reached.
     """
     async with watching(options) as (view, _):
         await view.settle(options.spin_time)
-        with suppress(TimeoutError):
-            async with asyncio.timeout(max(options.spin_time, LATE)):
-                while not wanted(view):
-                    await view.changed()
+        await view.late(lambda: wanted(view), options.spin_time)
         yield view
 
 

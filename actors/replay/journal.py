@@ -166,13 +166,13 @@ class Journal:
         """Keep a journal of a node, or of a subtree by its path, that runs, from the next life on: its supervisor stops it in order and
         starts it anew at once.
 
-        What waits for it then is lost. Returns when it is ready, at once if its journal is kept already. Raises what `check` raises, and
-        `StartFailed`; it is then stopped.
+        What waits for it then is lost. Returns when it is ready, at once if its journal is kept already. Raises what `check` raises;
+        `ReplayError`, too, if the journal cannot be written, and the node runs on without; and `StartFailed`, and the node is stopped.
         """
         await self.restart(self.check(node))
 
     async def restart(self, name: str) -> None:
-        """As `begin`, for a name that `check` has just returned."""
+        """As `begin`, for a name that `check` has returned. Raises `LookupError` if what it names has gone since."""
         if name in self._recordings:
             return
         assert self._system is not None
@@ -181,12 +181,16 @@ class Journal:
         self._nodes.add(name)
         directory = self._system.runtime.directory
         path = tuple(name.split("/")) if is_subtree(name) else directory.named(name).path
-        supervisor = next(one for one in self._system.supervisor.below() if one.path == path[:-1])
+        supervisor = next((one for one in self._system.supervisor.below() if one.path == path[:-1]), None)
+        if supervisor is None:
+            raise LookupError(f"{name} has gone with its supervisor")
         if is_subtree(name):
             await supervisor.terminate_child(path[-1])
             await supervisor.restart_child(path[-1])
         else:
             await supervisor.replace(path[-1], directory.named(name).child.factory)
+        if name in self.refused:
+            raise ReplayError(f"no journal of {name} is kept: {self.refused[name]}")
 
     # -- between supervisor and node -----------------------------------------------------------------------------------------
 
@@ -197,10 +201,13 @@ class Journal:
         assert self._system is not None
         try:
             start = self._start_of(record, name)
+            recording = self._recordings.get(name) or self._open(name)
         except ReplayError as error:
             self._refuse(name, f"{record.identity.fqn}: {error}" if is_subtree(name) else str(error))
             return None
-        recording = self._recordings.get(name) or self._open(name)
+        except OSError as error:
+            self._refuse(name, f"its journal cannot be written: {error}")
+            return None
         if start.node not in recording.members:
             self._system.runtime.renew(record)  # what is left of an earlier life is in no journal
         record.inbox.border = recording  # that of the first record, or of a node that was removed and added again
@@ -221,7 +228,7 @@ class Journal:
         assert self._system is not None
         self.refused[name] = why
         if (recording := self._recordings.get(name)) is not None:
-            recording.spool.failure = why
+            recording.give_up(why)
         self._system.log.warning("no journal is kept", node_name=name, because=why)
 
     def _open(self, name: str) -> Recording:

@@ -80,7 +80,7 @@ class JournalPublisher(Node):
     async def _begin(self, name: str) -> None:
         try:
             await self._journal.restart(name)
-        except ActorError as error:
+        except (ActorError, LookupError) as error:
             self.log.error("no journal was begun", node_name=name, because=described(error))
 
     @every(hz=2)

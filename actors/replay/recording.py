@@ -52,6 +52,12 @@ class Recording(Edge):
         """Write what is in memory to the file of the journal."""
         self._explained -= self.spool.flush()
 
+    def give_up(self, why: str) -> None:
+        """Keep nothing any more: there will be no journal."""
+        self.spool.failure = why
+        self.spool.entries.clear()
+        self._put = _nothing
+
     def take(self) -> list[bytes]:
         """The parts of the journal that are new since the last call."""
         self.flush()

@@ -350,7 +350,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
             return False
         self._spins = 0
         limit = self.socket_patience
-        if self._outside.seconds_of_input(self._instant) > limit and not self.wait_for_io:
+        if self._outside.input_lasts(self._instant, limit) and not self.wait_for_io:
             reason = f"Sockets or signals have kept the loop busy for {limit:g} real seconds at one instant"
             raise Livelock(self._news(reason, deadlock.BUSY_SOCKETS))
         return True

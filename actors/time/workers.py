@@ -50,15 +50,18 @@ class OutsideWork:
             names += self._anyio_calls()
         return sorted(names)
 
-    def seconds_of_input(self, instant: float) -> float:
-        """For how long, in real seconds, sockets and signals have had news at this instant of virtual time; 0 while there is outside work.
+    def input_lasts(self, instant: float, limit: float) -> bool:
+        """Whether sockets and signals have had news at this instant of virtual time for more than `limit` real seconds, without outside work.
 
-        Called at each news.
+        Called at each news. If so, the time is counted anew: the loop is still needed for the clean-up.
         """
         now = time.perf_counter()
         if self._input_at != instant or self.possible():
             self._input_at, self._input_since = instant, now
-        return now - self._input_since
+        lasts = now - self._input_since > limit
+        if lasts:
+            self._input_since = now
+        return lasts
 
     @contextmanager
     def during(self, reason: str) -> Generator[None]:

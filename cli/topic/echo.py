@@ -66,19 +66,24 @@ async def echo(options: argparse.Namespace) -> Exit:
 async def topic_of(graph: Seen, options: argparse.Namespace) -> Topic[Any]:
     """The topic that is asked for, with its type and a quality of service that fits. Tells if nobody publishes it."""
     name = absolute(options.topic_name)
-    entry = graph.system.graph.topics.get(name)
-    publishers = [] if entry is None else entry.publishers
-    ends = [] if entry is None else [*entry.publishers, *entry.subscriptions]
-    if not ends and getattr(options, "message_type", None) is None:
+    wanted = getattr(options, "message_type", None)
+    if wanted is None and not await graph.late(lambda: bool(_uses(graph, name)), options.spin_time):
         complain(f"WARNING: topic [{name}] does not appear to be published yet{did_you_mean(name, _published(graph))}")
         raise CommandFailed("Could not determine the type for the passed topic: give it after the topic")
-    wanted = getattr(options, "message_type", None)
-    kind = await message_type(graph, wanted, lambda: [(end.node.fqn, end.type) for end in ends], name)
+    kind = await message_type(graph, wanted, lambda: _uses(graph, name), name)
+    entry = graph.system.graph.topics.get(name)
+    publishers = [] if entry is None else entry.publishers
     quality = fitting_qos([publisher.qos for publisher in publishers], options)
     if not publishers:
         complain(f"nobody publishes {name} now{did_you_mean(name, _published(graph))}; waiting")
     _complain_of_quality(name, entry, quality, options)
     return Topic(kind, name, quality)
+
+
+def _uses(graph: Seen, name: str) -> list[tuple[str, Any]]:
+    """The nodes that publish a topic or subscribe to it, each with its type."""
+    entry = graph.system.graph.topics.get(name)
+    return [] if entry is None else [(end.node.fqn, end.type) for end in (*entry.publishers, *entry.subscriptions)]
 
 
 def _complain_of_quality(name: str, entry: TopicEntry | None, wanted: QoS, options: argparse.Namespace) -> None:

@@ -9,6 +9,7 @@ import pytest
 from actors import Child, Node, Topic, run
 from actors.interfaces.std_msgs.msg import String
 from cli.graph import Seen
+from cli.looking import QUIET, settle
 
 pytestmark = pytest.mark.virtual
 
@@ -34,3 +35,20 @@ async def test_what_shows_itself_late_is_waited_for_a_second_or_as_long_as_the_o
         assert loop.time() - begun == pytest.approx(2.5)
         assert await seen.late(published, 0.0)
         assert loop.time() - begun == pytest.approx(2.5)
+
+
+async def test_news_that_come_when_the_time_is_just_over_are_news() -> None:
+    """A process that was held up finds both at once: that the time is over, and what has come meanwhile."""
+    loop, news = asyncio.get_running_loop(), asyncio.Event()
+    loop.call_later(QUIET, news.set)
+    begun = loop.time()
+    await settle(news, lambda: True, 1.0)
+    assert loop.time() - begun == pytest.approx(2 * QUIET)
+
+
+async def test_the_graph_of_a_command_that_finds_nobody_is_looked_at_for_as_long_as_the_options_say() -> None:
+    loop, news = asyncio.get_running_loop(), asyncio.Event()
+    loop.call_later(0.2, news.set)
+    begun = loop.time()
+    await settle(news, lambda: False, 0.5)
+    assert loop.time() - begun == pytest.approx(0.5)

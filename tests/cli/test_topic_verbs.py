@@ -11,7 +11,8 @@ import pytest
 from actors import Child
 from actors.interfaces.geometry_msgs.msg import Twist
 from tests.cli.conftest import Command, SystemOf
-from tests.cli.stage import Base, Listener, Talker
+from tests.cli.stage import Base, Camera, Listener, Talker
+from tests.cli.test_other_verbs import Box
 
 
 async def until(condition: Any) -> None:
@@ -82,7 +83,7 @@ async def test_what_is_asked_for_by_its_name_is_waited_for_a_moment(
     system_of: SystemOf, command: Command, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], line: str
 ) -> None:
     """A process that has just started, or a busy machine, used to be answered with `Unknown topic`."""
-    monkeypatch.setattr("cli.view.LATE", 20.0)
+    monkeypatch.setattr("cli.looking.LATE", 20.0)
     async with system_of(Base):
         asked = asyncio.ensure_future(command(*words))
         await asyncio.sleep(0)
@@ -90,6 +91,33 @@ async def test_what_is_asked_for_by_its_name_is_waited_for_a_moment(
             found = await asked
 
     assert (found.code, found.out.splitlines()[0]) == (0, line)
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (("param", "list", "/camera"), "  use_sim_time"),
+        (("lifecycle", "get", "/camera"), "unconfigured [1]"),
+        (("topic", "echo", "/chatter", "--once"), "data: hello"),
+        (("log", "--levels", "--node", "/arm"), "/arm: info (that of its process)"),
+        (("component", "list", "/box", "--containers-only"), ""),
+    ],
+)
+async def test_verbs_of_a_node_of_their_own_wait_for_what_they_are_asked_for(
+    system_of: SystemOf, command: Command, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], line: str
+) -> None:
+    """They used to say that it is not there when nothing had been heard of it for 60 ms."""
+    monkeypatch.setattr("cli.looking.LATE", 20.0)
+    monkeypatch.setattr("cli.looking.QUIET", 0.001)  # as if the machine had been busy for all of it
+    arm = Child(Base, name="arm", parameters={"enable_logger_service": True})
+    async with system_of(Base) as system:
+        asked = asyncio.ensure_future(command(*words))
+        await until(lambda: any("cli" in node.fqn for node in system.graph.elsewhere()))
+        async with system_of(Talker, Camera, arm, Child(Box, name="box")):
+            found = await asked
+
+    assert (found.code, found.err) == (0, "")
+    assert line in found.out.splitlines() or not line
 
 
 async def test_everything_can_be_had_as_json(system_of: SystemOf, command: Command) -> None:

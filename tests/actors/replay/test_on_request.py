@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -131,6 +132,25 @@ def test_another_process_begins_a_journal_by_a_parameter_and_is_told_why_not() -
     assert failed.fields["node_name"] == "/once"
     assert "the device is gone" in failed.fields["because"]
     assert replay(journal.tape("hero")).equal
+
+
+def test_a_node_runs_on_whose_journal_cannot_be_written_and_whoever_began_it_is_told(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("a file", encoding="utf-8")
+
+    async def main() -> Journal:
+        journal = Journal(on_request=True, folder=tmp_path / "taken")
+        async with run(OTHERS, HERO, observers=(journal,), sinks=()) as system:
+            with pytest.raises(
+                ReplayError, match=r"no journal of /hero is kept: its journal cannot be written: .*taken"
+            ):
+                await journal.begin("hero")
+            await system.clock.sleep(0.1)
+            assert system.node(Hero).incarnation == 2
+        return journal
+
+    journal = execute(main, clock="virtual")
+    with pytest.raises(ReplayError, match="there is no journal of hero: its journal cannot be written"):
+        journal.tape("hero")
 
 
 def test_a_journal_that_no_run_has_begins_nothing() -> None:

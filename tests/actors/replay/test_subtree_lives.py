@@ -178,6 +178,21 @@ def test_a_subtree_with_a_node_that_cannot_be_kept_has_no_journal_and_runs_on() 
     assert whole.fields["node_name"] == "world/team"
 
 
+def test_when_a_journal_was_given_up_nothing_is_kept_of_what_comes_in_later() -> None:
+    async def main() -> list[object]:
+        journal: Any = Journal("world/team")
+        team = Supervisor("team", children=[Child(Doubler), Child(Holding, args=(lambda: None,))])
+        tree = Supervisor("world", children=[Child(Source), team])
+        async with run(tree, observers=(journal,), sinks=()) as system:
+            await system.clock.sleep(0.1)
+            system.crash(Doubler, RuntimeError("struck"))  # no code of its next life is recorded
+            await system.clock.sleep(1.0)
+            assert system.node(Doubler).incarnation == 2
+            return [*journal._recordings["world/team"].spool.entries]
+
+    assert execute(main, clock="virtual") == []
+
+
 def test_a_node_is_in_the_journal_of_its_subtree_alone() -> None:
     async def main() -> Journal:
         journal = Journal("summer", "world/team")

@@ -322,6 +322,32 @@ class TestSocketsAndSignals:
         assert "reconnect" in report
         assert "let it sleep between two attempts" in report
 
+    def test_the_clean_up_after_that_may_use_sockets(self) -> None:
+        cleaned: list[bytes] = []
+
+        async def talk(times: int | None, heard: list[bytes]) -> None:
+            """Send a byte again and again, and wait for each."""
+            loop = asyncio.get_running_loop()
+            here, there = socket.socketpair()
+            with here, there:
+                here.setblocking(False)
+                there.setblocking(False)
+                while times is None or len(heard) < times:
+                    received = asyncio.ensure_future(loop.sock_recv(here, 1))
+                    await asyncio.sleep(0)
+                    await loop.sock_sendall(there, b"x")
+                    heard.append(await received)
+
+        async def main() -> None:
+            try:
+                await talk(None, [])
+            finally:
+                await talk(20, cleaned)
+
+        with pytest.raises(Livelock):
+            run(main, socket_patience=0.05)
+        assert len(cleaned) == 20
+
     def test_traffic_at_one_instant_may_last_while_a_thread_is_waited_for(self) -> None:
         async def main() -> tuple[int, float]:
             loop, over = asyncio.get_running_loop(), threading.Event()

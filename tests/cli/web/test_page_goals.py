@@ -103,3 +103,26 @@ async def test_what_is_no_value_is_told_beside_its_field_and_so_is_what_the_node
         await laps.fill("8")
         await send.click()
         await until(lambda: len(guard.goals) == 1)
+
+
+async def test_a_goal_as_json_that_does_not_fit_its_type_is_told_of_and_stays() -> None:
+    async with browsing(tree=Supervisor("tree", children=[Child(Guard)])) as visit:
+        await visit.open("goals?action=/patrol")
+        page = visit.page
+        laps, turn, goal = (
+            page.get_by_label("laps uint8"), page.get_by_role("button", name="As JSON"), page.get_by_label("Goal, as JSON")
+        )  # fmt: skip
+        await expect(laps).to_have_value("2", timeout=15_000)
+        await turn.click()
+        for text, reason in (
+            ('{"places": 5}', "places: an array is wanted"),
+            ('{"words": "x"}', "words: an array is wanted"),
+        ):
+            await goal.fill(text)
+            await turn.click()
+            await expect(page.get_by_text(reason)).to_be_visible()
+            await expect(goal).to_be_visible()
+        await goal.fill('{"laps": 3}')
+        await turn.click()
+        await expect(laps).to_have_value("3")
+        await expect(goal).to_be_hidden()

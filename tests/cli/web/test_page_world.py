@@ -12,6 +12,7 @@ from matplotlib.image import imread
 from playwright.async_api import Page, expect
 
 from actors import Child, Node, Supervisor, Topic, publishes, qos
+from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Point, Pose, Transform, TransformStamped
 from actors.interfaces.nav_msgs.msg import MapMetaData, OccupancyGrid
 from actors.interfaces.std_msgs.msg import Header, String
@@ -25,12 +26,20 @@ URDF = f"""<robot name="demo"><link name="base_link"><visual><geometry><mesh fil
 <material name="red"><color rgba="1 0 0 1"/></material></visual></link></robot>"""
 
 
+COUNT_TEXTURES = """window.textures = 0;
+for (const [name, more] of [["createTexture", 1], ["deleteTexture", -1]]) {
+  const plain = WebGL2RenderingContext.prototype[name];
+  WebGL2RenderingContext.prototype[name] = function (...given) { window.textures += more; return plain.apply(this, given); };
+}"""
+
+
 class Scout(Node):
     """Stands at the origin of the map, sees a wall all around it, and is lost."""
 
     frames = publishes(Topic(TFMessage, "/tf_static", qos.STATE))
     description = publishes(Topic(String, "/robot_description", qos.STATE))
     elevation = publishes(Topic(OccupancyGrid, "/elevation", qos.STATE))
+    map = publishes(Topic(OccupancyGrid, "/map", qos.STATE))
     localization = publishes(Topic(String, "/localization", qos.STATE))
 
     async def on_start(self) -> None:
@@ -45,6 +54,12 @@ class Scout(Node):
         corner = Pose(position=Point(x=-2.5, y=-2.5))
         info = MapMetaData(resolution=0.5, width=cells, height=cells, origin=corner)
         self.elevation(OccupancyGrid(header=Header(frame_id="map"), info=info, data=np.full(cells**2, 100, np.int8)))
+
+    def chart(self, second: int) -> None:
+        """A map of a free floor, as a mapping node publishes it again and again."""
+        header = Header(stamp=Time(sec=second), frame_id="map")
+        info = MapMetaData(resolution=0.5, width=20, height=20)
+        self.map(OccupancyGrid(header=header, info=info, data=np.zeros(400, np.int8)))
 
 
 async def redness(page: Page, dx: float, dy: float) -> int:
@@ -89,6 +104,25 @@ async def test_an_elevation_grid_that_grows_is_drawn_in_its_new_size() -> None:
         async with asyncio.timeout(30):
             while await redness(page, 120, 20) < 60:
                 await asyncio.sleep(0.2)
+
+
+async def test_a_map_that_comes_again_and_again_leaves_nothing_on_the_graphics_card() -> None:
+    async with browsing(tree=Supervisor("tree", children=[Child(Scout)]), size=(640, 480), webgl=True) as visit:
+        scout, page = visit.system.node(Scout), visit.page
+        await page.add_init_script(COUNT_TEXTURES)
+        scout.chart(0)
+        await visit.open("robot")
+        await page.get_by_role("button", name="3D", exact=True).click()
+        async with asyncio.timeout(30):
+            while await page.evaluate("window.robactorView ?? 'canvas'") == "canvas":
+                await asyncio.sleep(0.1)
+        await visit.counted("drawn", (await visit.report())["drawn"] + 3)
+        before = await page.evaluate("textures")
+        assert before > 0
+        for second in range(1, 7):
+            scout.chart(second)
+            await visit.counted("drawn", (await visit.report())["drawn"] + 3)
+        assert await page.evaluate("textures") <= before + 1
 
 
 async def test_a_robot_without_an_elevation_grid_has_no_such_layer() -> None:

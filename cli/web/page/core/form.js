@@ -27,6 +27,7 @@ export class Form {
     return wrong ? undefined : value;
   }
 
+  /** Throws the reason if the value does not fit the type. */
   fill(value) {
     this.root.fill(value);
   }
@@ -71,7 +72,7 @@ export class Form {
     if (this.types.has(type)) return length === -1 ? this.nested(type, kind, path, around) : this.list(type, kind, length, path, around);
     if (length === -1 && FLAGS.includes(type)) return this.flag(kind, example, path);
     const start = path.endsWith("frame_id") && !example ? "map" : length === -1 || example !== "[]" ? example : "";
-    return length === -1 ? this.text(kind, start, path, (text) => single(type, text), (value) => String(value ?? NaN)) : this.text(kind, plain(start), path, (text) => several(type, length, text), plain);
+    return length === -1 ? this.text(kind, start, path, (text) => single(type, text), (value) => String(value ?? NaN)) : this.text(kind, plain(start), path, (text) => several(type, length, text), (value) => plain(array(path, value)));
   }
 
   /** A field with one input. `read` throws the reason why there is no value, which is then beside the input. */
@@ -135,7 +136,7 @@ export class Form {
         items.length = 0;
         rows.replaceChildren();
       }
-      values.forEach((value, i) => (items[i] ?? add()).fill(value));
+      array(path, values).forEach((value, i) => (items[i] ?? add()).fill(value));
     };
     return { element, read: () => items.map((item) => item.read()), fill };
   }
@@ -143,6 +144,11 @@ export class Form {
 
 function row(path, kind, input, why) {
   return h("div.field", {}, h("label.mono", { htmlFor: input.id }, path.split(".").pop(), h("span.muted", {}, ` ${kind}`)), input, why);
+}
+
+function array(path, value) {
+  if (!Array.isArray(value)) throw new Error(`${path}: an array is wanted`);
+  return value;
 }
 
 function short(type) {

@@ -81,7 +81,13 @@ class GoalsPane {
     const goal = this.form && (toText ? this.form.read() : this.written());
     if (this.form && goal === undefined) return;
     if (toText) this.text.value = JSON.stringify(goal, null, 2);
-    else this.form?.fill(goal);
+    else
+      try {
+        this.form?.fill(goal);
+      } catch (error) {
+        return this.note.say(error.message, true);
+      }
+    this.note.say("");
     this.text.hidden = !toText;
     this.fields.hidden = toText;
     this.asText.setAttribute("aria-pressed", String(toText));

@@ -116,6 +116,7 @@ export class View3D {
     if (world.robot && this.drawn !== world.robot) this.buildRobot();
     if (world.mapVersion !== this.drawnMap) this.buildMap();
     this.map.visible = Boolean(world.latest.map);
+    this.floor.visible = !world.latest.map; // the map has lines of its own
     this.relief.visible = Boolean(world.latest.relief);
     if (world.latest.relief && world.latest.relief !== this.drawnRelief) this.buildRelief(world.latest.relief);
     this.body.visible = this.shadow.visible = Boolean(world.pose);
@@ -152,6 +153,7 @@ export class View3D {
 
   buildRobot() {
     this.drawn = this.world.robot;
+    for (const link of this.links.values()) discard(link);
     this.body.clear();
     this.links.clear();
     for (const [name, shapes] of this.drawn.links) {
@@ -212,7 +214,7 @@ export class View3D {
     const size = [width, height, resolution].join();
     if (size !== this.reliefSize) {
       this.reliefSize = size;
-      this.relief.children.slice().forEach(discard); // neither a texture nor its carpet can be given another size
+      discard(this.relief); // neither a texture nor its carpet can be given another size
       this.relief.add(carpet(reliefPicture(grid, this.palette), grid, RELIEF));
     } else {
       const texture = this.relief.children[0].material.map;
@@ -225,14 +227,13 @@ export class View3D {
   /** The map: its free cells as a floor, a box for each block of occupied cells. */
   buildMap() {
     this.drawnMap = this.world.mapVersion;
-    this.map.clear();
+    discard(this.map);
     const grid = this.world.latest.map;
     if (!grid) return;
     const { resolution } = grid.info;
     const floor = carpet(floorPicture(grid, this.palette), grid, 0);
     floor.material.map.anisotropy = 4;
     floor.renderOrder = -1;
-    this.floor.visible = false; // the map has lines of its own
     const found = blocks(grid);
     const walls = new THREE.InstancedMesh(
       new THREE.BoxGeometry(1, 1, 1), new THREE.MeshLambertMaterial({ color: this.palette.wall }), Math.max(1, found.length),
@@ -276,12 +277,15 @@ function carpet(picture, { info: { width, height, resolution } }, z) {
   return drawn;
 }
 
-/** Takes a drawn picture away, and what the graphics card holds of it. */
-function discard(drawn) {
-  drawn.removeFromParent();
-  drawn.geometry.dispose();
-  drawn.material.map.dispose();
-  drawn.material.dispose();
+/** Empty a group, and give back what the graphics card holds of it. */
+function discard(group) {
+  for (const drawn of group.children) {
+    drawn.geometry.dispose();
+    drawn.material.map?.dispose();
+    drawn.material.dispose();
+    drawn.dispose?.(); // the places of the walls
+  }
+  group.clear();
 }
 
 function flat(geometry, options) {
