@@ -13,8 +13,11 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from actors import Topic
+from actors.bag.capture import Capture
+from actors.interfaces import encode
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
+from actors.topics.arrival import Arrival
 from cli.web.outbox import GATHER, MOST_ANSWERS, MOST_BYTES, Outbox, OutboxFull, Spliced
 from cli.web.writing import written
 from tests.cli.web.stage import serving, until
@@ -251,3 +254,36 @@ async def test_messages_reach_every_client_of_a_topic_and_are_encoded_once() -> 
             stage.talker.chatter(String(data="all"))
             for client in (first, second):
                 assert json.dumps((await client.find("publish"))["msg"]) == '{"data": "all"}'
+
+
+async def test_what_is_no_message_reaches_those_who_take_cdr_and_the_others_lose_it() -> None:
+    garbage, good = b"\0\1\0\0", encode(String(data="good"))
+    async with serving() as stage, stage.rosbridge() as reader, stage.foxglove() as viewer:
+        await reader.say("subscribe", topic="/chatter")
+        await reader.call("/rosapi/get_time")
+        channel = await viewer.channel("/chatter")
+        await viewer.say("subscribe", subscriptions=[{"id": 1, "channelId": channel["id"]}])
+        await viewer.say("getParameters", parameterNames=[], id="done")
+        await viewer.find("parameterValues", id="done")
+        entry = stage.system.graph.topics["/chatter"]
+        (capture,) = entry.subscriptions
+        assert isinstance(capture, Capture)
+        for payload in (garbage, garbage, good):  # as they come from another process
+            capture.take(capture.channel, entry.publishers[0], Arrival.received(payload, String, 0))
+
+        assert (await reader.find("publish"))["msg"] == {"data": "good"}
+        assert [(await viewer.binary())[13:] for _ in range(3)] == [garbage, garbage, good]
+        assert {one.protocol: one.outbox.dropped for one in stage.server.clients} == {"rosbridge": 2, "foxglove": 0}
+
+
+async def test_a_text_that_no_wire_can_carry_is_lost_by_those_who_take_cdr() -> None:
+    async with serving() as stage, stage.foxglove() as viewer:
+        channel = await viewer.channel("/chatter")
+        await viewer.say("subscribe", subscriptions=[{"id": 1, "channelId": channel["id"]}])
+        await viewer.say("getParameters", parameterNames=[], id="done")
+        await viewer.find("parameterValues", id="done")
+        for text in ("\ud800", "good"):
+            stage.talker.chatter(String(data=text))
+
+        assert (await viewer.binary())[13:] == encode(String(data="good"))
+        assert [one.outbox.dropped for one in stage.server.clients] == [1]
