@@ -39,20 +39,34 @@ class Capture(StreamSubscription[Any]):
     """A subscription without a queue: each message is given to `take` while it is published.
 
     What other processes publish comes as it was sent, and may be no message of its type at all, unless it is to be `decoded`: what cannot be
-    is then lost. `dropped` counts what was lost on its way here.
+    is then lost. With `patient` it may wait a moment for more, which costs less (see `SubscriptionPeer.patient`). `dropped` counts what was
+    lost on its way here.
     """
 
-    __slots__ = ("_decoded", "channel", "take")
+    __slots__ = ("_decoded", "_patient", "channel", "take")
 
     def __init__(
-        self, life: Incarnation, entry: TopicRegistry, channel: Channel, qos: QoS, take: Taker, *, decoded: bool = False
+        self,
+        life: Incarnation,
+        entry: TopicRegistry,
+        channel: Channel,
+        qos: QoS,
+        take: Taker,
+        *,
+        decoded: bool = False,
+        patient: bool = False,
     ) -> None:
         super().__init__(life, entry, channel.type, qos, life.streams.remove)
         self._decoded = decoded
+        self._patient = patient
         self.channel = channel
         self.take = take
         life.streams.append(self)
         entry.add_subscription(self)
+
+    @property
+    def patient(self) -> bool:
+        return self._patient
 
     def target(self, publisher: PublisherPeer) -> Target:
         channel, take = self.channel, self.take

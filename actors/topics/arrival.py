@@ -18,7 +18,7 @@ class Arrival:
     `Arrival(message)` is a message of this process, `Arrival.received` one of another process.
     """
 
-    __slots__ = ("_cdr", "_kind", "_message", "sent_ns")
+    __slots__ = ("_cdr", "_kind", "_message", "sent_ns", "since")
 
     def __init__(self, message: Message) -> None:
         self._message: Any = message
@@ -26,12 +26,14 @@ class Arrival:
         self._cdr: bytes | None = None
         self.sent_ns: int | None = None
         """When another process sent it, in nanoseconds since 1970 on its clock; None for a message of this process."""
+        self.since: float | None = None
+        """When it arrived, in seconds on the loop's clock, if it has waited since then for a patient subscription; None: now."""
 
     @classmethod
-    def received(cls, cdr: bytes, kind: type[Message], sent_ns: int) -> Arrival:
+    def received(cls, cdr: bytes, kind: type[Message], sent_ns: int, since: float | None = None) -> Arrival:
         """A message of another process, which may hold anything: it is not decoded yet."""
         arrival = cls.__new__(cls)
-        arrival._message, arrival._kind, arrival._cdr, arrival.sent_ns = None, kind, cdr, sent_ns
+        arrival._message, arrival._kind, arrival._cdr, arrival.sent_ns, arrival.since = None, kind, cdr, sent_ns, since
         return arrival
 
     @property

@@ -166,6 +166,11 @@ class SubscriptionPeer(Peer, Protocol):
         ...
 
     @property
+    def patient(self) -> bool:
+        """Whether what arrives from other processes may wait a moment for more (`actors.transport.protocol.PATIENCE`)."""
+        ...
+
+    @property
     def full(self) -> bool:
         """Whether `Publisher.send` has to wait for this subscription. True only if it is reliable and KEEP_ALL, and has no room."""
         ...

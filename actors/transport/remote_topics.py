@@ -90,7 +90,12 @@ class RemotePublisher:
     # -- what arrives -------------------------------------------------------------------------------------------------------
 
     def arrived(
-        self, sent: Attachment, payload: bytes, kind: MessageType, subscriptions: Iterable[SubscriptionPeer]
+        self,
+        sent: Attachment,
+        payload: bytes,
+        kind: MessageType,
+        subscriptions: Iterable[SubscriptionPeer],
+        since: float | None = None,
     ) -> None:
         """Deliver a message to those of `subscriptions` that are matched."""
         # Called for every message of other processes: what only some of them need is asked for first.
@@ -105,7 +110,7 @@ class RemotePublisher:
         ]
         if not takers:
             return
-        arrival = self._arrival(number, payload, kind, sent.source_time)
+        arrival = self._arrival(number, payload, kind, sent.source_time, since)
         message: Any = None
         if self._taps or self.qos.transient_local or any(match.undecoded is None for _, match in takers):
             try:
@@ -140,7 +145,9 @@ class RemotePublisher:
         """Count a message as lost by those that need the object. Returns the others."""
         for subscription, match in takers:
             if match.undecoded is None:
-                match.unread += 1  # its number may be as wrong as the rest: as the last one it would hide what comes next
+                match.unread += (
+                    1  # its number may be as wrong as the rest: as the last one it would hide what comes next
+                )
                 subscription.count_lost(1)
         node, topic = takers[0][0].node, self.entry.name
         self._unreadable.note("a message cannot be decoded", topic, error, warn=node.warn, topic=topic)
@@ -154,10 +161,10 @@ class RemotePublisher:
             match = self._matched[subscription] = _Match(self.entry.target(self, subscription))
         return match
 
-    def _arrival(self, number: int, payload: bytes, kind: MessageType, sent_ns: int) -> Arrival:
+    def _arrival(self, number: int, payload: bytes, kind: MessageType, sent_ns: int, since: float | None) -> Arrival:
         arrival = self.kept.get(number)
         if arrival is None:
-            arrival = Arrival.received(payload, kind, sent_ns)
+            arrival = Arrival.received(payload, kind, sent_ns, since)
             if self._keeps == 1:
                 self.kept.clear()
             self.kept[number] = arrival
@@ -236,6 +243,7 @@ class RemoteSubscription:
     received = 0
     dropped = 0
     waiting = 0
+    patient = False
     full = False
     missed = 0
 

@@ -163,7 +163,8 @@ class Client:
                 await self._socket.drain()
             except OSError:  # it was lost meanwhile
                 return
-            await asyncio.sleep(0)  # what others wait for comes before a long backlog
+            if self.outbox.waiting:
+                await asyncio.sleep(0)  # what others wait for comes before a long backlog
 
     async def _read(self, session: Session) -> None:
         loop = asyncio.get_running_loop()

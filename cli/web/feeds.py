@@ -109,11 +109,13 @@ class Feed:
         return fitting([one.qos for one in self._publishers if one.type.__ros_type__ == name])
 
     def _subscribed(self) -> Capture:
-        return Capture(self._life, self._entry, self._channel, self._qos, self._take)
+        return Capture(self._life, self._entry, self._channel, self._qos, self._take, patient=True)
 
     def _take(self, channel: Channel, publisher: PublisherPeer, arrival: Arrival) -> None:
         # Called while the message is published, or when it has come from another process.
-        self._new.append(Outgoing(arrival, self._clock.wall_ns()))
+        clock, since = self._clock, arrival.since
+        at_ns = clock.wall_ns() if since is None else clock.wall_ns_at(since - clock.origin)
+        self._new.append(Outgoing(arrival, at_ns))
         if arrival.sent_ns is not None:
             self._pass_on()
         elif len(self._new) == 1:

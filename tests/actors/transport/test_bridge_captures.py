@@ -17,7 +17,7 @@ from actors.topics import arrival
 from actors.topics.arrival import Arrival
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
-from actors.transport.protocol import Delivery
+from actors.transport.protocol import Delivery, Sample
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.stage import NUMBERS, events, number, values
 
@@ -35,12 +35,15 @@ class Talker(Node):
     brief = publishes(BRIEF)
 
 
-def capture(rig: Rig, topic: Topic[Int32] = NUMBERS, *, decoded: bool = False) -> tuple[list[Arrival], Capture]:
+def capture(
+    rig: Rig, topic: Topic[Int32] = NUMBERS, *, decoded: bool = False, patient: bool = False
+) -> tuple[list[Arrival], Capture]:
     """What a capture of the rig's own node takes from now on."""
     taken: list[Arrival] = []
     channel, entry = Channel(f"/{topic.name}", Int32), rig.system.graph.topic(f"/{topic.name}")
     return taken, Capture(
-        incarnation_of(rig.me), entry, channel, topic.qos, lambda channel, publisher, one: taken.append(one), decoded=decoded
+        incarnation_of(rig.me), entry, channel, topic.qos, lambda channel, publisher, one: taken.append(one),
+        decoded=decoded, patient=patient,
     )  # fmt: skip
 
 
@@ -145,8 +148,10 @@ async def test_a_tap_sees_the_object_though_only_a_capture_takes_it(hosts: Hosts
 async def test_what_stands_between_publisher_and_capture_has_the_object_in_its_hands(hosts: Hosts) -> None:
     """A journal, or a simulated fault: what it passes on in place of a message has not been sent by anybody."""
     rig, other = await hosts.start(Talker), await hosts.start(Node)
-    other.system.graph.intercept = lambda subscription, target: lambda sent: target(  # type: ignore[misc]
-        sent if sent.data else number(99)
+    other.system.graph.intercept = lambda subscription, target: (
+        lambda sent: target(  # type: ignore[misc]
+            sent if sent.data else number(99)
+        )
     )
     taken, _ = capture(other)
     await rig.quiet()
@@ -173,3 +178,23 @@ async def test_what_is_kept_for_late_joiners_and_what_expires_is_captured_bare(h
     (publisher,) = other.system.graph.topic("/latched").publishers
     assert publisher.latched == [one.message for one in taken]
     assert [(one.message, one.sent_ns is None) for one in (*brief, *here)] == [(number(8), False), (number(8), True)]
+
+
+async def test_a_patient_capture_has_a_patient_subscription_of_the_network_and_hears_when_a_message_came(
+    hosts: Hosts,
+) -> None:
+    rig, other = await hosts.start(Talker), await hosts.start(Node)
+    taken, patient = capture(other, patient=True)
+    probe = other.probe(NUMBERS)
+    await rig.quiet()
+    deliveries = {one.delivery.patient for one in hosts.ends[other].subscriptions if "numbers" in one.key}
+    assert deliveries == {True, False}, "nobody else waits"
+    probe.close()
+    (subscription,) = (one for one in hosts.ends[other].subscriptions if "numbers" in one.key)
+    (token,) = (token for token in hosts.network.tokens if "/MP/" in token and "numbers" in token)
+    attachment = write_attachment(Attachment(1, 17, gid_of(token)))
+    subscription.take(Sample(subscription.key, encode(number(4)), attachment, since=3.25))
+
+    assert [(one.message, one.sent_ns, one.since) for one in taken] == [(number(4), 17, 3.25)]
+    patient.close()
+    assert not [one for one in hosts.ends[other].subscriptions if "numbers" in one.key]
