@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.qos.policies import Durability, QoS, Reliability
+from actors.topics.arrival import Arrival
 from actors.topics.endpoint import nanoseconds
 from actors.topics.stream import StreamSubscription
 
 if TYPE_CHECKING:
     from actors.bag.ring import Channel
-    from actors.interfaces.message import Message
     from actors.runtime.incarnation import Incarnation
     from actors.topics.peers import PublisherPeer, Target, TopicRegistry
 
@@ -20,7 +20,7 @@ __all__ = ["Capture", "Taker", "fitting"]
 DEPTH: Final = 1000
 """What the network holds for a recorder that is busy, in messages, if nothing larger is offered."""
 
-Taker: TypeAlias = "Callable[[Channel, PublisherPeer, Message], None]"
+Taker: TypeAlias = "Callable[[Channel, PublisherPeer, Arrival], None]"
 """Receives each message of a capture, with the publisher that sent it."""
 
 
@@ -38,24 +38,59 @@ def fitting(offered: Sequence[QoS]) -> QoS:
 class Capture(StreamSubscription[Any]):
     """A subscription without a queue: each message is given to `take` while it is published.
 
-    `dropped` counts what was lost on its way here.
+    What other processes publish comes as it was sent, and may be no message of its type at all, unless it is to be `decoded`: what cannot be
+    is then lost. With `patient` it may wait a moment for more, which costs less (see `SubscriptionPeer.patient`). `dropped` counts what was
+    lost on its way here.
     """
 
-    __slots__ = ("channel", "take")
+    __slots__ = ("_decoded", "_patient", "channel", "take")
 
-    def __init__(self, life: Incarnation, entry: TopicRegistry, channel: Channel, qos: QoS, take: Taker) -> None:
+    def __init__(
+        self,
+        life: Incarnation,
+        entry: TopicRegistry,
+        channel: Channel,
+        qos: QoS,
+        take: Taker,
+        *,
+        decoded: bool = False,
+        patient: bool = False,
+    ) -> None:
         super().__init__(life, entry, channel.type, qos, life.streams.remove)
+        self._decoded = decoded
+        self._patient = patient
         self.channel = channel
         self.take = take
         life.streams.append(self)
         entry.add_subscription(self)
 
+    @property
+    def patient(self) -> bool:
+        return self._patient
+
     def target(self, publisher: PublisherPeer) -> Target:
         channel, take = self.channel, self.take
         expires = nanoseconds(publisher.qos.lifespan) is not None
 
-        def deliver(message: Any) -> None:
+        def undecoded(arrival: Arrival) -> None:
             self.received += 1
-            take(channel, publisher, message.message if expires else message)
+            take(channel, publisher, arrival)
 
-        return deliver
+        def deliver(message: Any) -> None:
+            bare, arrival = message.message if expires else message, publisher.arrival
+            undecoded(Arrival(bare) if arrival is None or arrival.message is not bare else arrival)
+
+        return deliver if self._decoded or publisher.here else _Undecoded(deliver, undecoded)
+
+
+class _Undecoded:
+    """An `UndecodedTarget` made of two functions."""
+
+    __slots__ = ("_deliver", "undecoded")
+
+    def __init__(self, deliver: Target, undecoded: Callable[[Arrival], None]) -> None:
+        self._deliver = deliver
+        self.undecoded = undecoded
+
+    def __call__(self, message: Any) -> None:
+        self._deliver(message)

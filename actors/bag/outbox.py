@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from actors.bag.contents import BagTopic, topic_of
-from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
 
 if TYPE_CHECKING:
     from actors.bag.ring import Channel
     from actors.bag.writer import BagWriter, Split
-    from actors.interfaces.message import Message
+    from actors.topics.arrival import Arrival
 
 __all__ = ["Outbox", "Taken"]
 
@@ -20,10 +19,7 @@ class Taken(NamedTuple):
     """One message as it was received. Times are in nanoseconds since 1970."""
 
     channel: Channel
-    message: Message
-    payload: bytes | None
-    """The message in CDR, if it has come so from another process."""
-
+    message: Arrival
     received_ns: int
     sent_ns: int
     weight: int = 0
@@ -97,12 +93,10 @@ class Outbox:
         return topic
 
     def _write(self, taken: Taken) -> Split | None:
-        data = taken.payload
-        if data is None:
-            try:
-                data = encode(taken.message)
-            except CdrError:
-                self.unencodable += 1
-                return None
+        try:
+            data = taken.message.cdr
+        except CdrError:
+            self.unencodable += 1
+            return None
         topic = self.topic(taken.channel)
         return self._writer.write(topic, data, received_ns=taken.received_ns, published_ns=taken.sent_ns)

@@ -23,6 +23,7 @@ from actors.interfaces.rosbag2_interfaces.msg import WriteSplitEvent
 from actors.node.declarations import background, publishes
 from actors.node.node import Node
 from actors.runtime.incarnation import incarnation_of
+from actors.topics.arrival import Arrival
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
@@ -221,9 +222,11 @@ class Recorder(Node):
                 return
             self._lost += present.dropped
             present.close()
-        self._captures[channel] = Capture(life, offer.entry, channel, requested, self._take)
+        self._captures[channel] = Capture(
+            life, offer.entry, channel, requested, self._take, decoded=self.options.snapshot
+        )
 
-    def _take(self, channel: Channel, publisher: PublisherPeer, message: Message) -> None:
+    def _take(self, channel: Channel, publisher: PublisherPeer, arrival: Arrival) -> None:
         # Runs for every recorded message, while it is published.
         if self.paused:
             return
@@ -231,18 +234,18 @@ class Recorder(Node):
         received_ns = clock.wall_ns()
         if received_ns == 0 and incarnation_of(self).sim is not None:
             return  # simulated time has not begun
-        payload, sent_ns = publisher.arrival or (None, received_ns)
-        weight = weight_of(channel.type)(message)
+        sent_ns = received_ns if arrival.sent_ns is None else arrival.sent_ns
         if self.options.snapshot:
-            self._keep(channel, publisher, message, sent_ns, weight)
+            self._keep(channel, publisher, arrival.message, sent_ns)
         else:
-            self._outbox.add(Taken(channel, message, payload, received_ns, sent_ns, weight))
+            weight = weight_of(channel.type)(arrival.message) if arrival.size is None else arrival.size
+            self._outbox.add(Taken(channel, arrival, received_ns, sent_ns, weight))
 
-    def _keep(self, channel: Channel, publisher: PublisherPeer, message: Message, sent_ns: int, weight: int) -> None:
+    def _keep(self, channel: Channel, publisher: PublisherPeer, message: Message, sent_ns: int) -> None:
         """Hold a message in memory, until it is too old or a snapshot is taken."""
         qos, at = publisher.qos, incarnation_of(self).runtime.clock.now()
         source = Source(channel, publisher.node.fqn, qos.limit if qos.transient_local else 0)
-        entry = Entry(next(self._order), at, source, message, weight, sent_ns)
+        entry = Entry(next(self._order), at, source, message, weight_of(channel.type)(message), sent_ns)
         self._ring.append(entry, at - self.options.snapshot_seconds)
 
     def _kept(self) -> Iterator[Taken]:
@@ -252,7 +255,7 @@ class Recorder(Node):
         latched = sorted(entry for channel in self._channels.values() for entry in channel.held())
         for one, at in placed(latched, ring.release()):
             sent_ns = clock.wall_ns_at(one.at) if one.sent_ns is None else one.sent_ns
-            yield Taken(one.source.channel, one.message, None, clock.wall_ns_at(at), sent_ns)
+            yield Taken(one.source.channel, Arrival(one.message), clock.wall_ns_at(at), sent_ns)
 
     # -- what is written ----------------------------------------------------------------------------------------------------
 

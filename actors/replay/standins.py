@@ -105,6 +105,7 @@ class OtherSubscription(_OtherEnd):
 
     received = dropped = waiting = 0
     full = False
+    patient = False
 
     async def room(self) -> None:
         """Return at once."""

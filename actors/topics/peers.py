@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
+    from actors.topics.arrival import Arrival
 
 __all__ = ["Elsewhere", "Participant", "Peer", "PublisherPeer", "SubscriptionPeer", "Target", "TopicRegistry"]
 
@@ -99,8 +100,8 @@ class PublisherPeer(Peer, Protocol):
         ...
 
     @property
-    def arrival(self) -> tuple[bytes, int] | None:
-        """While a message of another process is delivered: that message in CDR, and when it was sent, in nanoseconds since 1970."""
+    def arrival(self) -> Arrival | None:
+        """While a message of another process is delivered: that message, as it was received."""
         ...
 
     @property
@@ -162,6 +163,11 @@ class SubscriptionPeer(Peer, Protocol):
     @property
     def waiting(self) -> int:
         """The number of messages that wait in it, as far as this process knows."""
+        ...
+
+    @property
+    def patient(self) -> bool:
+        """Whether what arrives from other processes may wait a moment for more (`actors.transport.protocol.PATIENCE`)."""
         ...
 
     @property

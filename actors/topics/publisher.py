@@ -226,8 +226,8 @@ class Publisher(Endpoint, Generic[M]):
             deliver(message)
 
     @property
-    def arrival(self) -> tuple[bytes, int] | None:
-        """None: what this publisher delivers is sent at that moment."""
+    def arrival(self) -> None:
+        """None: what this publisher delivers comes from this process."""
         return None
 
     @property

@@ -67,6 +67,11 @@ class Subscription(Endpoint, Generic[M]):
 
             self.keep_events().deadline = DeadlineWatch(period)
 
+    @property
+    def patient(self) -> bool:
+        """Whether what arrives from other processes may wait a moment for more."""
+        return False
+
     def __repr__(self) -> str:
         waiting = f"{len(self.messages)} waiting, {self.dropped} dropped"
         return f"<subscription of {self.entry.name} [{self.type.__name__}] in {self.node.fqn}: {waiting}>"

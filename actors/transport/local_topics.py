@@ -38,7 +38,7 @@ class LocalPublisher(PublisherPeer, Protocol):
     def detach(self, target: Target) -> None: ...
 
 
-def delivery_of(qos: QoS, type: Any) -> Delivery:
+def delivery_of(qos: QoS, type: Any, *, patient: bool = False) -> Delivery:
     """What a transport must know of a quality of service, and of a type: images and the like let all other messages pass."""
     return Delivery(
         reliable=qos.reliable,
@@ -46,6 +46,7 @@ def delivery_of(qos: QoS, type: Any) -> Delivery:
         depth=qos.limit,
         history=qos.limit if qos.transient_local else 0,
         priority=BULK if is_bulk(type) else NORMAL,
+        patient=patient,
     )
 
 
@@ -196,7 +197,7 @@ class Topics:
         endpoint = side.endpoint(
             subscription.node.fqn, EndpointKind.SUBSCRIPTION, subscription.entry.name, type, qos, backends
         )
-        delivery, key = delivery_of(qos, subscription.type), endpoint.token.key
+        delivery, key = delivery_of(qos, subscription.type, patient=subscription.patient), endpoint.token.key
         group: object = subscription if qos.transient_local else (key, delivery)
         receiver = self._receivers.get(group)
         if receiver is None:
@@ -231,7 +232,7 @@ class Topics:
             publisher = self._by_gid.get(sent.gid)
             if publisher is None:
                 publisher = self._stranger(receiver.takers)
-            publisher.arrived(sent, sample.payload, receiver.type, receiver.takers)
+            publisher.arrived(sent, sample.payload, receiver.type, receiver.takers, sample.since)
 
         return take
 

@@ -21,6 +21,7 @@ then `Events.vanished` for each of its tokens, and then its unanswered questions
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple, Protocol, TypeAlias
@@ -28,6 +29,7 @@ from typing import Final, NamedTuple, Protocol, TypeAlias
 __all__ = [
     "BULK",
     "NORMAL",
+    "PATIENCE",
     "Answer",
     "Delivery",
     "Events",
@@ -41,6 +43,7 @@ __all__ = [
     "Sample",
     "Transport",
     "WireUnavailable",
+    "next_look",
 ]
 
 
@@ -49,6 +52,15 @@ NORMAL: Final = 5
 
 BULK: Final = 6
 """The priority of what may be large."""
+
+
+PATIENCE: Final = 1 / 60
+"""The longest time for which a sample of a patient subscription waits for others, in seconds: one picture of a screen."""
+
+
+def next_look(now: float) -> float:
+    """When patient samples are looked at next: at whole multiples of `PATIENCE`, in seconds on the loop's clock."""
+    return (math.floor(now / PATIENCE) + 1) * PATIENCE
 
 
 class WireUnavailable(Exception):
@@ -78,6 +90,10 @@ class Delivery:
     express: bool = False
     """Send at once, instead of together with what comes within the next moment."""
 
+    patient: bool = False
+    """A subscription whose samples may wait for up to `PATIENCE`, so that the loop is woken for many of them at once. The transport may
+    pass them on earlier."""
+
 
 class Sample(NamedTuple):
     """One message of a topic, as it has arrived."""
@@ -85,6 +101,8 @@ class Sample(NamedTuple):
     key: str
     payload: bytes
     attachment: bytes
+    since: float | None = None
+    """When it arrived, in seconds on the loop's clock, if it has waited since then; None: now."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.inbox.expiring import ExpiringMessage
-from actors.interfaces.cdr import decode
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.qos.policies import Liveliness
+from actors.topics.arrival import Arrival, UndecodedTarget
 from actors.topics.endpoint import nanoseconds
 
 if TYPE_CHECKING:
@@ -32,10 +32,12 @@ _MOST_KEPT: Final = 10_000
 class _Match:
     """A matched subscription of this process, with what it has received of one publisher."""
 
-    __slots__ = ("last", "target", "unread")
+    __slots__ = ("last", "target", "undecoded", "unread")
 
     def __init__(self, target: Target) -> None:
         self.target = target
+        self.undecoded = target.undecoded if isinstance(target, UndecodedTarget) else None
+        """What is called in place of `target` if the subscription needs no object."""
         self.last: int | None = None
         """The number of the last message that it has received; None before the first."""
         self.unread = 0
@@ -45,9 +47,10 @@ class _Match:
 class RemotePublisher:
     """A publisher of another process.
 
-    What arrives is decoded once and delivered to the matched subscriptions of this process, to each at most once and in order. A gap in
-    the numbers is counted as a loss, from the first message that a subscription has received. Liveliness that is manual_by_topic shows in
-    arriving messages only. A lifespan is measured from the time of sending, so the clocks of the two machines have to agree.
+    What arrives is delivered to the matched subscriptions of this process, to each at most once and in order, and decoded at most once: not
+    at all while all of them take it as it is (see `UndecodedTarget`). A gap in the numbers is counted as a loss, from the first message that
+    a subscription has received. Liveliness that is manual_by_topic shows in arriving messages only. A lifespan is measured from the time of
+    sending, so the clocks of the two machines have to agree.
 
     Invariants:
 
@@ -64,8 +67,8 @@ class RemotePublisher:
         self.count = 0
         self.carried_bytes = 0
         self.missed = 0
-        self.arrival: tuple[bytes, int] | None = None
-        self.kept: dict[int, Any] = {}
+        self.arrival: Arrival | None = None
+        self.kept: dict[int, Arrival] = {}
         self.type: Any = type
         self._wall_ns = side.wall_ns
         self._unreadable = side.unreadable
@@ -87,7 +90,12 @@ class RemotePublisher:
     # -- what arrives -------------------------------------------------------------------------------------------------------
 
     def arrived(
-        self, sent: Attachment, payload: bytes, kind: MessageType, subscriptions: Iterable[SubscriptionPeer]
+        self,
+        sent: Attachment,
+        payload: bytes,
+        kind: MessageType,
+        subscriptions: Iterable[SubscriptionPeer],
+        since: float | None = None,
     ) -> None:
         """Deliver a message to those of `subscriptions` that are matched."""
         # Called for every message of other processes: what only some of them need is asked for first.
@@ -102,32 +110,48 @@ class RemotePublisher:
         ]
         if not takers:
             return
-        try:
-            message = self._message(number, payload, kind)
-        except CdrError as error:
-            self._not_decoded(takers, error)
-            return
+        arrival = self._arrival(number, payload, kind, sent.source_time, since)
+        message: Any = None
+        if self._taps or self.qos.transient_local or any(match.undecoded is None for _, match in takers):
+            try:
+                message = arrival.message
+            except CdrError as error:
+                self.kept.pop(number, None)
+                takers = self._not_decoded(takers, error)
+                if not takers:
+                    return
         wrapped = message if self._lifespan is None else self._expiring(message, sent.source_time)
-        self.arrival = payload, sent.source_time
+        self.arrival = arrival
         for subscription, match in takers:
             if match.last is not None and number > match.last + 1 + match.unread:
                 subscription.count_lost(number - match.last - 1 - match.unread)
             match.last = number
             match.unread = 0
-            match.target(wrapped)
+            if match.undecoded is None:
+                match.target(wrapped)
+            else:
+                match.undecoded(arrival)
         self.arrival = None
         if number > self.count:
             self.missed += number - self.count - 1 if self.count else 0
             self.count = number
-            for tap in self._taps:
-                tap(message)
+            if message is not None:
+                for tap in self._taps:
+                    tap(message)
 
-    def _not_decoded(self, takers: list[tuple[SubscriptionPeer, _Match]], error: CdrError) -> None:
+    def _not_decoded(
+        self, takers: list[tuple[SubscriptionPeer, _Match]], error: CdrError
+    ) -> list[tuple[SubscriptionPeer, _Match]]:
+        """Count a message as lost by those that need the object. Returns the others."""
         for subscription, match in takers:
-            match.unread += 1  # its number may be as wrong as the rest: as the last one it would hide what comes next
-            subscription.count_lost(1)
+            if match.undecoded is None:
+                match.unread += (
+                    1  # its number may be as wrong as the rest: as the last one it would hide what comes next
+                )
+                subscription.count_lost(1)
         node, topic = takers[0][0].node, self.entry.name
         self._unreadable.note("a message cannot be decoded", topic, error, warn=node.warn, topic=topic)
+        return [(subscription, match) for subscription, match in takers if match.undecoded is not None]
 
     def _match_with(self, subscription: SubscriptionPeer) -> _Match | None:
         if subscription not in self._matched:
@@ -137,16 +161,16 @@ class RemotePublisher:
             match = self._matched[subscription] = _Match(self.entry.target(self, subscription))
         return match
 
-    def _message(self, number: int, payload: bytes, kind: MessageType) -> Any:
-        message = self.kept.get(number)
-        if message is None:
-            message = decode(kind, payload)
+    def _arrival(self, number: int, payload: bytes, kind: MessageType, sent_ns: int, since: float | None) -> Arrival:
+        arrival = self.kept.get(number)
+        if arrival is None:
+            arrival = Arrival.received(payload, kind, sent_ns, since)
             if self._keeps == 1:
                 self.kept.clear()
-            self.kept[number] = message
+            self.kept[number] = arrival
             if len(self.kept) > self._keeps:
                 del self.kept[min(self.kept)]
-        return message
+        return arrival
 
     def _expiring(self, message: Any, sent_ns: int) -> ExpiringMessage[Any]:
         left = sent_ns + (self._lifespan or 0) - self._wall_ns()
@@ -182,7 +206,7 @@ class RemotePublisher:
 
     @property
     def latched(self) -> list[Any]:
-        return [self.kept[number] for number in sorted(self.kept)] if self.qos.transient_local else []
+        return [self.kept[number].message for number in sorted(self.kept)] if self.qos.transient_local else []
 
     def replay(self, target: Target, depth: int) -> None:
         """Do nothing: each transient local subscription asks the network for what is kept."""
@@ -219,6 +243,7 @@ class RemoteSubscription:
     received = 0
     dropped = 0
     waiting = 0
+    patient = False
     full = False
     missed = 0
 

@@ -13,6 +13,7 @@ from cli.web.writing import written
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
+    from actors.interfaces import CdrError
     from actors.logs import NodeLog
 
 __all__ = ["Client", "Session", "farewell"]
@@ -24,6 +25,8 @@ MOST_TASKS: Final = 256
 FRAMES_A_SECOND: Final = 2000.0
 BURST: Final = 2000
 """Frames that may come at once."""
+MOST_NAMED: Final = 100
+"""Topics of which the log tells that a client has lost messages."""
 POLICY, OVERLOADED, INTERNAL = 1008, 1013, 1011
 
 
@@ -65,6 +68,7 @@ class Client:
         self._end: tuple[int, str] | None = None
         self._reader: asyncio.Task[None] | None = None
         self._mistakes = 0
+        self._lost: set[str] = set()
         self.protocol = protocol
         self.number = number
         self.outbox = Outbox()
@@ -87,6 +91,16 @@ class Client:
             self.outbox.answer(packet)
         except OutboxFull as error:
             self.end(OVERLOADED, str(error))
+
+    def lose(self, topic: str, error: CdrError) -> None:
+        """Count a message that cannot be read or encoded as dropped, and log the first one of a topic."""
+        self.outbox.dropped += 1
+        if topic not in self._lost and len(self._lost) < MOST_NAMED:
+            self._lost.add(topic)
+            self._log.warning(
+                "a message cannot be passed on to a web client", topic=topic, client=self.address, because=str(error),
+                next="further ones are counted only",
+            )  # fmt: skip
 
     def spawn(self, work: Coroutine[Any, Any, None], session: Session) -> None:
         """Work on a request beside the next frames. What it raises is told to the client."""
@@ -149,7 +163,8 @@ class Client:
                 await self._socket.drain()
             except OSError:  # it was lost meanwhile
                 return
-            await asyncio.sleep(0)  # what others wait for comes before a long backlog
+            if self.outbox.waiting:
+                await asyncio.sleep(0)  # what others wait for comes before a long backlog
 
     async def _read(self, session: Session) -> None:
         loop = asyncio.get_running_loop()

@@ -1,6 +1,6 @@
 """The topics that clients read: one subscription for all clients of a topic, whose messages are encoded once for all of them.
 
-What has come from another process is passed on in CDR as it has come, and is not encoded again.
+What has come from another process is passed on in CDR as it has come: it is decoded only for clients that read no CDR, and never encoded again.
 """
 
 from __future__ import annotations
@@ -10,48 +10,47 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from actors.bag.capture import Capture, fitting
 from actors.bag.ring import Channel
-from actors.interfaces import encode
 from actors.runtime.incarnation import incarnation_of
+from actors.topics.arrival import Arrival
 
 if TYPE_CHECKING:
     from actors import Node, QoS, System
     from actors.interfaces import Message
     from actors.topics.peers import PublisherPeer
 
-__all__ = ["Arrival", "Feed", "Feeds", "Taker"]
+__all__ = ["Feed", "Feeds", "Outgoing", "Taker"]
 
 T = TypeVar("T")
 
 
-class Arrival:
-    """A message that has arrived. Each of its encodings is made once."""
+class Outgoing:
+    """A message for clients. Each of its encodings is made once, when the first of them needs it."""
 
-    __slots__ = ("_cdr", "_encodings", "at_ns", "message")
+    __slots__ = ("_arrival", "_encodings", "at_ns")
 
-    def __init__(self, message: Message, at_ns: int, cdr: bytes | None = None) -> None:
-        self.message = message
-        self._cdr = cdr
+    def __init__(self, arrival: Arrival, at_ns: int) -> None:
+        self._arrival = arrival
         self.at_ns = at_ns
         """When it arrived, in nanoseconds since 1970 on the system's clock."""
-        self._encodings: dict[Callable[[Any], Any], Any] = {}
+        self._encodings: dict[Callable[[Any], Any], Any] | None = None
 
     def encoded(self, encoding: Callable[[Message], T]) -> T:
-        """What `encoding` makes of the message."""
+        """What `encoding` makes of the message. Raises `CdrError` if what another process has sent is none."""
+        if self._encodings is None:
+            self._encodings = {}
         made = self._encodings.get(encoding)
         if made is None:
-            made = self._encodings[encoding] = encoding(self.message)
+            made = self._encodings[encoding] = encoding(self._arrival.message)
         found: T = made
         return found
 
     @property
     def cdr(self) -> bytes:
-        """The message in CDR."""
-        if self._cdr is None:
-            self._cdr = encode(self.message)
-        return self._cdr
+        """The message in CDR. Raises `CdrError` for one of this process that cannot be encoded."""
+        return self._arrival.cdr
 
 
-Taker: TypeAlias = "Callable[[Arrival], None]"
+Taker: TypeAlias = "Callable[[Outgoing], None]"
 """Called with each message. It must not raise."""
 
 
@@ -69,7 +68,7 @@ class Feed:
         self._loop = system.loop
         self._entry = system.graph.topic(topic)
         self._channel = Channel(topic, kind)
-        self._new: list[Arrival] = []
+        self._new: list[Outgoing] = []
         self._publishers: list[PublisherPeer] = []
         self.takers: dict[Taker, None] = {}
         self._qos = self._fitting()
@@ -110,22 +109,23 @@ class Feed:
         return fitting([one.qos for one in self._publishers if one.type.__ros_type__ == name])
 
     def _subscribed(self) -> Capture:
-        return Capture(self._life, self._entry, self._channel, self._qos, self._take)
+        return Capture(self._life, self._entry, self._channel, self._qos, self._take, patient=True)
 
-    def _take(self, channel: Channel, publisher: PublisherPeer, message: Message) -> None:
+    def _take(self, channel: Channel, publisher: PublisherPeer, arrival: Arrival) -> None:
         # Called while the message is published, or when it has come from another process.
-        payload = publisher.arrival[0] if publisher.arrival is not None else None
-        self._new.append(Arrival(message, self._clock.wall_ns(), payload))
-        if payload is not None:
+        clock, since = self._clock, arrival.since
+        at_ns = clock.wall_ns() if since is None else clock.wall_ns_at(since - clock.origin)
+        self._new.append(Outgoing(arrival, at_ns))
+        if arrival.sent_ns is not None:
             self._pass_on()
         elif len(self._new) == 1:
             self._loop.call_soon(self._pass_on)
 
     def _pass_on(self) -> None:
         new, self._new = self._new, []
-        for arrival in new:
+        for message in new:
             for take in tuple(self.takers):
-                take(arrival)
+                take(message)
 
 
 class Feeds:

@@ -17,6 +17,7 @@ from cli.doctor.inside import Inside
 
 if TYPE_CHECKING:
     from actors import Node, System
+    from actors.topics.arrival import Arrival
     from actors.topics.peers import PublisherPeer
 
 __all__ = ["LOOK_EVERY", "Examination", "examining"]
@@ -32,10 +33,10 @@ class Examination:
         self._system = system
         self._inside = Inside(system)
 
-    def take(self, channel: Channel, publisher: PublisherPeer, figures: Any) -> None:
+    def take(self, channel: Channel, publisher: PublisherPeer, arrival: Arrival) -> None:
         """The `ProcessFigures` of another process; none have come from this one, whatever is published under that name."""
-        if publisher.arrival is not None:
-            self._inside.take(figures, (self._system.clock.wall_ns() - publisher.arrival[1]) / 1e9)
+        if arrival.sent_ns is not None:
+            self._inside.take(arrival.message, (self._system.clock.wall_ns() - arrival.sent_ns) / 1e9)
 
     async def findings(self) -> list[dict[str, Any]]:
         """What is wrong, or may be, as plain data. Between two checks the loop has its turn."""
@@ -51,7 +52,8 @@ async def examining(node: Node, system: System) -> AsyncGenerator[Examination]:
     """Looks at the graph of a system for as long as the block lasts. Meanwhile other processes tell their figures."""
     examination = Examination(system)
     channel = Channel(FIGURES.name, ProcessFigures)
-    capture = Capture(incarnation_of(node), system.graph.topic(FIGURES.name), channel, FIGURES.qos, examination.take)
+    topic = system.graph.topic(FIGURES.name)
+    capture = Capture(incarnation_of(node), topic, channel, FIGURES.qos, examination.take, decoded=True)
     try:
         yield examination
     finally:

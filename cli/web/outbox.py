@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Hashable
 from typing import Final, TypeAlias
 
+from actors.transport.protocol import next_look
 from actors.waiting import wake
 
 __all__ = ["Frame", "Outbox", "OutboxFull", "Packet", "Spliced", "frames_of"]
@@ -36,8 +37,9 @@ MOST_BYTES: Final = 16 * 1024 * 1024
 DEPTH: Final = 256
 BATCH: Final = 64 * 1024
 """Bytes after which no further message is taken out at once: the loop has its turn between."""
-GATHER: Final = 1 / 60
-"""Seconds for which messages wait for others, to be sent together: one picture of a screen. Answers do not wait."""
+BEHIND: Final = 0.002
+"""Messages wait for others, to be sent together, until so many seconds after the next time at which messages of other processes are looked at.
+Answers do not wait."""
 
 
 class OutboxFull(Exception):
@@ -126,15 +128,22 @@ class Outbox:
         queue.packets.append((size, packet))
         queue.bytes += size
         self._bytes += size
-        while self._bytes > MOST_BYTES and self.waiting > 1:
-            self._drop_from_largest()
+        self._keep_in_bounds()
         if self._reader is not None and self._timer is None:
-            self._timer = asyncio.get_running_loop().call_later(GATHER, self._wake)
+            loop = asyncio.get_running_loop()
+            self._timer = loop.call_at(next_look(loop.time() - BEHIND) + BEHIND, self._wake)
 
     def replace(self, lane: Hashable, packet: Packet) -> None:
         """Send the newest message of the subscription `lane`, for a client that wants no other: what still waits there is not sent."""
-        self.forget(lane)
-        self.offer(lane, packet, 1)
+        queue = self._lanes.get(lane)
+        if queue is None or len(queue.packets) != 1:
+            self.forget(lane)
+            self.offer(lane, packet, 1)
+            return
+        size = size_of(packet)
+        self._bytes += size - queue.bytes
+        queue.packets[0], queue.bytes = (size, packet), size
+        self._keep_in_bounds()
 
     def forget(self, lane: Hashable) -> None:
         """Drop what waits for a subscription that has ended."""
@@ -176,6 +185,10 @@ class Outbox:
         if queue.packets:
             self._lanes[lane] = queue  # behind the others
         return size, packet
+
+    def _keep_in_bounds(self) -> None:
+        while self._bytes > MOST_BYTES and self.waiting > 1:
+            self._drop_from_largest()
 
     def _drop_from_largest(self) -> None:
         lane, queue = max(self._lanes.items(), key=lambda item: item[1].bytes)

@@ -7,8 +7,9 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
+from actors.topics.arrival import Arrival
 from cli.web.errors import Refused
-from cli.web.feeds import Arrival, Taker
+from cli.web.feeds import Outgoing, Taker
 from cli.web.foxglove.frames import ENDED, PAUSED, PLAYING, PlaybackRequest, PlaybackState, playback_frame, time_frame
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ class RecordedFeeds:
         self._player = playback.player
         self._seeks = self._player.seeks
         self._takers: dict[tuple[str, str], dict[Taker, None]] = {}
-        self._kept: dict[tuple[str, str], deque[Arrival]] = {}
+        self._kept: dict[tuple[str, str], deque[Outgoing]] = {}
         system.graph.tap(self._tap)
 
     @property
@@ -144,8 +145,8 @@ class RecordedFeeds:
         """Call `take` with what a topic shows now, and every message from now on. The returned function ends that; calling it twice is harmless."""
         key = (topic, kind.__ros_type__)
         self._forget_after_seek()
-        for arrival in self._kept.get(key, ()):
-            take(arrival)
+        for shown in self._kept.get(key, ()):
+            take(shown)
         takers = self._takers.setdefault(key, {})
         takers[take] = None
         return lambda: takers.pop(take, None)
@@ -160,13 +161,13 @@ class RecordedFeeds:
                 return  # what the nodes here say themselves is no part of the recording
             self._playback.look()  # so that a seek is told before what it shows
             self._forget_after_seek()
-            arrival = Arrival(message, player.message_ns)
+            shown = Outgoing(Arrival(message), player.message_ns)
             kept = self._kept.get(key)
             if kept is None:
                 kept = self._kept[key] = deque(maxlen=player.counts[name])
-            kept.append(arrival)
+            kept.append(shown)
             for take in tuple(takers):
-                take(arrival)
+                take(shown)
 
         return deliver
 

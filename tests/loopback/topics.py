@@ -130,6 +130,10 @@ class RemoteSubscription:
     async def room(self) -> None:
         await self._announced.room()
 
+    @property
+    def patient(self) -> bool:
+        return False
+
     def target(self, publisher: PublisherPeer) -> Target:
         """The same for every subscription: the message crosses once."""
         stand_in = self.entry.there[publisher]

@@ -26,7 +26,8 @@ class Subscription:
     """A bounded queue of samples, and the callback that gets them on the loop.
 
     `arrived` is called by Zenoh's threads, everything else by the loop's. The depth of the queue is twice that of the delivery, because what
-    arrives in one piece would find the queue of the subscription in the graph just as full.
+    arrives in one piece would find the queue of the subscription in the graph just as full. A patient one that asks for no history does not
+    wake the loop for its samples, each of which tells when it arrived.
 
     Invariants: for each sample in the queue a call of `_deliver` waits in the wake-up; after `close`, `take` is not called.
     """
@@ -48,8 +49,11 @@ class Subscription:
         self._key = key
         self._take = take
         self._wakeup = wakeup
+        self._time = wakeup.time
         self._traffic = traffic
-        self._queue: deque[objects.Sample] = deque()
+        self._queue: deque[tuple[objects.Sample, float]] = deque()
+        self._patient = delivery.patient and not delivery.history
+        self._post = wakeup.post_patiently if self._patient else wakeup.post
         self._holds_back = delivery.keep_all
         self._most = max(delivery.depth, _KEEP_ALL) if delivery.keep_all else 2 * delivery.depth + delivery.history
         self._room = threading.Event()
@@ -59,6 +63,8 @@ class Subscription:
         contacts = Contacts(own, lambda source: ask(self, source), self._pass)
         self.answered, self.complete = contacts.answered, contacts.complete
         self._next = contacts.take if delivery.history else self._pass
+        if self._patient:
+            wakeup.be_patient()
         self._subscriber = declare(self)
 
     def arrived(self, sample: objects.Sample) -> None:
@@ -68,8 +74,8 @@ class Subscription:
                 self._wait_for_room()
             else:
                 self._drop_oldest()
-        self._queue.append(sample)
-        self._wakeup.post(self._deliver, None)
+        self._queue.append((sample, self._time()))
+        self._post(self._deliver, None)
 
     def close(self) -> None:
         """Take no more samples."""
@@ -78,6 +84,8 @@ class Subscription:
             self._queue.clear()
             self._room.set()
             self._subscriber.undeclare()
+            if self._patient:
+                self._wakeup.cease()
             self._forget(self)
 
     def _wait_for_room(self) -> None:
@@ -88,28 +96,31 @@ class Subscription:
 
     def _drop_oldest(self) -> None:
         try:
-            oldest = self._queue.popleft()
+            oldest, _ = self._queue.popleft()
         except IndexError:  # the loop was faster
             return
         self._traffic.lost(oldest)
 
     def _deliver(self, _: None) -> None:
         try:
-            sample = self._queue.popleft()
+            sample, since = self._queue.popleft()
         except IndexError:  # it was dropped, or the subscription has been closed
             return
         if self._holds_back:
             self._make_room()
-        self._next(sample)
+        if self._patient:
+            self._pass(sample, since)
+        else:
+            self._next(sample)
 
-    def _pass(self, sample: objects.Sample) -> None:
+    def _pass(self, sample: objects.Sample, since: float | None = None) -> None:
         if self._closed:
             return
         payload = sample.payload.to_bytes()
         attached = sample.attachment
         attachment = b"" if attached is None else attached.to_bytes()
         self._traffic.received(sample, attachment, len(payload))
-        self._take(Sample(self._key, payload, attachment))
+        self._take(Sample(self._key, payload, attachment, since))
 
     def _make_room(self) -> None:
         if 2 * len(self._queue) < self._most:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
-from asyncio import AbstractEventLoop
+from asyncio import AbstractEventLoop, TimerHandle
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Final
+
+from actors.transport.protocol import next_look
 
 __all__ = ["Wakeup"]
 
@@ -22,14 +24,22 @@ class Wakeup:
     To wake a loop costs ten times as much as to append to a deque. Therefore the calls wait in a deque, and the loop is woken only if it is
     not about to empty it anyway.
 
-    Invariants: while a call waits, a turn of the loop that makes it is scheduled; after `close` no call is made.
+    Calls that may wait do not wake it at all: they are made with the next one that does, or when it is looked for them, as long as somebody
+    asks for that.
+
+    Invariants: while a call waits that was asked for by `post`, a turn of the loop that makes it is scheduled; `_timer` runs while `_patient`
+    is not 0; after `close` no call is made.
     """
 
     def __init__(self, loop: AbstractEventLoop) -> None:
         self._loop = loop
+        self.time = loop.time
+        """The loop's clock, in seconds. From any thread."""
         self._waiting: deque[tuple[Callable[[Any], None], Any]] = deque()
         self._scheduled = False
         self._closed = False
+        self._patient = 0
+        self._timer: TimerHandle | None = None
 
     def post(self, call: Callable[[Any], None], argument: Any) -> None:
         """Have `call(argument)` made on the loop, soon. From any thread; never waits, never calls at once."""
@@ -39,10 +49,37 @@ class Wakeup:
             with suppress(RuntimeError):  # the loop has been closed: nobody is left to be called
                 self._loop.call_soon_threadsafe(self._make_calls)
 
+    def post_patiently(self, call: Callable[[Any], None], argument: Any) -> None:
+        """Like `post`, between `be_patient` and `cease`, but the loop is not woken for it."""
+        self._waiting.append((call, argument))
+
+    def be_patient(self) -> None:
+        """Look for calls that wait, at the times of `next_look`, until `cease` is called as often as this. On the loop's thread."""
+        self._patient += 1
+        if self._timer is None and not self._closed:
+            self._timer = self._loop.call_at(next_look(self._loop.time()), self._look)
+
+    def cease(self) -> None:
+        """Undo `be_patient`."""
+        self._patient -= 1
+        if not self._patient:
+            self._rest()
+
     def close(self) -> None:
         """Make no more calls. On the loop's thread."""
         self._closed = True
         self._waiting.clear()
+        self._rest()
+
+    def _rest(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _look(self) -> None:
+        self._timer = self._loop.call_at(next_look(self._loop.time()), self._look)
+        if self._waiting and not self._scheduled:
+            self._make_calls()
 
     def _make_calls(self) -> None:
         # Cleared before the first call is taken: what is appended from here on either is seen below, or wakes the loop again.

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from actors import ActorError
+from actors.interfaces import CdrError
 from cli.web.assets import read_asset
 from cli.web.conversion import object_of, write_json
 from cli.web.errors import Refused
@@ -34,7 +35,7 @@ from cli.web.parameters import event_values, split
 if TYPE_CHECKING:
     from actors.graph.snapshot import Snapshot
     from cli.web.client import Client
-    from cli.web.feeds import Arrival
+    from cli.web.feeds import Outgoing
     from cli.web.foxglove.catalog import Changes
     from cli.web.hub import Hub
 
@@ -210,7 +211,8 @@ class FoxgloveSession:
                 raise Refused(f"a client has at most {MOST_SUBSCRIPTIONS} subscriptions")
             outbox = self._client.outbox
             send = outbox.replace if one.get("newest") is True else outbox.offer
-            self._subscriptions[id] = self._hub.feeds.open(channel.topic, channel.type, partial(_send, send, id))
+            take = partial(_send, self._client, channel.topic, send, id)
+            self._subscriptions[id] = self._hub.feeds.open(channel.topic, channel.type, take)
 
     def _unsubscribe(self, request: dict[str, Any]) -> None:
         for id in entries(request, "subscriptionIds", int):
@@ -325,8 +327,13 @@ class FoxgloveSession:
         self._say("status", level=level, message=message[:1000], **({} if id is None else {"id": id}))
 
 
-def _send(send: Callable[[int, Packet], None], id: int, arrival: Arrival) -> None:
-    send(id, message_frame(id, arrival.at_ns, arrival.cdr))
+def _send(client: Client, topic: str, send: Callable[[int, Packet], None], id: int, message: Outgoing) -> None:
+    try:
+        cdr = message.cdr
+    except CdrError as error:
+        client.lose(topic, error)
+    else:
+        send(id, message_frame(id, message.at_ns, cdr))
 
 
 def _id_of(request: dict[str, Any]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors.interfaces import Message
+from actors.interfaces import CdrError, Message
 from cli.web.conversion import to_json, write_json
 from cli.web.errors import Refused
 from cli.web.fields import optional_number, text
@@ -20,7 +20,7 @@ from cli.web.rosbridge.png import png_text
 
 if TYPE_CHECKING:
     from cli.web.client import Client
-    from cli.web.feeds import Arrival
+    from cli.web.feeds import Outgoing
     from cli.web.hub import Hub
 
 __all__ = ["Subscriptions"]
@@ -65,17 +65,17 @@ class _Reading:
         self._last = -math.inf
         """When the last message was sent, on the loop's clock."""
         self._loop = asyncio.get_running_loop()
-        self._waiting: deque[Arrival] = deque()
+        self._waiting: deque[Outgoing] = deque()
         self._timer: asyncio.TimerHandle | None = None
         self.ids: dict[Any, _Wish] = {}
         self.wish = wish
         self.end: Callable[[], None] | None = None
 
-    def take(self, arrival: Arrival) -> None:
+    def take(self, message: Outgoing) -> None:
         """Send a message now, later, or not at all."""
         now = self._loop.time()
         if self._timer is None and now >= self._next:
-            self._send(arrival, now)
+            self._send(message, now)
             return
         if self.wish.queue == 0:
             self._client.outbox.dropped += 1
@@ -83,7 +83,7 @@ class _Reading:
         while len(self._waiting) >= self.wish.queue:
             self._waiting.popleft()
             self._client.outbox.dropped += 1
-        self._waiting.append(arrival)
+        self._waiting.append(message)
         if self._timer is None:
             self._timer = self._loop.call_at(self._next, self._due)
 
@@ -105,10 +105,14 @@ class _Reading:
         if self._waiting:
             self._timer = self._loop.call_at(self._next, self._due)
 
-    def _send(self, arrival: Arrival, now: float) -> None:
+    def _send(self, message: Outgoing, now: float) -> None:
         self._last = now
-        packet = _packet(self._topic, arrival, self.wish)
-        self._client.outbox.offer(self._topic, packet, min(self.wish.queue or DEPTH, DEPTH))
+        try:
+            packet = _packet(self._topic, message, self.wish)
+        except CdrError as error:
+            self._client.lose(self._topic, error)
+        else:
+            self._client.outbox.offer(self._topic, packet, min(self.wish.queue or DEPTH, DEPTH))
 
 
 class Subscriptions:
@@ -189,15 +193,15 @@ def _id_of(request: dict[str, Any]) -> Any:
     return id if isinstance(id, (str, int, float, type(None))) else str(id)
 
 
-def _packet(topic: str, arrival: Arrival, wish: _Wish) -> Packet:
+def _packet(topic: str, message: Outgoing, wish: _Wish) -> Packet:
     if wish.compression == "cbor":
-        return cbor_joined({"op": cbor("publish"), "topic": cbor(topic), "msg": arrival.encoded(_cbor_part)})
+        return cbor_joined({"op": cbor("publish"), "topic": cbor(topic), "msg": message.encoded(_cbor_part)})
     if wish.compression == "cbor-raw":
-        seconds, nanoseconds = divmod(arrival.at_ns, NANOSECONDS)
-        raw = {"secs": seconds, "nsecs": nanoseconds, "bytes": arrival.cdr}
+        seconds, nanoseconds = divmod(message.at_ns, NANOSECONDS)
+        raw = {"secs": seconds, "nsecs": nanoseconds, "bytes": message.cdr}
         return cbor({"op": "publish", "topic": topic, "msg": raw})
     head = write_json(topic)
-    whole = f'{{"op":"publish","topic":{head},"msg":{arrival.encoded(_json_part)}}}'
+    whole = f'{{"op":"publish","topic":{head},"msg":{message.encoded(_json_part)}}}'
     if wish.compression == "png":
         whole = write_json({"op": "png", "data": png_text(whole)})
     return whole if wish.fragment is None else fragments_of(whole, wish.fragment)

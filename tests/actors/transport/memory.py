@@ -175,7 +175,7 @@ class Out:
 
 class In:
     def __init__(self, end: End, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> None:
-        self.end, self.key, self._take = end, key, take
+        self.end, self.key, self.delivery, self._take = end, key, delivery, take
         end.subscriptions.append(self)
         for other in end.network.others(end):
             for outlet in other.outlets:

@@ -230,6 +230,26 @@ async def test_a_queue_has_room_for_the_history() -> None:
     assert len(await one.until(7)) == 7
 
 
+async def test_samples_of_a_patient_subscription_tell_when_they_arrived() -> None:
+    one, loop = Receiver(Delivery(depth=10, patient=True)), asyncio.get_running_loop()
+    before = loop.time()
+    one.arrive(sample(b"1"), sample(b"2"))
+    after = loop.time()
+
+    assert await one.until(2) == [b"1", b"2"]
+    assert all(got.since is not None and before <= got.since <= after for got in one.got)
+    assert loop.time() > after
+    one.subscription.close()
+
+
+async def test_history_is_not_waited_for() -> None:
+    one = Receiver(Delivery(depth=10, history=5, patient=True))
+    one.arrive(sample(b"1"))
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    assert [got.since for got in one.got] == [None]
+
+
 async def test_a_full_queue_that_keeps_all_holds_the_sender_back_until_there_is_room() -> None:
     one = Receiver(RELIABLE)
     thread = threading.Thread(target=lambda: one.arrive(*(sample(b"%d" % number) for number in range(1500))))

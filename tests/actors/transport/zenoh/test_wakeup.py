@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from actors.transport.protocol import PATIENCE
 from actors.transport.zenoh.wakeup import Wakeup
 from actors.transport.zenoh.worker import Worker
 
@@ -113,6 +114,59 @@ def test_a_call_that_raises_is_reported_and_the_others_are_made() -> None:
         while not made:
             await asyncio.sleep(0)
         assert [type(error) for error in reported] == [ZeroDivisionError]
+
+    run(test)
+
+
+def test_calls_that_may_wait_wake_nobody_and_are_made_in_time() -> None:
+    async def test(loop: CountingLoop) -> None:
+        wakeup, made = Wakeup(loop), list[float]()
+        wakeup.be_patient()
+        for _ in range(5):
+            begun = loop.time()
+            in_a_thread(lambda: [wakeup.post_patiently(lambda _: made.append(loop.time()), None) for _ in range(3)])
+            while not made:
+                await asyncio.sleep(PATIENCE / 10)
+            assert len(made) == 3, "all together"
+            assert begun // PATIENCE < made[0] // PATIENCE
+            made.clear()
+        assert loop.woken == 0
+        wakeup.cease()
+        wakeup.close()
+
+    run(test)
+
+
+def test_calls_that_may_wait_keep_their_place_before_one_that_does_not() -> None:
+    async def test(loop: CountingLoop) -> None:
+        wakeup, made = Wakeup(loop), list[int]()
+        wakeup.post_patiently(made.append, 1)
+        wakeup.post_patiently(made.append, 2)
+        wakeup.post(made.append, 3)
+        while not made:
+            await asyncio.sleep(0)
+        assert made == [1, 2, 3]
+
+    run(test)
+
+
+def test_nobody_looks_when_the_last_patient_one_has_gone_or_the_connection_is_closed() -> None:
+    async def test(loop: CountingLoop) -> None:
+        for close in (False, True):
+            wakeup, made = Wakeup(loop), list[int]()
+            wakeup.be_patient()
+            wakeup.be_patient()
+            wakeup.cease()
+            wakeup.post_patiently(made.append, 1)
+            while not made and not close:
+                await asyncio.sleep(0.001)
+            if close:
+                wakeup.close()
+            wakeup.cease()
+            made.clear()
+            wakeup.post_patiently(made.append, 2)
+            await asyncio.sleep(3 * PATIENCE)
+            assert made == []
 
     run(test)
 
