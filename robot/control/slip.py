@@ -21,6 +21,10 @@ MEMORY: Final = 0.3
 """Time constant with which sliding is forgotten, s; chosen: a stride."""
 CERTAIN: Final = 0.03
 """Seconds of sliding, of all feet together, from which on it is certain; chosen: pushes of 70 N s come to 0.02 on a floor of 0.8."""
+UNHURRIED: Final = 0.7
+"""A walk that is asked for no more than this, m/s, falls later on ice, and may be one over rubble."""
+CERTAIN_THEN: Final = 0.08
+"""What `CERTAIN` is for such a walk, s; measured: feet that slip off edges of rubble come to 0.06."""
 
 
 class SlipWatch:
@@ -36,10 +40,9 @@ class SlipWatch:
         self._asked = [1.0] * 4
         self._slid = 0.0
 
-    @property
-    def slippery(self) -> bool:
-        """Whether the floor is slippery."""
-        return self._slid > CERTAIN
+    def slippery(self, speed: float) -> bool:
+        """Whether the floor is slippery, for a walk that is asked for `speed`, m/s."""
+        return self._slid > (CERTAIN if speed > UNHURRIED else CERTAIN_THEN)
 
     def asked(self, leg: int, friction: float) -> None:
         """The leg is told to push so that its foot needs this friction."""

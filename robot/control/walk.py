@@ -90,6 +90,8 @@ class WalkController:
         self._swaying = 0.0
         """How much of the gait's sway has been reached: all of it at 1. It goes on to 2 within a period: the gait is then in full use."""
         self._slip = SlipWatch()
+        self._asked = 0.0
+        """Speed of the command, m/s."""
         self.upset = False
         """Whether the body leans or moves in a way that this gait, if it sways, was not made for."""
 
@@ -164,7 +166,7 @@ class WalkController:
     @property
     def slippery(self) -> bool:
         """Whether the feet slide on a floor that gives hardly any friction: no step helps there."""
-        return self._slip.slippery
+        return self._slip.slippery(self._asked)
 
     @property
     def _is_upright(self) -> bool:
@@ -186,6 +188,7 @@ class WalkController:
         self, dt: float, estimate: Estimator, ahead: PredictedState, terrain: TerrainPlane, command: Triple
     ) -> Targets:
         """The motor targets of this step for the velocity `command` (forward, left, turn; heading frame)."""
+        self._asked = hypot(command[0], command[1])
         self._pace(dt, ahead, command)
         self._calm_down(dt, terrain)
         if not self._is_unsure(ahead):

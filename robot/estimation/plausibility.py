@@ -42,7 +42,7 @@ PRESSING = 40.0
 """A foot that bears so much (N) by the torques of its leg stands, whatever its contact says."""
 LOOKED = 0.0225
 """Seconds of looking at a foot that make a verdict: five samples at 200 Hz."""
-OVERDUE = 0.02
+OVERDUE = 0.04
 """Seconds after it should have landed from which on a foot is asked what it bears."""
 
 MOVING = 1e-3

@@ -8,7 +8,8 @@ nothing of a turn about the line between them. Equations: docs/control.md#a-wron
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import exp
+from itertools import combinations
+from math import exp, hypot
 from typing import Final
 
 from robot.geometry.vectors import Triple
@@ -31,6 +32,10 @@ QUIET_TIME: Final = 0.5
 """Seconds for which it has to show that."""
 FEET: Final = 2
 """So many standing feet show a turn."""
+APART: Final = 0.15
+"""Two feet that come nearer or go apart faster than this, m/s, do not both stand: no turn changes the distance between them; chosen: four times the noise."""
+SLIDING: Final = 0.1
+"""For so long after that the feet tell nothing, s; chosen: a foot that slips off an edge has found the ground again."""
 
 DOUBT: Final = 0.6
 """Share of its limit from which on an axis of a gyro that is wrong is not believed, either."""
@@ -44,12 +49,12 @@ class TurnWatch:
     Once `wrong`, it stays so until `sits` has seen the robot sit: most wrong gyros look right again as soon as the body does not turn.
     """
 
-    __slots__ = ("_exceeding", "_inertia", "_lever", "_power", "_quiet_for", "doubtful", "error")
+    __slots__ = ("_exceeding", "_inertia", "_lever", "_power", "_quiet_for", "_sliding", "doubtful", "error")
 
     def __init__(self) -> None:
         self.doubtful: tuple[bool, bool, bool] = RIGHT
         """Of which axes of the gyro (body x, y, z) a wrong gyro is not believed; of x and y, which feet cannot tell apart at once, both or neither."""
-        self._quiet_for = 0.0
+        self._quiet_for = self._sliding = 0.0
         self._restart()
 
     @property
@@ -70,9 +75,10 @@ class TurnWatch:
     def check(self, dt: float, feet: Sequence[tuple[Triple, Triple]], believable: bool = True) -> None:
         """Take in, of each foot that stands firmly, where it is from the body (m) and the velocity of the body that it tells (m/s), odom axes.
 
-        Not `believable` are feet of a leg whose joints are in doubt: what they have told so far is forgotten.
+        Not `believable` are feet of a leg whose joints are in doubt, nor feet that slide: what they have told so far is forgotten.
         """
-        if not believable:
+        self._sliding = SLIDING if _fastest_apart(feet) > APART else max(0.0, self._sliding - dt)
+        if not believable or self._sliding > 0.0:
             self._restart()
             return
         keep = exp(-dt / MEMORY)
@@ -115,6 +121,16 @@ class TurnWatch:
             # The body's velocity by a foot is v - e x arm: a x (e x a) is what the sums above make of e.
             lx, ly, lz = lx - dt * (y * vz - z * vy), ly - dt * (z * vx - x * vz), lz - dt * (x * vy - y * vx)
         self._inertia, self._lever = [xx, yy, zz, xy, xz, yz], [lx, ly, lz]
+
+
+def _fastest_apart(feet: Sequence[tuple[Triple, Triple]]) -> float:
+    """How fast the distance between two of the feet changes at most, m/s."""
+    fastest = 0.0
+    for (a, u), (b, v) in combinations(feet, 2):
+        arm = (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+        along = arm[0] * (u[0] - v[0]) + arm[1] * (u[1] - v[1]) + arm[2] * (u[2] - v[2])
+        fastest = max(fastest, abs(along) / hypot(*arm))
+    return fastest
 
 
 def _solve(inertia: Sequence[float], lever: Sequence[float]) -> Triple:

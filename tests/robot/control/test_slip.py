@@ -4,16 +4,32 @@ from __future__ import annotations
 
 from math import radians, tan
 
+import numpy as np
 import pytest
 
-from robot.control.slip import CERTAIN, FIRM, GAP, LITTLE, MEMORY, SLIDING, SlipWatch, friction_of
+from robot.control.slip import (
+    CERTAIN,
+    CERTAIN_THEN,
+    FIRM,
+    GAP,
+    LITTLE,
+    MEMORY,
+    SLIDING,
+    UNHURRIED,
+    SlipWatch,
+    friction_of,
+)
+from robot.evaluate.walk_measures import low_boxes
+from robot.geometry.planar import Pose2
 from robot.hardware.sensors import Sensors
 from robot.model.actuators import ActuatorDesign
 from robot.model.modes import Mode
+from robot.scenes.scene import Scene
 from robot.sim.ground import Ice
 from robot.testing import Conditions, Trial
 
 DT = 0.005
+FAST, HERE = 1.0, Pose2(0.0, 0.0)
 
 
 def felt(
@@ -29,8 +45,13 @@ def felt(
 
 
 def test_a_foot_that_slides_for_a_while_though_little_is_asked_of_it_stands_on_ice() -> None:
-    assert not felt(FIRM + 0.8 * CERTAIN).slippery
-    assert felt(FIRM + 1.5 * CERTAIN).slippery
+    assert not felt(FIRM + 0.8 * CERTAIN).slippery(FAST)
+    assert felt(FIRM + 1.5 * CERTAIN).slippery(FAST)
+
+
+def test_a_slow_walk_is_given_up_only_for_much_sliding() -> None:
+    assert not felt(FIRM + 0.8 * CERTAIN_THEN).slippery(UNHURRIED)
+    assert felt(FIRM + 1.5 * CERTAIN_THEN).slippery(UNHURRIED)
 
 
 @pytest.mark.parametrize(
@@ -39,7 +60,7 @@ def test_a_foot_that_slides_for_a_while_though_little_is_asked_of_it_stands_on_i
     ids=["much is asked", "it swings", "it is in the air", "it is still"],
 )
 def test_and_not_when(how: dict[str, float]) -> None:
-    assert not felt(1.0, **how).slippery  # type: ignore[arg-type]
+    assert not felt(1.0, **how).slippery(FAST)  # type: ignore[arg-type]
 
 
 def test_contacts_that_are_missed_now_and_then_do_not_hide_it() -> None:
@@ -47,15 +68,15 @@ def test_contacts_that_are_missed_now_and_then_do_not_hide_it() -> None:
     for number in range(20):
         watch.asked(0, 0.1)
         watch.feel(DT, 0, stands=True, contact=number % round(GAP / DT) == 0, speed=1.0)
-    assert watch.slippery
+    assert watch.slippery(FAST)
 
 
 def test_it_is_forgotten_within_a_second() -> None:
     watch = felt(FIRM + 2.0 * CERTAIN)
-    assert watch.slippery
+    assert watch.slippery(FAST)
     for _ in range(round(3.0 * MEMORY / DT)):
         watch.forget(DT)
-    assert not watch.slippery
+    assert not watch.slippery(FAST)
 
 
 def test_friction_counts_along_the_ground() -> None:
@@ -90,3 +111,14 @@ def test_where_it_can_walk_it_walks_on(friction: float, speed: float) -> None:
     pytest.importorskip("mujoco")
     trial = walked(1, speed, real(friction), 5.0)
     assert (trial.fallen, trial.gait.slips, trial.gait.mode) == (False, 0, Mode.WALK)
+
+
+@pytest.mark.parametrize("seed", [3, 7])
+def test_on_rubble_feet_slip_off_edges_and_the_robot_walks_on(seed: int) -> None:
+    pytest.importorskip("mujoco")
+    rubble = Scene("rubble", (-8.0, -8.0, 8.0, 8.0), low_boxes(np.random.default_rng([seed, 61])), HERE, HERE)
+    trial = Trial(seed, rubble, real())
+    trial.stand_up()
+    for turn in (0.2, -0.3, 0.4, -0.1):
+        trial.run(3.0, (0.5, 0.0, turn))
+        assert (trial.fallen, trial.gait.slips, "gyro" in trial.gait.lost) == (False, 0, False)

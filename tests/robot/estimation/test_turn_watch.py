@@ -144,6 +144,17 @@ def test_a_leg_in_doubt_makes_nobody_doubt_the_gyro() -> None:
     assert not watch.wrong
 
 
+def test_feet_that_move_apart_make_nobody_doubt_the_gyro() -> None:
+    watch = TurnWatch()
+    (first, speed), other = told(DIAGONALS[0], np.zeros(3))
+    for step in range(400):
+        slipping = (
+            (speed[0] + 0.4, speed[1], speed[2] - 0.4) if step % 10 == 0 else (speed[0], speed[1], speed[2] - 0.4)
+        )
+        watch.check(DT, [(first, slipping), other])
+    assert not watch.wrong
+
+
 def test_one_foot_tells_nothing() -> None:
     watch = TurnWatch()
     for _ in range(400):
