@@ -191,12 +191,12 @@ class WalkController:
         self._asked = hypot(command[0], command[1])
         self._pace(dt, ahead, command)
         self._calm_down(dt, terrain)
-        if not self._is_unsure(ahead):
+        if not self._is_unsure(ahead, terrain):
             self.clock.advance(dt)
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         wanted = (c * command[0] - s * command[1], s * command[0] + c * command[1])
         self._lean_over(dt, ahead)
-        self._schedule(dt, estimate, ahead)
+        self._schedule(dt, estimate, ahead, terrain)
         step = Step(dt, ahead, terrain, wanted, command[2], self._sway, self.height, self._mass)
         targets = Targets()
         standing = [index for index, leg in enumerate(self._legs) if not leg.swinging and leg.landed]
@@ -245,19 +245,21 @@ class WalkController:
             sway(phase, period, share * side, change, self.height),
         )
 
-    def _is_unsure(self, ahead: PredictedState) -> bool:
-        """Whether a foot looks for ground that is lower than thought, as behind a crest: then the gait waits for it, and the other feet stay
-        where they are, if the walk is slow enough to wait.
+    def _is_unsure(self, ahead: PredictedState, terrain: TerrainPlane) -> bool:
+        """Whether a foot looks for ground that is lower than thought, as behind the crest of a slope: then the gait waits for it, and the other
+        feet stay where they are, if the walk is slow enough to wait.
         """
         (vx, vy, _), config = ahead.velocity, self._config
-        return hypot(vx, vy) < config.waiting_speed and any(0.0 < leg.late < config.most_wait for leg in self._legs)
+        if hypot(terrain.slope_x, terrain.slope_y) <= config.sloping or hypot(vx, vy) >= config.waiting_speed:
+            return False
+        return any(0.0 < leg.late < config.most_wait for leg in self._legs)
 
-    def _schedule(self, dt: float, estimate: Estimator, ahead: PredictedState) -> None:
+    def _schedule(self, dt: float, estimate: Estimator, ahead: PredictedState, terrain: TerrainPlane) -> None:
         """Decide for each leg whether it stands or swings at the moment the motors act."""
         config = self._config
         leaving, upright = config.leaving * self.clock.gait.duty, self._is_upright
         self._slip.forget(dt)
-        held = self.halting or self.settling or self._is_unsure(ahead)
+        held = self.halting or self.settling or self._is_unsure(ahead, terrain)
         for index, leg in enumerate(self._legs):
             progress = self.clock.swing(index, ahead.lead)
             contact = estimate.contact[index]

@@ -93,6 +93,9 @@ class WalkConfig:
     """How soon that is forgotten, m/s; chosen: one stumble in 7 s."""
     grace: float = 0.02
     """Seconds for which a foot that should have landed is taken to stand without having reported contact; chosen: four samples."""
+    sloping: float = 0.1
+    """On ground that rises by more than this per metre a walk waits for a foot that has not found the ground; chosen: 6 degrees. On level ground
+    the gaits that sway fall while they wait."""
     waiting_speed: float = 0.5
     """While a foot has not found the ground no other lifts, but not in a walk that is faster than this, m/s; chosen: its next foot is needed
     where it falls to."""

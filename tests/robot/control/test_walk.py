@@ -209,9 +209,14 @@ def test_on_a_slope_feet_are_lifted_less_high_after_a_stumble(rise: float, most:
     assert walk.walker.caution == pytest.approx(most, abs=1e-3)
 
 
-@pytest.mark.parametrize(("speed", "waits"), [(0.0, True), (0.4, True), (0.6, False)])
-def test_a_slow_gait_waits_for_a_foot_that_finds_no_ground_but_not_for_ever(speed: float, waits: bool) -> None:
+@pytest.mark.parametrize(
+    ("rise", "speed", "waits"), [(0.3, 0.0, True), (0.3, 0.4, True), (0.3, 0.6, False), (0.0, 0.4, False)]
+)
+def test_on_a_slope_a_slow_gait_waits_for_a_foot_that_finds_no_ground_but_not_for_ever(
+    rise: float, speed: float, waits: bool
+) -> None:
     walk = Walk()
+    walk.slope.slope_x = rise
     walk.state.velocity = (speed, 0.0, 0.0)
     walk.touch[0] = False
     walk.until(0, 0.5)
