@@ -270,6 +270,7 @@ class GaitController:
         bounds = self._gaits.bounds(self._walker) if self._walker is not None else ()
         command = self._commands.advance(dt, self._mode == Mode.WALK, *bounds)
         if self._walker is not None:
+            self._walker.wary = self._senses.gyro_doubtful[0]
             walking = self._walker.step(dt, estimate, ahead, self._terrain, command)
             hold(walking, estimate, self._senses.doubtful_joints)
             return walking.freeze()

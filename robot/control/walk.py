@@ -85,6 +85,8 @@ class WalkController:
         """How much higher feet are lifted since one stumbled, m."""
         self.halting = False
         """While true no foot lifts any more: the walk ends with all feet on the ground."""
+        self.wary = False
+        """While true the gait waits for feet that are late on level ground, too: its attitude is in doubt, so is where the ground is."""
         self._sway: tuple[Sway, Sway] = (STILL, STILL)
         """Forward and to the left."""
         self._swaying = 0.0
@@ -250,7 +252,8 @@ class WalkController:
         feet stay where they are, if the walk is slow enough to wait.
         """
         (vx, vy, _), config = ahead.velocity, self._config
-        if hypot(terrain.slope_x, terrain.slope_y) <= config.sloping or hypot(vx, vy) >= config.waiting_speed:
+        deceptive = self.wary or hypot(terrain.slope_x, terrain.slope_y) > config.sloping
+        if not deceptive or hypot(vx, vy) >= config.waiting_speed:
             return False
         return any(0.0 < leg.late < config.most_wait for leg in self._legs)
 

@@ -146,24 +146,26 @@ class ScanHeading:
     def _correct(self, faces: Faces, views: list[_View]) -> bool:
         """Gauss-Newton with a weight that narrows once the wide one has settled. False, without effect, if the scan does not fit."""
         first = state = self._state
-        prior, scale = np.linalg.inv(self._covariance), WIDE
-        for _ in range(ROUNDS):
+        prior, scale, rounds = np.linalg.inv(self._covariance), WIDE, ROUNDS
+        while True:
             errors, slope = _pairs(state, faces, views)
             if len(errors) < FEWEST:
                 return False
             weighted = slope / (SIGMA**2 * (1.0 + (errors / scale) ** 2))[:, None]
-            information = weighted.T @ slope + prior
+            information: Floats = weighted.T @ slope + prior
             step = np.linalg.solve(information, weighted.T @ errors + prior @ (state - first))
             state = state - step
-            if float(np.abs(step).max()) < SETTLED:
-                if scale == NARROW:
-                    break
+            rounds -= 1
+            settled = float(np.abs(step).max()) < SETTLED
+            if rounds == 0 or (settled and scale == NARROW):
+                break
+            if settled:
                 scale = NARROW
         moved = state - first
         far = math.hypot(moved[0], moved[1]) > FARTHEST or abs(float(moved[2])) > MOST_TURN
         if far or float((np.abs(errors) < FITS).mean()) < FITTING:
             return False
-        self._state, self._covariance = state, np.linalg.inv(information)
+        self._state, self._covariance = state, np.asarray(np.linalg.inv(information), dtype=np.float64)
         return True
 
 

@@ -61,8 +61,8 @@ def _vertical(feet: Vector, slope: tuple[float, float], rotation: Rows) -> Vecto
     normal = np.array(to_body(rotation, (-slope[0], -slope[1], 1.0)))
     arms = feet - feet.mean(axis=0)
     # An attitude that is off by d shows each foot off the plane by arm . normal = -d . (normal x arm).
-    across = np.cross(normal, arms)
+    across: Vector = np.asarray(np.cross(normal, arms), dtype=np.float64)
     matrix: Vector = across.T @ across + IN_LINE * np.eye(3)
-    off = np.linalg.solve(matrix, -(across.T @ (arms @ normal)))
+    off: Vector = np.asarray(np.linalg.solve(matrix, -(across.T @ (arms @ normal))), dtype=np.float64)
     shown = up + np.cross(off, up)
     return np.asarray(shown / np.linalg.norm(shown), dtype=np.float64)

@@ -137,7 +137,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             outcomes[case] = outcome
             if case[1] == cases[-1][1]:
                 print(_line(rows(outcomes)[-1]), file=sys.stderr, flush=True)
-    told = {"delay_ms": asked.delay, "trials": many, "rows": rows(outcomes)}
+    table = rows(outcomes)
+    told = {"delay_ms": asked.delay, "trials": many, "rows": table}
     result = circumstances(asked, began) | fidelity.told | told
     print(json.dumps(result, indent=2) if asked.json else show(result))
-    return 1 if any(row["falls"] for row in result["rows"]) else 0
+    return 1 if any(row["falls"] for row in table) else 0

@@ -211,6 +211,21 @@ def test_in_a_robot_that_sits_a_wrong_gyro_that_shows_rest_gets_a_new_chance(
     assert not trial.fallen
 
 
+@pytest.mark.parametrize(("seed", "amount", "turn"), [(1, 0.4, 0.0), (5, 0.4, 0.4), (10, -0.4, 0.0)])
+def test_a_walk_whose_gyro_is_wrong_about_the_tilt_waits_for_its_feet_and_sits(
+    seed: int, amount: float, turn: float
+) -> None:
+    trial = Trial(seed, conditions=real())
+    trial.stand_up()
+    trial.run(1.0 + 0.03 * seed, (0.6, 0.0, turn))
+    trial.spoil(wrong_gyro("offset", 0, amount))
+    trial.run(1.0)
+    assert trial.gait.lost == ("gyro",)
+    trial.gait.request(Mode.SIT)
+    trial.run(5.0)
+    assert (trial.fallen, trial.gait.mode) == (False, Mode.SIT)
+
+
 @pytest.mark.parametrize(("friction", "push"), [(0.8, 40.0), (0.8, -40.0), (0.2, 0.0)])
 def test_neither_a_push_nor_a_slippery_floor_is_taken_for_a_wrong_gyro(friction: float, push: float) -> None:
     trial = Trial(13, conditions=real(friction=friction))

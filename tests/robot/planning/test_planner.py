@@ -43,6 +43,9 @@ PLANNER = Planner(GRID)
 SPOT = Inflation.for_footprint(Footprint(), Margins().roomy)
 WEST, EAST = Pose2(-2.5, 0.0), Pose2(2.5, 0.0)
 places = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+# A place on the border of two cells lies in the upper one, and so does its image: there two mirrored worlds are no mirror images.
+within = st.builds(lambda cell, share: (cell + share) * GRID.resolution, st.integers(-60, 59), st.floats(0.01, 0.99))
+inside = st.tuples(within, within)
 
 
 def cheapest(grid: Grid, start: Cell, goal: Cell) -> float:
@@ -136,13 +139,10 @@ def test_a_wider_body_needs_a_wider_gap() -> None:
 
 
 @settings(deadline=None, max_examples=10)
-@given(st.sampled_from([(1, -1), (-1, 1), (-1, -1)]), places, places)
+@given(st.sampled_from([(1, -1), (-1, 1), (-1, -1)]), inside, inside)
 def test_the_mirrored_world_costs_as_much(
     mirror: tuple[int, int], begin: tuple[float, float], end: tuple[float, float]
 ) -> None:
-    # A place on the border of two cells lies in the upper one, and so does its image: there the two worlds are no mirror images.
-    cells = np.array((*begin, *end)) / GRID.resolution
-    assume(bool((np.abs(cells - cells.round()) > 1e-6).all()))
     sx, sy = mirror
     turn = sx * sy
     shapes = tuple(
