@@ -49,8 +49,11 @@ class Senses:
 
     @property
     def feels_ground(self) -> bool:
-        """Whether feet that seem to slide tell of the floor: they are its own, and what their speed is computed from is believed."""
-        return self._own_feet and self.steady and not self._joints.bad
+        """Whether feet that seem to slide tell of the floor: they are its own, and what their speed is computed from is believed.
+
+        Feet seem to slide under a gyro that shows a turn which is none; whether it does is known within `turn_watch.LASTING`.
+        """
+        return self._own_feet and self.steady and not self._turn.differs and not self._joints.bad
 
     @property
     def joints_lost(self) -> bool:

@@ -62,6 +62,11 @@ class TurnWatch:
         """Whether the gyro shows another turn than the feet."""
         return any(self.doubtful)
 
+    @property
+    def differs(self) -> bool:
+        """Whether the gyro shows another turn than the feet at the moment: it may soon be `wrong`."""
+        return self._exceeding > 0.0
+
     def _restart(self) -> None:
         self.error: Triple = _NONE
         """What the gyro shows more than the feet, odom axes, rad/s."""

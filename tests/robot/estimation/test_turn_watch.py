@@ -226,6 +226,16 @@ def test_a_walk_whose_gyro_is_wrong_about_the_tilt_waits_for_its_feet_and_sits(
     assert (trial.fallen, trial.gait.mode) == (False, Mode.SIT)
 
 
+@pytest.mark.parametrize("seed", [0, 3, 6])
+def test_feet_that_seem_to_slide_under_a_wrong_gyro_are_not_taken_for_ice(seed: int) -> None:
+    trial = Trial(seed, conditions=real())
+    trial.stand_up()
+    trial.run(1.0 + 0.03 * seed, (0.6, 0.0, 0.4))
+    trial.spoil(wrong_gyro("offset", 0, 0.8))
+    trial.run(1.0)
+    assert (trial.gait.lost, trial.gait.slips) == (("gyro",), 0)
+
+
 @pytest.mark.parametrize(("friction", "push"), [(0.8, 40.0), (0.8, -40.0), (0.2, 0.0)])
 def test_neither_a_push_nor_a_slippery_floor_is_taken_for_a_wrong_gyro(friction: float, push: float) -> None:
     trial = Trial(13, conditions=real(friction=friction))
