@@ -10,9 +10,14 @@ class HistoryContract:
 
     async def test_a_late_subscription_gets_what_was_kept_and_then_what_is_new(self, wire: Wire) -> None:
         async with parties(wire, 2) as (a, b):
+            arrived, _ = b.listen("7/mark/T/H", kept(1))
+            mark = await a.outlet("7/mark/T/H", kept(1))
             outlet = a.transport.outlet("7/map/T/H", kept(3))
             for number in range(5):
                 outlet.put(b"%d" % number, b"kept")
+            # What is on its way when somebody subscribes may still reach him. It comes before the mark.
+            mark.put(b"", b"")
+            await a.until(lambda: arrived.samples, "the mark has come")
 
             heard, _ = b.listen("7/map/T/H", kept(3))
             await a.until(lambda: len(heard.samples) == 3, "the history has come")
