@@ -67,7 +67,14 @@ class Reader:
             port = str(one.getsockname()[1])
         own = {"ROBACTOR_GOSSIP_PORT": port, "ROS_DOMAIN_ID": "13", "RMW_IMPLEMENTATION": "", "AMENT_PREFIX_PATH": ""}
         path = f"{folder}{os.pathsep}{ROOT}"
-        self._environment = {**os.environ, **own, "PYTHONPATH": path, "COLUMNS": "100", "PYTHONDONTWRITEBYTECODE": "1"}
+        self._environment = {
+            **os.environ,
+            **own,
+            "PYTHONPATH": path,
+            "COLUMNS": "100",
+            "PYTEST_ADDOPTS": "",
+            "PYTHONDONTWRITEBYTECODE": "1",
+        }
 
     def save(self, body: str) -> None:
         """Save a block as the file that it names."""

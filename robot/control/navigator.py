@@ -227,7 +227,8 @@ class Navigator:
         assert self.goal is not None
         forced = self._planned.again
         self._planned = Planned(now.time, self.around.changes, again=False, failure=self._planned.failure)
-        extra = self.around.clearance_to_unmapped()
+        far = apart(now.pose, self.goal) > self.config.look
+        extra = self.around.clearance_to_unmapped(but=self.goal if far else None)
         try:
             path = self.planner.plan(now.pose, self.goal, extra)
         except NavigationError as error:

@@ -41,6 +41,8 @@ _SETTLED = 0.4
 """A place marked for longer than this holds something that stands, s."""
 _SILENT = 0.5
 """A LiDAR from which nothing has come for longer shows nothing, s: five scans."""
+_PLACE = 0.6
+"""Half side of the square that a body at a place takes up, m; chosen: about half its length."""
 _FAR = 10.0
 """Stands for 'nothing near', m."""
 
@@ -154,11 +156,15 @@ class Surroundings:
         for mover in self.movers.moving:
             self._mark_fleeting(now, mover)
 
+    def _about(self, x: float, y: float, reach: float) -> tuple[slice, slice]:
+        """The cells of the square whose sides are `reach` m away from a place."""
+        grid = self.grid
+        left, right = ((x + side * reach - grid.origin_x) / grid.resolution for side in (-1, 1))
+        low, high = ((y + side * reach - grid.origin_y) / grid.resolution for side in (-1, 1))
+        return slice(max(int(low), 0), max(int(high) + 1, 0)), slice(max(int(left), 0), max(int(right) + 1, 0))
+
     def _mark_fleeting(self, now: float, mover: Mover) -> None:
-        grid, reach = self.grid, mover.radius + _BESIDE
-        left, right = ((mover.x + side * reach - grid.origin_x) / grid.resolution for side in (-1, 1))
-        low, high = ((mover.y + side * reach - grid.origin_y) / grid.resolution for side in (-1, 1))
-        part = slice(max(int(low), 0), max(int(high) + 1, 0)), slice(max(int(left), 0), max(int(right) + 1, 0))
+        part = self._about(mover.x, mover.y, mover.radius + _BESIDE)
         since = self._since[part]
         self._fleeting[part] |= (since > now - _YOUNG) & (since <= now)
 
@@ -191,12 +197,16 @@ class Surroundings:
 
     # --- distances --------------------------------------------------------------------------------------------------
 
-    def clearance_to_unmapped(self) -> Floats | None:
-        """Clearance (m) from the marks and blocked places, per cell of the map, 1 m at most; None when there are none."""
-        standing = self._standing()
+    def clearance_to_unmapped(self, but: Pose2 | None = None) -> Floats | None:
+        """Clearance (m) from the marks and blocked places, per cell of the map, 1 m at most; None when there are none.
+
+        Marks about the place `but` do not count: who stands there may have gone before the robot comes there.
+        """
+        marked = self._standing().copy()
+        if but is not None:
+            marked[self._about(but.x, but.y, _PLACE)] = False
         if not self._blocked:
-            return self._distance(standing) if standing.any() else None
-        marked = standing.copy()
+            return self._distance(marked) if marked.any() else None
         for x, y in self._blocked:
             cell = self.grid.cell(x, y)
             if cell is not None:

@@ -348,6 +348,35 @@ def test_a_corridor_that_opens_again_is_walked_on() -> None:
     assert (State.WAITING, "blocked") in record.states
 
 
+def test_who_stands_on_a_goal_that_is_far_off_does_not_matter_until_the_robot_is_near() -> None:
+    scene = get_world("empty")
+    navigator, walker = ready(scene, Pose2(-3.0, 0.0))
+    goal = Pose2(3.0, 0.0)
+    walker.drop(Cylinder(goal.x, goal.y, 0.25))
+    navigator.set_goal(goal, walker.pose)
+
+    def leave(walker: VelocityPlant, motion: Motion) -> None:
+        if walker.pose.x > 0.0:
+            walker.scene = scene
+
+    record = walk(navigator, walker, hook=leave)
+    assert record.motion.state is State.ARRIVED
+    assert State.WAITING not in {state for state, _ in record.states}
+
+
+def test_who_stays_on_a_goal_is_walked_up_to_waited_for_and_not_touched() -> None:
+    scene = get_world("empty")
+    navigator, walker = ready(scene, Pose2(-3.0, 0.0))
+    goal = Pose2(3.0, 0.0)
+    walker.drop(Cylinder(goal.x, goal.y, 0.25))
+    navigator.set_goal(goal, walker.pose)
+    record = walk(navigator, walker)
+    assert record.motion.state is State.FAILED
+    assert "the goal (3.00, 0.00) has" in str(record.motion.failure)
+    assert walker.pose.x > 0.0
+    assert record.clearance > 0.3
+
+
 def test_after_a_failure_a_retry_succeeds_once_the_way_is_open() -> None:
     scene = get_world("corridor")
     navigator, walker = ready(scene)
