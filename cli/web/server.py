@@ -138,7 +138,7 @@ class WebServer(Node):
 
     # -- HTTP -----------------------------------------------------------------------------------------------------------------
 
-    def _requested(self, connection: ServerConnection, request: Request) -> Response | None:
+    async def _requested(self, connection: ServerConnection, request: Request) -> Response | None:
         refused = self._refusal(request)
         if refused is not None:
             self._refused += 1
@@ -153,7 +153,7 @@ class WebServer(Node):
             case "/metrics":
                 return answer(HTTPStatus.OK, figures.metrics(self._audience.hub, self._refused), figures.METRICS_TYPE)
             case _:
-                return self._files.get(request)
+                return await self._files.get(request)
 
     def _refusal(self, request: Request) -> Response | None:
         try:

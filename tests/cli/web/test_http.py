@@ -44,8 +44,8 @@ def asked(path: str, *headers: tuple[str, str]) -> Request:
 
 
 @pytest.mark.parametrize("path", ["/", "/index.html", "/?token=x", "/index.html#top"])
-def test_the_page_is_served_with_type_and_safe_headers(files: Files, path: str) -> None:
-    answer = files.get(asked(path))
+async def test_the_page_is_served_with_type_and_safe_headers(files: Files, path: str) -> None:
+    answer = await files.get(asked(path))
     assert (answer.status_code, answer.body) == (200, b"<p>hello</p>" * 100)
     assert answer.headers["Content-Type"] == "text/html; charset=utf-8"
     assert answer.headers["X-Content-Type-Options"] == "nosniff"
@@ -53,8 +53,8 @@ def test_the_page_is_served_with_type_and_safe_headers(files: Files, path: str) 
     assert "script-src 'self';" in policy and "frame-ancestors 'none'" in policy
 
 
-def test_scripts_have_the_type_that_modules_need(files: Files) -> None:
-    assert files.get(asked("/lib/a.js")).headers["Content-Type"] == "text/javascript; charset=utf-8"
+async def test_scripts_have_the_type_that_modules_need(files: Files) -> None:
+    assert (await files.get(asked("/lib/a.js"))).headers["Content-Type"] == "text/javascript; charset=utf-8"
 
 
 @pytest.mark.parametrize(
@@ -62,18 +62,20 @@ def test_scripts_have_the_type_that_modules_need(files: Files) -> None:
     ["/../outside.js", "/%2e%2e/outside.js", "/lib/../../outside.js", "/lib%2f..%2f..%2foutside.js", "/link.js", "/.hidden.js", "/notes.py",
      "/lib", "/lib/", "/a%00.js", "/%ff.js", "/..%5coutside.js", "/none.js", "/" + "a" * 5000],
 )  # fmt: skip
-def test_nothing_else_is_served(files: Files, path: str) -> None:
-    assert files.get(asked(path)).status_code == 404
+async def test_nothing_else_is_served(files: Files, path: str) -> None:
+    assert (await files.get(asked(path))).status_code == 404
 
 
-def test_a_browser_gets_a_packed_file_once_and_then_hears_that_it_has_not_changed(files: Files, tmp_path: Path) -> None:
-    packed = files.get(asked("/", ("Accept-Encoding", "gzip, br")))
+async def test_a_browser_gets_a_packed_file_once_and_then_hears_that_it_has_not_changed(
+    files: Files, tmp_path: Path
+) -> None:
+    packed = await files.get(asked("/", ("Accept-Encoding", "gzip, br")))
     assert packed.headers["Content-Encoding"] == "gzip" and gzip.decompress(packed.body) == b"<p>hello</p>" * 100
     tag = packed.headers["ETag"]
-    again = files.get(asked("/", ("If-None-Match", tag)))
+    again = await files.get(asked("/", ("If-None-Match", tag)))
     assert (again.status_code, again.body) == (304, b"")
     (tmp_path / "page" / "index.html").write_text("new")
-    assert files.get(asked("/", ("If-None-Match", tag))).body == b"new"
+    assert (await files.get(asked("/", ("If-None-Match", tag)))).body == b"new"
 
 
 async def test_health_and_figures_are_told_on_the_same_port() -> None:
