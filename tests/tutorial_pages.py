@@ -67,14 +67,9 @@ class Reader:
             port = str(one.getsockname()[1])
         own = {"ROBACTOR_GOSSIP_PORT": port, "ROS_DOMAIN_ID": "13", "RMW_IMPLEMENTATION": "", "AMENT_PREFIX_PATH": ""}
         path = f"{folder}{os.pathsep}{ROOT}"
-        self._environment = {
-            **os.environ,
-            **own,
-            "PYTHONPATH": path,
-            "COLUMNS": "100",
-            "PYTEST_ADDOPTS": "",
-            "PYTHONDONTWRITEBYTECODE": "1",
-        }
+        # The pages show what pytest prints when it is asked for no more.
+        asked = {"COLUMNS": "100", "PYTEST_ADDOPTS": "", "PYTHONDONTWRITEBYTECODE": "1"}
+        self._environment = {**os.environ, **own, **asked, "PYTHONPATH": path}
 
     def save(self, body: str) -> None:
         """Save a block as the file that it names."""

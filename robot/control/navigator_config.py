@@ -19,7 +19,7 @@ class NavigatorConfig:
     relaxed_pause: float = 1.0
     """The same while nothing is urgent: the way is only less good than it was, or there is none, s."""
     look: float = 2.5
-    """The stretch of the path on which something newly seen matters, m: three seconds of walking."""
+    """The stretch of the path on which something newly seen matters, m: three seconds of walking. A goal that is farther away may be taken."""
     side_room: float = 0.30
     """A path on which the body's side comes this near to something seen is worth planning anew, m: just below the follower's comfort."""
     gain: float = 0.85

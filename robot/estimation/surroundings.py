@@ -205,13 +205,11 @@ class Surroundings:
         marked = self._standing().copy()
         if but is not None:
             marked[self._about(but.x, but.y, _PLACE)] = False
-        if not self._blocked:
-            return self._distance(marked) if marked.any() else None
         for x, y in self._blocked:
             cell = self.grid.cell(x, y)
             if cell is not None:
                 marked[cell] = True
-        return self._distance(marked)
+        return self._distance(marked) if marked.any() else None
 
     def block(self, x: float, y: float) -> None:
         """Plan no path through this place: the body turned out not to fit. It stays blocked until `unblock_all`."""

@@ -348,16 +348,19 @@ def test_a_corridor_that_opens_again_is_walked_on() -> None:
     assert (State.WAITING, "blocked") in record.states
 
 
+def with_somebody_on_its_goal() -> tuple[Navigator, VelocityPlant]:
+    navigator, walker = ready(get_world("empty"), Pose2(-3.0, 0.0))
+    walker.drop(Cylinder(3.0, 0.0, 0.25))
+    navigator.set_goal(Pose2(3.0, 0.0), walker.pose)
+    return navigator, walker
+
+
 def test_who_stands_on_a_goal_that_is_far_off_does_not_matter_until_the_robot_is_near() -> None:
-    scene = get_world("empty")
-    navigator, walker = ready(scene, Pose2(-3.0, 0.0))
-    goal = Pose2(3.0, 0.0)
-    walker.drop(Cylinder(goal.x, goal.y, 0.25))
-    navigator.set_goal(goal, walker.pose)
+    navigator, walker = with_somebody_on_its_goal()
 
     def leave(walker: VelocityPlant, motion: Motion) -> None:
         if walker.pose.x > 0.0:
-            walker.scene = scene
+            walker.scene = get_world("empty")
 
     record = walk(navigator, walker, hook=leave)
     assert record.motion.state is State.ARRIVED
@@ -365,11 +368,7 @@ def test_who_stands_on_a_goal_that_is_far_off_does_not_matter_until_the_robot_is
 
 
 def test_who_stays_on_a_goal_is_walked_up_to_waited_for_and_not_touched() -> None:
-    scene = get_world("empty")
-    navigator, walker = ready(scene, Pose2(-3.0, 0.0))
-    goal = Pose2(3.0, 0.0)
-    walker.drop(Cylinder(goal.x, goal.y, 0.25))
-    navigator.set_goal(goal, walker.pose)
+    navigator, walker = with_somebody_on_its_goal()
     record = walk(navigator, walker)
     assert record.motion.state is State.FAILED
     assert "the goal (3.00, 0.00) has" in str(record.motion.failure)

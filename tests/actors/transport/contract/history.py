@@ -15,7 +15,7 @@ class HistoryContract:
             outlet = a.transport.outlet("7/map/T/H", kept(3))
             for number in range(5):
                 outlet.put(b"%d" % number, b"kept")
-            # What is on its way when somebody subscribes may still reach him. It comes before the mark.
+            # What is on its way when somebody subscribes may still reach the subscription. It comes before the mark.
             mark.put(b"", b"")
             await a.until(lambda: arrived.samples, "the mark has come")
 

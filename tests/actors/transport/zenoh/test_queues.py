@@ -259,6 +259,7 @@ async def test_a_full_queue_that_keeps_all_holds_the_sender_back_until_there_is_
 
 
 async def test_a_loop_that_hangs_holds_the_sender_back_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    # An odd number of seconds: by it the waits that are meant are told from those of other threads.
     patience, waits, wait = 0.0502, list[float | None](), threading.Event.wait
     monkeypatch.setattr("actors.transport.zenoh.subscriptions._PATIENCE", patience)
 
