@@ -17,6 +17,7 @@ from robot import contracts
 from robot.evaluate.load import busy
 from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorTargets
+from robot.link.turns import short_turns
 from robot.run.choice import changed, only
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
@@ -129,6 +130,7 @@ def run_robot(backend: str, seed: int, duration: float, loops: int = 0, rate: fl
             found.append(Run(rates, control, quiet_share, share, fallen, restarts=restarts_in(system)))
 
     with busy(loops):
+        short_turns()  # as `python -m robot run` does
         execute(main)
     return found[0]
 

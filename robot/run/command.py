@@ -60,7 +60,10 @@ class Session:
     def run(self) -> int:
         from actors import DeclarationError, StartFailed, SupervisorGaveUp, execute
         from robot.hardware.body import BodySilent
+        from robot.link.turns import short_turns
 
+        if self.options.clock == "real" and not self.options.processes:
+            short_turns()  # its control loop shares this process
         try:
             return execute(self._main, clock=self.options.clock)
         except DeclarationError as error:  # of the machines: they are looked at when the run begins

@@ -6,15 +6,28 @@ import os
 
 import pytest
 
-from robot.link.priority import SWITCH, favour
+from robot.link import priority
+from robot.link.priority import favour
 
 
 def test_real_time_scheduling_is_asked_for_unless_it_is_switched_off(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
     monkeypatch.setattr(os, "sched_setscheduler", lambda process, policy, parameter: asked.append(policy))
-    monkeypatch.setenv(SWITCH, "0")
-    assert favour("control") == "control: no real-time scheduling, as ROBACTOR_REALTIME is 0"
-    assert asked == []
-    monkeypatch.delenv(SWITCH)
+    monkeypatch.setattr(priority, "short_turns", lambda: asked.append(-1) is None)
+    monkeypatch.setenv("ROBACTOR_REALTIME", "0")
+    off = "no real-time scheduling, as ROBACTOR_REALTIME is 0"
+    assert favour("control") == f"control: {off}; short turns: a machine that is busy holds it up little"
+    assert asked == [-1]
+    monkeypatch.delenv("ROBACTOR_REALTIME")
     assert favour("control") == "control: real-time scheduling, SCHED_FIFO 10"
-    assert asked == [os.SCHED_FIFO]
+    assert asked == [-1, os.SCHED_FIFO]
+
+
+def test_a_guard_that_gets_neither_says_what_that_means(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(process: int, policy: int, parameter: object) -> None:
+        raise PermissionError
+
+    monkeypatch.delenv("ROBACTOR_REALTIME", raising=False)
+    monkeypatch.setattr(os, "sched_setscheduler", refused)
+    monkeypatch.setattr(priority, "short_turns", lambda: False)
+    assert favour("body") == "body: no real-time scheduling here (PermissionError); a busy machine can hold it up"
