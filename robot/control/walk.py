@@ -37,7 +37,7 @@ STILL: Sway = (0.0, 0.0, 0.0)
 class _Leg:
     """What one leg is doing."""
 
-    __slots__ = ("boost", "grip", "landed", "late", "start", "swinging")
+    __slots__ = ("begun", "boost", "grip", "landed", "late", "start", "swinging")
 
     def __init__(self) -> None:
         self.swinging = False
@@ -46,6 +46,8 @@ class _Leg:
         self.late = 0.0
         """Seconds since it should have touched."""
         self.start: Triple = (0.0, 0.0, 0.0)
+        self.begun = 0.0
+        """Share of the swing that was over when this controller took up the foot at `start`."""
         self.grip = 1.0
         """Share of the usual friction that the foot is trusted with."""
         self.boost = 0.0
@@ -117,6 +119,7 @@ class WalkController:
                 leg.swinging, leg.landed, leg.boost = True, False, -1.0
                 (x, y, z), (fx, fy, fz) = ahead.position, ahead.feet[index]
                 leg.start = (x + fx, y + fy, z + fz)
+                leg.begun = max(0.0, min(self._config.early, self.clock.swing(index, ahead.lead)))
         lowest, highest = self._heights
         self.height = max(lowest, min(highest, -sum(z for (_, _, z), _ in feet) / len(feet)))
 
@@ -278,7 +281,7 @@ class WalkController:
                     leg.swinging = True
                     (x, y, z), (fx, fy, fz) = ahead.position, ahead.feet[index]
                     leg.start = (x + fx, y + fy, z + fz)
-                    leg.boost = -1.0
+                    leg.boost, leg.begun = -1.0, 0.0
                 elif (
                     leg.swinging
                     and contact
@@ -332,7 +335,9 @@ class WalkController:
         ahead, config, duration = step.ahead, self._config, self.clock.swing_time
         progress = self.clock.swing(index, ahead.lead) if leg.swinging else 1.0
         end = foothold(config, self._tracking, step, index, (1.0 - progress) * duration, self.clock.stance_time)
-        place, speed = swing_path(leg.start, end, progress, duration, self.clock.gait.clearance + self.caution)
+        rest = 1.0 - leg.begun
+        way = max(0.0, progress - leg.begun) / rest
+        place, speed = swing_path(leg.start, end, way, rest * duration, self.clock.gait.clearance + self.caution)
         if leg.boost >= 0.0:
             leg.boost = min(config.most_boost, leg.boost + config.boost_speed * step.dt)
             place = (place[0], place[1], place[2] + leg.boost * min(1.0, config.boost_end * (1.0 - progress)))

@@ -11,14 +11,15 @@ from dataclasses import asdict
 from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
-from robot.run.errands import Crash, Hang, UsageError
+from robot.run.crashes import check_crashes, crash, with_hangs
+from robot.run.errands import UsageError
 from robot.run.hardships import Push
 from robot.run.options import Options, parse
 
 if TYPE_CHECKING:
     import asyncio
 
-    from actors import Child, Supervisor, System
+    from actors import Supervisor, System
     from actors.hosts import Hosts
     from actors.transport import Transport
     from robot.assembly import Robot
@@ -171,7 +172,7 @@ class Session:
         tree = self._chosen(self.robot.tree)
         check_crashes(tree, options.crashes)
         check_crashes(tree, options.hangs, "--hang")
-        check_replay(tree, options.replay)
+        _check_replay(tree, options.replay)
         if self.robot.process is not None:
             self.robot.process.ready()
             tree = with_hangs(tree, options.hangs)
@@ -241,8 +242,8 @@ class Session:
             system.loop.call_at(system.clock.loop_time(push.at), self._push, push) for push in self.options.pushes
         ]
         crashes = {
-            crash: system.loop.call_at(system.clock.loop_time(crash.at), _crash, system, crash.node)
-            for crash in self.options.crashes
+            one: system.loop.call_at(system.clock.loop_time(one.at), crash, system, one.node)
+            for one in self.options.crashes
         }
         ended = asyncio.ensure_future(system.wait())
         try:
@@ -266,10 +267,10 @@ class Session:
             ended.cancel()
             for timer in pushes:
                 timer.cancel()
-            for crash, timer in crashes.items():
+            for one, timer in crashes.items():
                 timer.cancel()  # later it would hit a robot that is sitting down
-                if system.clock.now() < crash.at:
-                    system.log.warning("crash not made: the run had ended", asked=f"{crash.node}@{crash.at:g}")
+                if system.clock.now() < one.at:
+                    system.log.warning("crash not made: the run had ended", asked=f"{one.node}@{one.at:g}")
 
     def _push(self, push: Push) -> None:
         """Push the body along its heading, level."""
@@ -348,18 +349,7 @@ def _grid(path: str | None, scene: Scene) -> Grid | None:
     return grid
 
 
-def check_crashes(tree: Supervisor, crashes: Sequence[Crash | Hang], option: str = "--crash") -> None:
-    """Refuse to let fail what is not there. Raises `UsageError`."""
-    from robot.run.choice import UnknownNode, only
-
-    for crash in crashes:
-        try:
-            only(tree, [crash.node])
-        except UnknownNode as error:
-            raise UsageError(f"{option} {crash.node}@{crash.at:g}: {error}") from None
-
-
-def check_replay(tree: Supervisor, names: Sequence[str]) -> None:
+def _check_replay(tree: Supervisor, names: Sequence[str]) -> None:
     """Refuse to keep journals of what is not there. Raises `UsageError`."""
     from robot.run.choice import UnknownNode, check_journals
 
@@ -367,37 +357,3 @@ def check_replay(tree: Supervisor, names: Sequence[str]) -> None:
         check_journals(tree, names)
     except UnknownNode as error:
         raise UsageError(f"--replay: {error}") from None
-
-
-def with_hangs(tree: Supervisor, hangs: Sequence[Hang]) -> Supervisor:
-    """The tree of a run that begins now, in which the processes of these nodes hang. Raises `UsageError` for one on another machine."""
-    from actors import Supervisor
-    from robot.nodes import process_care
-    from robot.run.choice import changed, nodes_of
-
-    now = time.monotonic()
-    concerns = {
-        node.name: concern.name for concern in tree.children for node in nodes_of(tree.replace(children=[concern]))
-    }
-    away = {concern.name for concern in tree.children if isinstance(concern, Supervisor) and concern.hosts}
-    for hang in hangs:
-        if concerns[hang.node.lstrip("/")] in away:
-            raise UsageError(f"--hang {hang.node}: its process is on another machine")
-
-    def change(child: Child) -> Child:
-        if child.factory is not process_care.ProcessCare:
-            return child
-        mine = [one for one in hangs if concerns[one.node.lstrip("/")] == child.args[0]]
-        return child.replace(args=(*child.args, *(process_care.Hang(one.node, now + one.at) for one in mine)))
-
-    return changed(tree, change)
-
-
-def _crash(system: System, name: str) -> None:
-    """Make a node fail as if one of its handlers had raised."""
-    from actors import NotStarted
-
-    try:
-        system.crash(name, RuntimeError("crashed on request (--crash)"))
-    except (LookupError, NotStarted):
-        system.log.error("there is no such node to crash", asked=name)

@@ -122,6 +122,29 @@ def test_a_swing_leads_the_foot_from_where_it_lifted_over_the_clearance_to_the_p
     assert heights.index(max(heights)) / len(heights) == pytest.approx(0.5, abs=0.06)
 
 
+@pytest.mark.parametrize("height", [0.02, 0.06])
+@pytest.mark.parametrize("behind", [0.0, 0.08, 0.12])
+def test_a_walk_that_is_joined_in_mid_stride_carries_feet_on_from_where_they_are(behind: float, height: float) -> None:
+    at = nominal_feet(HEIGHT)
+    at[[0, 3], 0] -= behind  # the farther behind the standing feet are, the longer have the others been in the air
+    at[[1, 2]] += (0.5 * behind, 0.0, height)
+    state, contact = predicted(velocity=(1.0, 0.0, 0.0), feet=at), (True, False, False, True)
+    walk = Walk(config=WalkConfig(), state=state)
+    walk.estimate.contact, walk.estimate.velocity = contact, state.velocity
+    walk.estimate.legs = state.legs
+    walk.walker.join(walk.estimate, state)
+    assert walk.swings() == [1, 2]
+    walk.step()
+    assert walk.foot(1) == pytest.approx(at[1], abs=0.012)
+    assert walk.foot(2) == pytest.approx(at[2], abs=0.012)
+    before = walk.foot(1)
+    while walk.walker.swing(1) >= 0.0:
+        assert np.abs(walk.foot(1) - before).max() < 0.06, "no foot is told to jump"
+        before = walk.foot(1)
+        walk.step()
+    assert before[2] == pytest.approx(-HEIGHT, abs=0.02)
+
+
 def test_the_joint_speeds_of_a_swing_are_the_derivative_of_its_places() -> None:
     walk = Walk(state=predicted(rpy=(0.05, -0.1, 0.7)))
     walk.until(2, 0.3)

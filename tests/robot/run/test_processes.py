@@ -22,7 +22,7 @@ from robot.link.segment import PREFIX
 from robot.nodes import process_care
 from robot.nodes.process_care import ProcessCare
 from robot.run.choice import nodes_of
-from robot.run.command import with_hangs
+from robot.run.crashes import with_hangs
 from robot.run.errands import Hang, UsageError
 from robot.run.options import parse
 from robot.scenes.worlds import get_world
