@@ -59,13 +59,16 @@ class CommandShaper:
         self.asked = self.limits.clip(vx, vy, wz)
         return True
 
-    def advance(self, dt: float, walking: bool, *bounds: CommandLimits | None) -> Triple:
-        """The velocity in force after `dt` seconds; zero is aimed at unless `walking`, and nothing beyond any of `bounds`."""
+    def advance(self, dt: float, walking: bool, *bounds: CommandLimits | None, least_slew: float = 0.0) -> Triple:
+        """The velocity in force after `dt` seconds; zero is aimed at unless `walking`, and nothing beyond any of `bounds`.
+
+        It follows at the rate of the limits, or at `least_slew`, m/s2, if that is more.
+        """
         target = self.asked if walking else (0.0, 0.0, 0.0)
         for bound in bounds:
             if bound is not None:
                 target = bound.clip(*target)
-        step, turn = self.limits.slew * dt, self.limits.turn_slew * dt
+        step, turn = max(self.limits.slew, least_slew) * dt, self.limits.turn_slew * dt
         vx, vy, wz = self.velocity
         self.velocity = (_towards(vx, target[0], step), _towards(vy, target[1], step), _towards(wz, target[2], turn))
         return self.velocity

@@ -2,51 +2,68 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection
 from typing import Final
 
 from robot.control.drive import Targets
 from robot.estimation.leg_odometry import Estimator
-from robot.geometry.vectors import Triple, Vector, to_body
+from robot.geometry.vectors import Triple, Vector, to_body, to_ground
 from robot.hardware.body import MotorTargets
-from robot.model.kinematics import leg_inverse
+from robot.model.kinematics import feet, leg_inverse
 from robot.model.parameters import HIPS, SIDES
 
-__all__ = ["expected_joints", "hold"]
+__all__ = ["DoubtfulLegs"]
 
 SPRING: Final = 250.0
 DAMPER: Final = 4.0
 """Joint gains of a leg that stands and is held, N m/rad and N m s/rad: those of a leg in the air."""
 
 
-def expected_joints(told: MotorTargets, estimate: Estimator, walking: bool) -> Vector:
-    """Where the joints should be by now, shape (12,), rad: where they were told to be, or of a leg that pushes, where its foot stands."""
-    places = told.position.copy()
-    if not walking:
-        return places
-    for leg in range(4):
-        if told.kp[3 * leg] == 0.0:
-            places[3 * leg : 3 * leg + 3] = _standing(estimate, leg)
-    return places
+class DoubtfulLegs:
+    """The feet of a walk some of whose joints are not known. Call `joints`, then `hold`, once per control step.
 
-
-def hold(targets: Targets, estimate: Estimator, joints: Iterable[int]) -> None:
-    """Let the drives hold the legs of these `joints` where their feet stood, if they only push and their feet have lifted.
-
-    A leg that pushes by joints that are not known swings freely without the ground, faster than the foot could be put down again.
+    Invariant: the place of a foot is where its leg led it last, or where it has been felt on the ground since. A leg that pushes while its foot has
+    not been felt yet, as at the end of a swing, is so never taken to be where it stood a stride ago.
     """
-    for leg in {joint // 3 for joint in joints}:
-        places = slice(3 * leg, 3 * leg + 3)
-        if targets.kp[3 * leg] == 0.0 and not estimate.contact[leg]:
-            targets.position[places] = _standing(estimate, leg)
-            targets.kp[places], targets.kd[places] = (SPRING,) * 3, (DAMPER,) * 3
 
+    def __init__(self) -> None:
+        self._places: dict[int, Triple] = {}
+        """Of each foot since there is a doubt, odom, m."""
 
-def _standing(estimate: Estimator, leg: int) -> Triple:
-    """The joints of a leg whose foot is where it stood last, rad."""
-    px, py, pz = estimate.position
-    x, y, z = estimate.contacts[leg]
-    fx, fy, fz = to_body(estimate.rotation, (x - px, y - py, z - pz))
-    hip_x, hip_y = HIPS[leg]
-    hip, shoulder, knee, *_ = leg_inverse(SIDES[leg], fx - hip_x, fy - hip_y, fz)
-    return (hip, shoulder, knee)
+    def joints(self, told: MotorTargets, estimate: Estimator, walking: bool) -> Vector:
+        """Where the joints should be by now, shape (12,), rad: where they were told to be, or of a leg that pushes, where its foot is."""
+        joints = told.position.copy()
+        if not walking:
+            return joints
+        led = feet(told.position).tolist()
+        px, py, pz = estimate.position
+        for leg in range(4):
+            if told.kp[3 * leg] > 0.0:
+                x, y, z = to_ground(estimate.rotation, led[leg])
+                self._places[leg] = (px + x, py + y, pz + z)
+                continue
+            if estimate.contact[leg] or leg not in self._places:
+                self._places[leg] = estimate.foot(leg)
+            joints[3 * leg : 3 * leg + 3] = self._reach(estimate, leg)
+        return joints
+
+    def hold(self, targets: Targets, estimate: Estimator, doubtful: Collection[int]) -> None:
+        """Let the drives hold the legs of these joints where their feet are, if they only push and their feet are not on the ground.
+
+        A leg that pushes by joints that are not known swings freely without the ground, faster than the foot could be put down again.
+        """
+        if not doubtful:
+            self._places.clear()
+        for leg in {joint // 3 for joint in doubtful} & self._places.keys():
+            joints = slice(3 * leg, 3 * leg + 3)
+            if targets.kp[3 * leg] == 0.0 and not estimate.contact[leg]:
+                targets.position[joints] = self._reach(estimate, leg)
+                targets.kp[joints], targets.kd[joints] = (SPRING,) * 3, (DAMPER,) * 3
+
+    def _reach(self, estimate: Estimator, leg: int) -> Triple:
+        """The joints of a leg whose foot is at its place, rad."""
+        (px, py, pz), (x, y, z) = estimate.position, self._places[leg]
+        fx, fy, fz = to_body(estimate.rotation, (x - px, y - py, z - pz))
+        hip_x, hip_y = HIPS[leg]
+        hip, shoulder, knee, *_ = leg_inverse(SIDES[leg], fx - hip_x, fy - hip_y, fz)
+        return (hip, shoulder, knee)

@@ -8,7 +8,7 @@ import numpy as np
 
 from robot.control.catch import SLOW, STEADY, Settling
 from robot.control.command import CommandLimits, CommandShaper
-from robot.control.doubtful_legs import expected_joints, hold
+from robot.control.doubtful_legs import DoubtfulLegs
 from robot.control.gait_change import GaitChange
 from robot.control.gait_state import GaitState
 from robot.control.gaits import GAITS
@@ -37,6 +37,10 @@ SETTLE_TIME = 0.5
 """Seconds from planting the feet after a walk to the standing height."""
 LONGEST_OVERTAKEN = 0.5
 """Seconds after which a walk that the drives have taken over is not gone on with; chosen: they then begin to sit down."""
+BRAKE = 4.0
+"""How fast the velocity of a walk is given up whose joints are not all known, m/s2; chosen: what friction of 0.4 gives. Given up at once, it would
+throw the feet in the air forward.
+"""
 UPRIGHT = 0.5
 """Cosine of the body's tilt below which it has fallen: no step helps any more, and legs that go on stepping do harm."""
 _ZERO = (0.0, 0.0, 0.0)
@@ -86,6 +90,7 @@ class GaitController:
         self.slips = 0
         """How often it has sat down because its feet slid."""
         self._senses = Senses(own_feet)
+        self._doubtful = DoubtfulLegs()
         self._trim = Trim()
         self._overtaken_for = 0.0
         self.overtaken = False
@@ -232,7 +237,9 @@ class GaitController:
 
     def _expected(self) -> Vector | None:
         """Where the joints should be by now, shape (12,), rad."""
-        return expected_joints(self._told, self._estimate, self._walker is not None) if self._told is not None else None
+        if self._told is None:
+            return None
+        return self._doubtful.joints(self._told, self._estimate, self._walker is not None)
 
     def _check(self, dt: float, joints: JointSample, contacts_silent: bool) -> JointSample:
         """The joint sample with what cannot be believed replaced; without an encoder the safe stop takes over."""
@@ -241,7 +248,7 @@ class GaitController:
             if self._walker is None:
                 self._crouch(steps=False)
             else:
-                self._commands.halt()
+                self._commands.ask(0.0, 0.0, 0.0)
         return self._senses.contacts(dt, joints, self._estimate, self._walker, contacts_silent)
 
     def _crouch(self, *, steps: bool = True, speed: tuple[float, float] | None = None) -> None:
@@ -268,11 +275,12 @@ class GaitController:
             self._rejoin(ahead)
         self._change_mode(dt, ahead, joints)
         bounds = self._gaits.bounds(self._walker) if self._walker is not None else ()
-        command = self._commands.advance(dt, self._mode == Mode.WALK, *bounds)
+        least = BRAKE if self._senses.joints_lost else 0.0
+        command = self._commands.advance(dt, self._mode == Mode.WALK, *bounds, least_slew=least)
         if self._walker is not None:
             self._walker.wary = self._senses.gyro_doubtful[0]
             walking = self._walker.step(dt, estimate, ahead, self._terrain, command)
-            hold(walking, estimate, self._senses.doubtful_joints)
+            self._doubtful.hold(walking, estimate, self._senses.doubtful_joints)
             return walking.freeze()
         if self._planted is not None:
             return self._planted.step(dt, ahead).freeze()

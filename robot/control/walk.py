@@ -119,7 +119,7 @@ class WalkController:
                 leg.swinging, leg.landed, leg.boost = True, False, -1.0
                 (x, y, z), (fx, fy, fz) = ahead.position, ahead.feet[index]
                 leg.start = (x + fx, y + fy, z + fz)
-                leg.begun = max(0.0, min(self._config.early, self.clock.swing(index, ahead.lead)))
+                leg.begun = max(0.0, min(self._config.latest, self.clock.swing(index, ahead.lead)))
         lowest, highest = self._heights
         self.height = max(lowest, min(highest, -sum(z for (_, _, z), _ in feet) / len(feet)))
 

@@ -74,6 +74,8 @@ class WalkConfig:
     """From this share of its stance on, a foot is about to lift, and the estimator doubts it; chosen: it unloads and may slip."""
     early: float = 0.5
     """From this progress of a swing on, a contact ends it; chosen."""
+    latest: float = 0.85
+    """A foot that is taken up in mid-swing has at least the rest from this progress on to come down; chosen."""
     stumble: tuple[float, float] = (0.2, 0.5)
     """A contact between these shares of a swing is something in the way; chosen: before, the foot may still scrape the floor it left."""
     boost_speed: float = 1.0

@@ -158,6 +158,11 @@ class Estimator:
         self._covariance[1][1] = deviation * deviation
         self._publish()
 
+    def foot(self, leg: int) -> Triple:
+        """Where a foot's centre is, odom, m: of one that stands by the filter, of one in the air by its joints."""
+        x, y, z = self._state[leg + 2]
+        return (x, y, z)
+
     @property
     def deviation(self) -> tuple[float, float]:
         """Standard deviations of position (m) and velocity (m/s) as the filter believes them, the same on every axis."""

@@ -84,6 +84,13 @@ def test_the_slew_is_one_and_a_half_metres_and_four_radians_a_second_squared() -
     assert close(shaper.advance(0.1, True), (0.3, -0.3, 0.8))
 
 
+def test_a_walk_that_must_end_is_braked_faster_and_never_slower_than_the_limits_say() -> None:
+    shaper = CommandShaper(LIMITS)
+    shaper.resume(1.0, -0.3, 0.5)
+    assert close(shaper.advance(0.1, False, least_slew=4.0), (0.6, 0.0, 0.1))
+    assert close(shaper.advance(0.1, False, least_slew=0.5), (0.45, 0.0, 0.0))
+
+
 def test_who_does_not_walk_is_braked_to_rest_and_goes_on_when_walking() -> None:
     shaper = CommandShaper(LIMITS)
     shaper.ask(0.3, 0.0, 0.0)
