@@ -28,7 +28,7 @@ def test_the_steps_are_listed() -> None:
     steps = [line.split()[0] for line in done.stdout.splitlines()]
     assert steps == [
         "contracts", "realtime", "slow", "interop", "browser", "package", "coverage", "twice", "python-3.12", "python-3.13", "eager", "chaos",
-        "fuzz", "mutants", "sight", "figures", "stops",
+        "kills", "fuzz", "mutants", "sight", "figures", "stops",
     ]  # fmt: skip
     assert done.returncode == 0
 
