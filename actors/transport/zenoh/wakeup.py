@@ -50,7 +50,7 @@ class Wakeup:
                 self._loop.call_soon_threadsafe(self._make_calls)
 
     def post_patiently(self, call: Callable[[Any], None], argument: Any) -> None:
-        """Like `post`, between `be_patient` and `cease`, but the loop is not woken for it."""
+        """Like `post`, but the loop is not woken for it: somebody will look, by `look` or as between `be_patient` and `cease`."""
         self._waiting.append((call, argument))
 
     def be_patient(self) -> None:
@@ -65,6 +65,11 @@ class Wakeup:
         if not self._patient:
             self._rest()
 
+    def look(self) -> None:
+        """Make the calls that wait. On the loop's thread."""
+        if self._waiting and not self._scheduled:
+            self._make_calls()
+
     def close(self) -> None:
         """Make no more calls. On the loop's thread."""
         self._closed = True
@@ -78,8 +83,7 @@ class Wakeup:
 
     def _look(self) -> None:
         self._timer = self._loop.call_at(next_look(self._loop.time()), self._look)
-        if self._waiting and not self._scheduled:
-            self._make_calls()
+        self.look()
 
     def _make_calls(self) -> None:
         # Cleared before the first call is taken: what is appended from here on either is seen below, or wakes the loop again.

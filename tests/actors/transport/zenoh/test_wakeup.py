@@ -236,3 +236,21 @@ async def test_no_thread_is_left_of_a_closed_worker() -> None:
     if thread.ident is not None:
         thread.join(10)
     assert not thread.is_alive()
+
+
+def test_calls_that_may_wait_are_made_when_somebody_looks() -> None:
+    async def test(loop: CountingLoop) -> None:
+        wakeup, made = Wakeup(loop), list[int]()
+        in_a_thread(lambda: wakeup.post_patiently(made.append, 1))
+        await asyncio.sleep(0)
+        assert made == []
+        wakeup.look()
+        assert made == [1]
+        wakeup.post(made.append, 2)
+        wakeup.look()  # what has woken the loop is made in its turn
+        assert made == [1]
+        while made == [1]:
+            await asyncio.sleep(0)
+        wakeup.close()
+
+    run(test)
