@@ -37,6 +37,7 @@ from robot.link.records import (
     arm_of,
     command_record,
     held_of,
+    read_power,
     read_state,
     read_truth,
     sample_of,
@@ -219,6 +220,11 @@ class LinkedBody:
 
     def truth(self) -> Truth:
         return read_truth(self._told(), self._obstacles)
+
+    @property
+    def power(self) -> float:
+        """Electrical motor power, W."""
+        return read_power(self._told())
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
         """Not over a link. Raises `NotImplementedError`."""
