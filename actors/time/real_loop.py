@@ -58,29 +58,30 @@ if sys.platform == "linux":
             if timeout is None or self.fileno() >= _FD_SETSIZE:
                 ready = super().select(timeout)
             else:
-                self._wait(time.monotonic() + timeout, timeout)
-                ready = super().select(0)
+                ready = super().select(0) if self._wait(time.monotonic() + timeout, timeout) else []
             for call in self.waking:
                 call()
             return ready
 
-        def _wait(self, end: float, timeout: float) -> None:
-            """Wait for a descriptor until `end`, which is `timeout` seconds away.
+        def _wait(self, end: float, timeout: float) -> bool:
+            """Wait for a descriptor until `end`, which is `timeout` seconds away. Whether one is ready.
 
             The kernel may extend a wait by a thousandth of its length, so a long wait is followed by a short one for its last part.
             """
             if timeout > _LONG:
                 if self._ready(timeout * 0.995):
-                    return
+                    return True
                 timeout = end - time.monotonic()
             if timeout > self._lag:
                 if self._ready(timeout - self._lag):
-                    return
+                    return True
                 late = time.monotonic() - end + self._lag
                 # One step up and three steps down balance when three of four waits are later than the lag.
                 self._lag = min(_MOST, self._lag + _STEP) if late > self._lag else max(0.0, self._lag - 3 * _STEP)
-            while time.monotonic() < end and not self._ready(0.0):
-                pass  # it woke a few microseconds early, too few to sleep
+            ready = False
+            while time.monotonic() < end and not ready:  # it woke a few microseconds early, too few to sleep
+                ready = self._ready(0.0)
+            return ready
 
         def _ready(self, timeout: float) -> bool:
             return bool(select.select((self.fileno(),), (), (), timeout)[0])

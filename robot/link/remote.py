@@ -174,6 +174,8 @@ class LinkedBody:
         if self._phase is not None and (begin := self._phase.tick(time.monotonic())) is not None:
             self._ask(self._phase.hz, begin)
             self._phase = None
+        if self._segment.samples.written == self._taken:
+            return None  # as every second time: the reader comes until there is none
         found = next(self._segment.samples.after(self._taken), None)
         if found is None:
             return None

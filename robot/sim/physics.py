@@ -230,7 +230,7 @@ class PhysicsBody(BodyShell):
         self._control: Vector = data.ctrl[:12]
         self._torque: Vector = data.actuator_force[:12]
         self._acceleration: Vector = data.sensordata[:3]
-        self._places: Floats = data.geom_xpos
+        self._geom_places: Floats = data.geom_xpos
         self._touch: Vector = data.sensordata[3:7]
         self._friction: Vector = model.geom_friction[:, 0]
         self._trunk: int = model.body("body").id
@@ -321,7 +321,7 @@ class PhysicsBody(BodyShell):
 
     def _fallen(self) -> bool:
         _, x, y, _ = self._qpos[3:7].tolist()
-        lowest = min(self._places[self._foot_geoms, 2].tolist()) - FOOT_RADIUS
+        lowest = min(self._geom_places[self._foot_geoms, 2].tolist()) - FOOT_RADIUS
         return bool(1.0 - 2.0 * (x * x + y * y) < 0.5 or self._qpos[2] - lowest < 0.15)
 
     def _contacts(self) -> list[list[int]]:
