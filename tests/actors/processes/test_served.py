@@ -105,6 +105,19 @@ async def test_what_earlier_lives_have_left_is_known() -> None:
         await until(lambda: parent.events[-1] == "lost")
 
 
+async def test_a_child_that_must_not_hang_for_long_beats_more_often_than_it_tells_of_its_nodes() -> None:
+    async with served(order(Child(Busy, process=True, hang=0.1))) as parent:
+        await until(lambda: Ready() in parent.events)
+        parent.beats()
+        begun = time.monotonic()
+        await asyncio.sleep(0.5)
+        assert parent.beats() <= (time.monotonic() - begun) / 0.02 + 1
+        for _ in range(7):
+            await until(parent.beats)
+        parent.channel.send(StopAsked("enough"))
+        await until(lambda: parent.events[-1] == "lost")
+
+
 async def test_log_lines_are_counted_instead_of_sent_while_the_parent_does_not_read(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

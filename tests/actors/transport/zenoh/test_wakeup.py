@@ -282,6 +282,7 @@ def test_a_loop_that_wakes_for_something_else_makes_the_calls_that_may_wait_firs
         loop = asyncio.get_running_loop()
         wakeup, made = Wakeup(loop), list[str]()
         wakeup.be_patient(30.0)
+        await asyncio.sleep(0.001)  # the loop wakes, and nothing waits
         in_a_thread(lambda: wakeup.post_patiently(made.append, "sample"))
         timers: asyncio.Future[None] = loop.create_future()
 
