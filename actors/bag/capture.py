@@ -39,11 +39,11 @@ class Capture(StreamSubscription[Any]):
     """A subscription without a queue: each message is given to `take` while it is published.
 
     What other processes publish comes as it was sent, and may be no message of its type at all, unless it is to be `decoded`: what cannot be
-    is then lost. With `patient` it may wait a moment for more, which costs less (see `SubscriptionPeer.patient`). `dropped` counts what was
+    is then lost. With `patience` it may wait for so long for more, which costs less (see `SubscriptionPeer.patience`). `dropped` counts what was
     lost on its way here.
     """
 
-    __slots__ = ("_decoded", "_patient", "channel", "take")
+    __slots__ = ("_decoded", "channel", "take")
 
     def __init__(
         self,
@@ -54,19 +54,14 @@ class Capture(StreamSubscription[Any]):
         take: Taker,
         *,
         decoded: bool = False,
-        patient: bool = False,
+        patience: float = 0.0,
     ) -> None:
-        super().__init__(life, entry, channel.type, qos, life.streams.remove)
+        super().__init__(life, entry, channel.type, qos, life.streams.remove, patience=patience)
         self._decoded = decoded
-        self._patient = patient
         self.channel = channel
         self.take = take
         life.streams.append(self)
         entry.add_subscription(self)
-
-    @property
-    def patient(self) -> bool:
-        return self._patient
 
     def target(self, publisher: PublisherPeer) -> Target:
         channel, take = self.channel, self.take

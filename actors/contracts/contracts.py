@@ -13,6 +13,7 @@ Names are ROS names: a relative name is resolved in the namespace of the node th
 from __future__ import annotations
 
 from collections.abc import AsyncGenerator, Callable, Coroutine
+from math import inf
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias, TypeVar, cast
 
 from actors.checks import is_number, is_whole
@@ -144,13 +145,14 @@ def _checked_concurrency(what: str, concurrent: int) -> int:
 class TopicHandler(Declaration):
     """The declaration made by ``@TOPIC.on()``."""
 
-    __slots__ = ("concurrent", "qos", "topic")
+    __slots__ = ("concurrent", "patience", "qos", "topic")
 
-    def __init__(self, topic: Topic[Any], qos: QoS, concurrent: int) -> None:
+    def __init__(self, topic: Topic[Any], qos: QoS, concurrent: int, patience: float) -> None:
         super().__init__()
         self.topic = topic
         self.qos = qos
         self.concurrent = concurrent
+        self.patience = patience
 
     def __repr__(self) -> str:
         return f"@{self.topic!r}.on()"
@@ -213,17 +215,22 @@ class Topic(Generic[M]):
         return f"Topic({self.type.__name__}, {self.name!r})"
 
     def on(
-        self, *misplaced: Never, qos: QoS | int | None = None, concurrent: int = 0
+        self, *misplaced: Never, qos: QoS | int | None = None, concurrent: int = 0, patience: float = 0.0
     ) -> Callable[[Callable[[Node, M], Nothing]], Callable[[Node, M], Nothing]]:
         """Decorate the method that handles this topic's messages, one at a time together with the node's other handlers.
 
         With `concurrent=n` the handler runs in tasks of its own instead, at most n at once; use it for handlers that wait. `qos` overrides
         the quality of service of the contract. An exception that leaves the handler ends the node's incarnation (see `Node.on_error`).
+
+        A message of another process wakes the event loop, unless it may wait: for `patience` seconds at most, or until the loop turns for
+        something else. That suits a handler that only notes the message for a later use, and spares much of its cost. The depth must
+        hold what comes meanwhile. Messages of this process, and those that are kept for late subscribers, do not wait.
         """
         _refuse_bare(misplaced, f"{self!r}.on")
-        declaration = TopicHandler(
-            self, self.qos if qos is None else of(qos), _checked_concurrency(repr(self), concurrent)
-        )
+        checked = _checked_concurrency(repr(self), concurrent)
+        if not 0.0 <= patience < inf:
+            raise DeclarationError(f"{self!r}.on(patience={patience!r}): give a number of seconds of at least 0")
+        declaration = TopicHandler(self, self.qos if qos is None else of(qos), checked, patience)
 
         def decorate(function: Callable[[Node, M], Nothing]) -> Callable[[Node, M], Nothing]:
             declaration.attach(function)

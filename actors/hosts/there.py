@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from actors.hosts.agent import Running
 from actors.hosts.messages import Launch
 from actors.processes.channel import framed
-from actors.processes.messages import Beat, Event, Line, Opaque
+from actors.processes.messages import Event, Line, Opaque
 from actors.processes.pickling import pack
 from actors.processes.preparation import preparation
 from actors.processes.spawned import Started, discard, employ, prepared, still_waiting
@@ -31,7 +31,6 @@ _MODULES: Final = ("actors.hosts.there", "actors.transport.zenoh.transport", "ze
 """What every process of an agent needs."""
 _REST: Final = 1.0
 """Seconds after which the next interpreter is started: first the one that has just got an order has the processor."""
-_BEAT: Final = pack(Beat())
 _HEAD: Final = 11
 """Bytes of a pickle before its content: its protocol, and the length of its first part."""
 _LINE: Final = pack(Line(0.0, 0, "", 0, "", {}))[_HEAD:].partition(b"Line")[0] + b"Line"
@@ -84,6 +83,6 @@ class Launcher:
         return prepared("robactor-agent", self._preparation, fenced=True)
 
 
-def _unread(data: bytes) -> Beat | Opaque:
-    """What a process tells, unless it is for this one."""
-    return Beat() if data == _BEAT else Opaque(data, line=data.startswith(_LINE, _HEAD))
+def _unread(data: bytes) -> Opaque:
+    """What a process tells: it is for the tree."""
+    return Opaque(data, line=data.startswith(_LINE, _HEAD))

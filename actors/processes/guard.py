@@ -6,6 +6,7 @@ import os
 import select
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from time import monotonic
 from typing import Final
 
@@ -76,4 +77,5 @@ class Guard:
                 where = self._where()
             except Exception as error:  # the guard goes on: it has to end this process with its parent
                 where = f"not known: {error!r}"
-            os.write(self._notes, f"{where}\n".encode()[-select.PIPE_BUF :])
+            with suppress(OSError):  # the parent has not looked for very long, or is gone
+                os.write(self._notes, f"{where}\n".encode()[-select.PIPE_BUF :])

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import ctypes
+import os
 import signal
 import socket
 import sys
 import threading
 from collections.abc import Sequence
+from contextlib import suppress
 from math import inf
 from typing import Any, Final
 
@@ -20,10 +22,19 @@ from actors.processes.channel import HEAD, Channel, framed
 from actors.processes.guard import ORPHAN_SECONDS, Guard
 from actors.processes.hosted import HostedTree
 from actors.processes.maker import Processes
-from actors.processes.messages import MOST_BEAT_SECONDS, Beat, Event, Line, Opaque, Order, Over, Request
-from actors.processes.pickling import pack, unpack
+from actors.processes.messages import (
+    BEAT,
+    MOST_BEAT_SECONDS,
+    Event,
+    Line,
+    Order,
+    Over,
+    Request,
+    beat_seconds,
+    next_beat,
+)
+from actors.processes.pickling import unpack
 from actors.processes.preparation import prepare
-from actors.processes.spawned import beat_seconds
 from actors.runtime.stall import work_of
 from actors.supervision.reasons import Failed
 from actors.time.real_loop import new_event_loop
@@ -34,8 +45,6 @@ MOST_UNSENT: Final = 1_000_000
 """While the parent leaves so many bytes unread, log lines are counted instead of sent."""
 ORPHANED: Final = "its parent process is gone"
 _PR_SET_PDEATHSIG: Final = 1
-_BEAT: Final = Opaque(pack(Beat()))
-"""Packed once: it is sent up to fifty times a second."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -85,16 +94,20 @@ def _read(channel: socket.socket, size: int) -> bytes:
 class Served:
     """One order, served over a channel. Made in the event loop that runs it.
 
-    Invariant: a log line is either sent or counted in `_lost`, and the count is sent as soon as the parent reads again.
+    Invariants: a log line is either sent or counted in `_lost`, and the count is sent as soon as the parent reads again. A timer for the next
+    beat is running while `run` does.
     """
 
     def __init__(self, order: Order, channel: socket.socket, notes: int, *, fenced: bool = False) -> None:
         self._socket = channel
+        self._notes = notes
         self._path = order.path
         self._period = beat_seconds(order.spec.hang)
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
         self._lost = 0
+        self._told = -inf
+        """When the parent was last told of changes that nothing else tells of."""
         self._closed = asyncio.Event()
         self._channel = Channel(self._asked, self._left)
         transport = order.transport()
@@ -110,11 +123,12 @@ class Served:
         loop.add_signal_handler(signal.SIGTERM, self._hosted.terminate)
         loop.add_signal_handler(signal.SIGHUP, self._hosted.stop, ORPHANED)
         self._guard.start()
-        beating = loop.create_task(self._beat(), name="beats")
+        os.set_blocking(self._notes, False)
+        self._beat()
         try:
             await self._hosted.run()
         finally:
-            beating.cancel()
+            self._beating.cancel()
             self._channel.close()
             await self._closed.wait()
             self._guard.stop()
@@ -142,18 +156,17 @@ class Served:
         except Exception:  # a field cannot be copied
             self._channel.send(structs.replace(line, fields={key: repr(value) for key, value in line.fields.items()}))
 
-    async def _beat(self) -> None:
-        told, between = -inf, MOST_BEAT_SECONDS - 0.5 * self._period
-        while True:
-            self._guard.turned()
-            if (
-                now := self._loop.time()
-            ) - told >= between:  # a loop that must not hang for long beats more often than that
-                told = now
-                self._hosted.tell_nodes()
-                self._tell_lost()
-            self._channel.send(_BEAT)
-            await asyncio.sleep(self._period)
+    def _beat(self) -> None:
+        now = self._loop.time()
+        self._beating = self._loop.call_at(next_beat(now, self._period), self._beat)
+        self._guard.turned()
+        with suppress(OSError):  # the parent has not looked for very long, or is gone
+            os.write(self._notes, BEAT)
+        # One that must not hang for long beats more often than it tells this.
+        if now - self._told >= MOST_BEAT_SECONDS - 0.5 * self._period:
+            self._told = now
+            self._hosted.tell_nodes()
+            self._tell_lost()
 
     def _asked(self, request: Request) -> None:
         self._hosted.take(request)

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from actors.transport.protocol import Transport
 
 __all__ = [
+    "BEAT",
     "BEATS",
     "MOST_BEAT_SECONDS",
-    "Beat",
     "CrashAsked",
     "Event",
     "Line",
@@ -36,7 +36,12 @@ __all__ = [
     "Request",
     "StopAsked",
     "Told",
+    "beat_seconds",
+    "next_beat",
 ]
+
+BEAT: Final = b"\0"
+"""What a process writes to its pipe for notes, while its event loop turns. The parent looks there when it wants to know: it is not woken."""
 
 BEATS = 5
 """How often a process must tell that its event loop turns while `hang` seconds pass, at least; and at least ten times a second."""
@@ -44,6 +49,19 @@ BEATS = 5
 
 MOST_BEAT_SECONDS: Final = 0.1
 """The longest time between two beats."""
+
+
+def beat_seconds(hang: float) -> float:
+    """The time between two beats of a process that is killed after `hang` seconds without any."""
+    return min(MOST_BEAT_SECONDS, hang / BEATS)
+
+
+def next_beat(now: float, period: float) -> float:
+    """When the next beat is due, or is looked for: at the multiples of `period`, so that one turn of a loop looks for those of all its processes.
+
+    Half a period or more after `now`, so that a timer that fires a little late or early counts no beat twice.
+    """
+    return (round(now / period) + 1) * period
 
 
 class NodeFacts(msgspec.Struct, frozen=True):
@@ -112,10 +130,6 @@ class CrashAsked(msgspec.Struct, frozen=True):
 
 class Ready(msgspec.Struct, frozen=True):
     """The child is ready."""
-
-
-class Beat(msgspec.Struct, frozen=True):
-    """The event loop turns."""
 
 
 class Line(msgspec.Struct, frozen=True):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import os
-import select
 import signal
 import socket
 import subprocess
@@ -15,7 +14,7 @@ from typing import Any, Final, NamedTuple
 from actors.logs import WARN
 from actors.processes.channel import Channel, framed
 from actors.processes.errors import ProcessDied, ProcessHung
-from actors.processes.messages import BEATS, MOST_BEAT_SECONDS, Beat, Event, Line, Opaque, Order, Request
+from actors.processes.messages import BEAT, Event, Line, Opaque, Order, Request, beat_seconds, next_beat
 from actors.processes.pickling import unpack
 from actors.processes.preparation import environment, preparation
 
@@ -23,7 +22,6 @@ __all__ = [
     "NAMED_SECONDS",
     "SpawnedProcess",
     "Started",
-    "beat_seconds",
     "discard",
     "employ",
     "prepared",
@@ -39,17 +37,15 @@ DRAINED_SECONDS: Final = 0.1
 """How long the channel of a process that has exited may stay open, because a process that it forked holds it; seconds."""
 CLOSED_SECONDS: Final = 1.0
 """How long a process may go on after it has closed its channel; then it is killed. Seconds."""
+_MOST_TOLD: Final = 65536
+"""As many bytes as a pipe holds."""
 EXIT_POLL: Final = 0.02
 """Seconds between two looks for the end of a process, where the system has no process descriptors."""
 
 
-def beat_seconds(hang: float) -> float:
-    """The time between two beats of a process that is killed after `hang` seconds without any."""
-    return min(MOST_BEAT_SECONDS, hang / BEATS)
-
-
 class Started(NamedTuple):
-    """An interpreter that waits for its preparation and its order at the other end of `channel`; `notes` is our end of its pipe."""
+    """An interpreter that waits for its preparation and its order at the other end of `channel`; `notes` is our end of its pipe for beats and
+    notes."""
 
     popen: subprocess.Popen[bytes]
     channel: socket.socket
@@ -139,6 +135,7 @@ class SpawnedProcess:
 
     - `ended` is done once the process has exited and its channel is closed, so everything that it told has been taken before.
     - `_silent` is how long no beat has come, counted by the ticks of this loop: a loop of the parent that stands still blames nobody.
+      Beats and notes wait in their pipe for the next tick, so that they do not wake this loop.
     """
 
     def __init__(
@@ -159,7 +156,7 @@ class SpawnedProcess:
         """What the process was doing when its loop stood still, as it noted itself."""
         self._loop = loop = asyncio.get_running_loop()
         self.ended: asyncio.Future[Exception] = loop.create_future()
-        self._channel = Channel(self._told, self._lost, read)
+        self._channel = Channel(take, self._lost, read)
         self._silent = 0.0
         self._named = False
         """Whether it has been logged that the loop stands still."""
@@ -168,7 +165,7 @@ class SpawnedProcess:
         """Whether the process has exited, and whether its channel is closed."""
         self._timer: asyncio.TimerHandle | None = None
         self._period = beat_seconds(self._hang)
-        loop.add_reader(notes, self._noted)
+        os.set_blocking(notes, False)
         self._watch_exit()
 
     def __repr__(self) -> str:
@@ -200,7 +197,7 @@ class SpawnedProcess:
     def watch(self) -> None:
         """From now on, log it when the event loop of the process hangs, and kill the process when that lasts."""
         self._silent = 0.0
-        self._timer = self._loop.call_later(self._period, self._tick)
+        self._timer = self._loop.call_at(next_beat(self._loop.time(), self._period), self._tick)
 
     def unwatch(self) -> None:
         """Let its event loop stand still from now on: the process ends."""
@@ -209,7 +206,8 @@ class SpawnedProcess:
             self._timer = None
 
     def _tick(self) -> None:
-        self._timer = self._loop.call_later(self._period, self._tick)
+        self._timer = self._loop.call_at(next_beat(self._loop.time(), self._period), self._tick)
+        self._listen()
         self._silent += self._period
         if self._silent >= self._hang and not self._hung:
             self._hung = True
@@ -222,27 +220,27 @@ class SpawnedProcess:
                 doing=self._where or "not known",
             )
 
+    def _listen(self) -> None:
+        """Take what the process has written to its pipe since the last tick."""
+        try:
+            told = os.read(self._notes, _MOST_TOLD)
+        except BlockingIOError:
+            return
+        _, beaten, note = told.rpartition(BEAT)
+        if beaten:
+            self._beaten()
+        if note:  # since its last beat
+            self._where = note.decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
+
     def _beaten(self) -> None:
         if self._named:
             self._say("event loop turns again", after=round(self._silent, 3))
         self._silent, self._where, self._named = 0.0, "", False
 
-    def _noted(self) -> None:
-        if note := os.read(self._notes, select.PIPE_BUF):
-            self._where = note.decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
-        else:  # the process has ended
-            self._loop.remove_reader(self._notes)
-
     def _say(self, event: str, **fields: object) -> None:
         self._take(Line(self._loop.time(), WARN, "/".join(self._path), 1, event, fields))
 
     # -- its end ------------------------------------------------------------------------------------------------------------
-
-    def _told(self, event: Event | Opaque | Beat) -> None:
-        if isinstance(event, Beat):
-            self._beaten()
-        else:
-            self._take(event)
 
     def _watch_exit(self) -> None:
         try:
@@ -278,7 +276,6 @@ class SpawnedProcess:
 
     def _finish(self) -> None:
         self.unwatch()
-        self._loop.remove_reader(self._notes)
         os.close(self._notes)
         self.ended.set_result(self._end())
 

@@ -105,7 +105,7 @@ class OtherSubscription(_OtherEnd):
 
     received = dropped = waiting = 0
     full = False
-    patient = False
+    patience = 0.0
 
     async def room(self) -> None:
         """Return at once."""

@@ -66,7 +66,8 @@ def open_declared_endpoints(life: Incarnation) -> None:
         life.ros_time().use(True)
     labels = declarations.labels
     for topic in declarations.topics:
-        handle(life, topic.topic, topic.qos, getattr(node, topic.attribute), labels[topic.attribute], topic.concurrent)
+        handler, label = getattr(node, topic.attribute), labels[topic.attribute]
+        handle(life, topic.topic, topic.qos, handler, label, topic.concurrent, topic.patience)
     for service in declarations.services:
         serve(life, service.service, getattr(node, service.attribute), labels[service.attribute], service.concurrent)
     for action in declarations.actions:
@@ -93,6 +94,7 @@ def handle(
     handler: Handler[M],
     label: str,
     concurrent: int = 0,
+    patience: float = 0.0,
 ) -> None:
     """Subscribe `handler` to `topic`. A subscription of the last incarnation is taken over, with the messages that wait in it."""
     life.check_use()
@@ -104,9 +106,11 @@ def handle(
         return
     qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
     if concurrent:
-        subscription = ConcurrentSubscription(life, entry, topic.type, qos, life.inbox, label, handler, concurrent)
+        subscription = ConcurrentSubscription(
+            life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience
+        )
     else:
-        subscription = HandlerSubscription(life, entry, topic.type, qos, life.inbox, label, handler)
+        subscription = HandlerSubscription(life, entry, topic.type, qos, life.inbox, label, handler, patience)
     life.record.subscriptions.append(subscription)
     entry.add_subscription(subscription)
 

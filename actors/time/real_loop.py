@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import sys
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
-__all__ = ["new_event_loop"]
+__all__ = ["new_event_loop", "waking"]
 
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
@@ -19,6 +19,15 @@ def new_event_loop() -> asyncio.AbstractEventLoop:
     systems it is asyncio's selector loop unchanged.
     """
     return _PreciseLoop(_PreciseSelector()) if sys.platform == "linux" else asyncio.SelectorEventLoop()
+
+
+def waking(loop: asyncio.AbstractEventLoop) -> list[Callable[[], None]]:
+    """What this loop calls when it wakes, before all else of that turn; each must be short, and may only schedule what is to be done.
+
+    Of a loop that is not of this module it is a list that nobody calls.
+    """
+    found: list[Callable[[], None]] = getattr(loop, "waking", [])
+    return found
 
 
 if sys.platform == "linux":
@@ -39,32 +48,40 @@ if sys.platform == "linux":
 
         def __init__(self) -> None:
             super().__init__()
+            self.waking: list[Callable[[], None]] = []
             self._lag = 0.0
             """The lateness, in seconds, that three of four waits reach. The next wait is asked to end that much earlier."""
 
         def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-            if timeout is None or timeout <= 0.0 or self.fileno() >= _FD_SETSIZE:
+            if timeout is not None and timeout <= 0.0:
                 return super().select(timeout)
-            self._wait(time.monotonic() + timeout, timeout)
-            return super().select(0)
+            if timeout is None or self.fileno() >= _FD_SETSIZE:
+                ready = super().select(timeout)
+            else:
+                ready = super().select(0) if self._wait(time.monotonic() + timeout, timeout) else []
+            for call in self.waking:
+                call()
+            return ready
 
-        def _wait(self, end: float, timeout: float) -> None:
-            """Wait for a descriptor until `end`, which is `timeout` seconds away.
+        def _wait(self, end: float, timeout: float) -> bool:
+            """Wait for a descriptor until `end`, which is `timeout` seconds away. Whether one is ready.
 
             The kernel may extend a wait by a thousandth of its length, so a long wait is followed by a short one for its last part.
             """
             if timeout > _LONG:
                 if self._ready(timeout * 0.995):
-                    return
+                    return True
                 timeout = end - time.monotonic()
             if timeout > self._lag:
                 if self._ready(timeout - self._lag):
-                    return
+                    return True
                 late = time.monotonic() - end + self._lag
                 # One step up and three steps down balance when three of four waits are later than the lag.
                 self._lag = min(_MOST, self._lag + _STEP) if late > self._lag else max(0.0, self._lag - 3 * _STEP)
-            while time.monotonic() < end and not self._ready(0.0):
-                pass  # it woke a few microseconds early, too few to sleep
+            ready = False
+            while time.monotonic() < end and not ready:  # it woke a few microseconds early, too few to sleep
+                ready = self._ready(0.0)
+            return ready
 
         def _ready(self, timeout: float) -> bool:
             return bool(select.select((self.fileno(),), (), (), timeout)[0])
@@ -72,6 +89,10 @@ if sys.platform == "linux":
     class _PreciseLoop(asyncio.SelectorEventLoop):
         # As in asyncio, but without a Python function: it is called very often.
         time = staticmethod(time.monotonic)  # pyright: ignore[reportAssignmentType]
+
+        def __init__(self, selector: _PreciseSelector) -> None:
+            super().__init__(selector)
+            self.waking = selector.waking
 
         def run_forever(self) -> None:
             with _sharp_timers():

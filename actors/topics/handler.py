@@ -50,8 +50,9 @@ class HandlerSubscription(Subscription[M]):
         inbox: Inbox,
         label: str,
         handler: Handler[M],
+        patience: float = 0.0,
     ) -> None:
-        super().__init__(node, entry, type, qos)
+        super().__init__(node, entry, type, qos, patience)
         self.inbox = inbox
         self.label = label
         self.handler = handler
@@ -170,8 +171,9 @@ class ConcurrentSubscription(HandlerSubscription[M]):
         label: str,
         handler: Handler[M],
         concurrent: int,
+        patience: float = 0.0,
     ) -> None:
-        super().__init__(node, entry, type, qos, inbox, label, handler)
+        super().__init__(node, entry, type, qos, inbox, label, handler, patience)
         self.concurrent = concurrent
         self.active = 0
         self._spawn: Spawn | None = None

@@ -166,8 +166,8 @@ class SubscriptionPeer(Peer, Protocol):
         ...
 
     @property
-    def patient(self) -> bool:
-        """Whether what arrives from other processes may wait a moment for more (`actors.transport.protocol.PATIENCE`)."""
+    def patience(self) -> float:
+        """For how long what arrives from other processes may wait for more, seconds."""
         ...
 
     @property

@@ -44,8 +44,9 @@ class StreamSubscription(Subscription[M]):
         qos: QoS,
         on_close: Callable[[StreamSubscription[M]], None] | None = None,
         filter: ContentFilter | None = None,
+        patience: float = 0.0,
     ) -> None:
-        super().__init__(node, entry, type, qos)
+        super().__init__(node, entry, type, qos, patience)
         self.filter = filter
         """What it takes of its messages; None for all."""
         self.latest: M | None = None

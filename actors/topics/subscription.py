@@ -46,12 +46,14 @@ class Subscription(Endpoint, Generic[M]):
     # * A publisher is in `matched` exactly as long as it is matched with this subscription.
 
     __slots__ = (
-        "depth", "dropped", "keep_all", "matched", "messages", "must_unwrap", "received", "senders", "type",
+        "depth", "dropped", "keep_all", "matched", "messages", "must_unwrap", "patience", "received", "senders", "type",
     )  # fmt: skip
 
-    def __init__(self, node: Participant, entry: TopicRegistry, type: type[M], qos: QoS) -> None:
+    def __init__(self, node: Participant, entry: TopicRegistry, type: type[M], qos: QoS, patience: float = 0.0) -> None:
         super().__init__(node, entry, qos)
         self.type = type
+        self.patience = patience
+        """For how long what arrives from other processes may wait for more, seconds."""
         self.depth = qos.limit if qos.keep_all else qos.depth
         self.keep_all = qos.keep_all
         self.messages: deque[M] = deque()
@@ -66,11 +68,6 @@ class Subscription(Endpoint, Generic[M]):
             from actors.qos.events import DeadlineWatch
 
             self.keep_events().deadline = DeadlineWatch(period)
-
-    @property
-    def patient(self) -> bool:
-        """Whether what arrives from other processes may wait a moment for more."""
-        return False
 
     def __repr__(self) -> str:
         waiting = f"{len(self.messages)} waiting, {self.dropped} dropped"

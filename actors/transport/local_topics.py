@@ -38,7 +38,7 @@ class LocalPublisher(PublisherPeer, Protocol):
     def detach(self, target: Target) -> None: ...
 
 
-def delivery_of(qos: QoS, type: Any, *, patient: bool = False) -> Delivery:
+def delivery_of(qos: QoS, type: Any, *, patience: float = 0.0) -> Delivery:
     """What a transport must know of a quality of service, and of a type: images and the like let all other messages pass."""
     return Delivery(
         reliable=qos.reliable,
@@ -46,7 +46,7 @@ def delivery_of(qos: QoS, type: Any, *, patient: bool = False) -> Delivery:
         depth=qos.limit,
         history=qos.limit if qos.transient_local else 0,
         priority=BULK if is_bulk(type) else NORMAL,
-        patient=patient,
+        patience=patience,
     )
 
 
@@ -197,7 +197,7 @@ class Topics:
         endpoint = side.endpoint(
             subscription.node.fqn, EndpointKind.SUBSCRIPTION, subscription.entry.name, type, qos, backends
         )
-        delivery, key = delivery_of(qos, subscription.type, patient=subscription.patient), endpoint.token.key
+        delivery, key = delivery_of(qos, subscription.type, patience=subscription.patience), endpoint.token.key
         group: object = subscription if qos.transient_local else (key, delivery)
         receiver = self._receivers.get(group)
         if receiver is None:

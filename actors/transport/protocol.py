@@ -55,12 +55,12 @@ BULK: Final = 6
 
 
 PATIENCE: Final = 1 / 60
-"""The longest time for which a sample of a patient subscription waits for others, in seconds: one picture of a screen."""
+"""For how long a sample may wait for others that is shown to somebody, in seconds: one picture of a screen."""
 
 
-def next_look(now: float) -> float:
-    """When patient samples are looked at next: at whole multiples of `PATIENCE`, in seconds on the loop's clock."""
-    return (math.floor(now / PATIENCE) + 1) * PATIENCE
+def next_look(now: float, patience: float = PATIENCE) -> float:
+    """When samples that may wait so long are looked at next: at whole multiples of it, in seconds on the loop's clock."""
+    return (math.floor(now / patience) + 1) * patience
 
 
 class WireUnavailable(Exception):
@@ -90,8 +90,8 @@ class Delivery:
     express: bool = False
     """Send at once, instead of together with what comes within the next moment."""
 
-    patient: bool = False
-    """A subscription whose samples may wait for up to `PATIENCE`, so that the loop is woken for many of them at once. The transport may
+    patience: float = 0.0
+    """For how long the samples of a subscription may wait, seconds, so that the loop is woken for many of them at once. The transport may
     pass them on earlier."""
 
 

@@ -243,7 +243,7 @@ class RemoteSubscription:
     received = 0
     dropped = 0
     waiting = 0
-    patient = False
+    patience = 0.0
     full = False
     missed = 0
 

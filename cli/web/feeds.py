@@ -12,6 +12,7 @@ from actors.bag.capture import Capture, fitting
 from actors.bag.ring import Channel
 from actors.runtime.incarnation import incarnation_of
 from actors.topics.arrival import Arrival
+from actors.transport.protocol import PATIENCE
 
 if TYPE_CHECKING:
     from actors import Node, QoS, System
@@ -109,7 +110,7 @@ class Feed:
         return fitting([one.qos for one in self._publishers if one.type.__ros_type__ == name])
 
     def _subscribed(self) -> Capture:
-        return Capture(self._life, self._entry, self._channel, self._qos, self._take, patient=True)
+        return Capture(self._life, self._entry, self._channel, self._qos, self._take, patience=PATIENCE)
 
     def _take(self, channel: Channel, publisher: PublisherPeer, arrival: Arrival) -> None:
         # Called while the message is published, or when it has come from another process.

@@ -98,7 +98,7 @@ class CrowdBody(PhysicsBody):
         self.encounters.see(self.time, Pose2(x, y, yaw_of(*self._qpos[3:7].tolist())))
         if not self._data.ncon:
             return
-        for name in self._touching():
+        for name in self._touching(self._contacts()):
             if name.startswith("walker"):
                 self.encounters.touch(name, *self._data.mocap_pos[int(name.partition("_")[2]), :2].tolist())
 

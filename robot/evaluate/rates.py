@@ -1,7 +1,7 @@
 """The whole robot on the real clock: the rate of every stream, how punctual its control loop is, and its share of a processor core.
 
-`python -m robot evaluate rates`. Somebody listens to every sensor, the camera included. What is measured is this machine as it is now: run
-it on an idle one.
+`python -m robot evaluate rates`. Somebody listens to every sensor, the camera included; the processor time is told without listeners, too. What
+is measured is this machine as it is now: run it on an idle one.
 """
 
 from __future__ import annotations
@@ -68,6 +68,7 @@ def _all(backend: str, duration: float, compare: tuple[Metric, ...]) -> tuple[Me
         Metric("control at 200 Hz, period error p50", "ms", nothing, lambda seed: robot(seed).control.p50),
         Metric("control at 200 Hz, period error p99", "ms", (2.0, 1.0, 0.5), lambda seed: robot(seed).control.p99),
         Metric("control at 200 Hz, deadlines missed", "%", (1.0, 0.1, 0.0), lambda seed: robot(seed).control.missed),
+        Metric("share of one core, nobody listening", "%", nothing, lambda seed: robot(seed).alone_share),
         Metric("share of one core, camera unused", "%", nothing, lambda seed: robot(seed).quiet_share),
         Metric("share of one core, all sensors in use", "%", (100.0, 60.0, 35.0), lambda seed: robot(seed).share),
         Metric("falls", "", (0.0, None, None), lambda seed: float(robot(seed).falls)),
@@ -112,6 +113,9 @@ def _lines(beside: str, where: str, rate: float, take: Callable[[int], Run]) -> 
         Metric(f"{head}, period error p50{where}", "ms", nothing, lambda seed: take(seed).control.p50),
         Metric(f"{head}, period error p99{where}", "ms", p99, lambda seed: take(seed).control.p99),
         Metric(f"{head}, deadlines missed{where}", "%", missed, lambda seed: take(seed).control.missed),
+        Metric(
+            f"{beside}share of one core, nobody listening{where}", "%", nothing, lambda seed: take(seed).alone_share
+        ),
         Metric(f"{beside}share of one core, camera unused{where}", "%", nothing, lambda seed: take(seed).quiet_share),
         Metric(f"{beside}share of one core, all sensors in use{where}", "%", nothing, lambda seed: take(seed).share),
         Metric(f"{beside}falls{where}", "", (0.0, None, None), lambda seed: float(take(seed).falls)),
@@ -120,13 +124,15 @@ def _lines(beside: str, where: str, rate: float, take: Callable[[int], Run]) -> 
 
 
 def _by_process(beside: str, take: Callable[[int], Run]) -> Iterator[Metric]:
-    """The share of each process, camera unused."""
+    """The share of each process, nobody listening."""
 
     def share(name: str) -> Callable[[int], float]:
         return lambda seed: take(seed).shares.get(name, 0.0)
 
     for name in PROCESSES:
-        yield Metric(f"{beside}share of one core, camera unused, process: {name}", "%", (None, None, None), share(name))
+        yield Metric(
+            f"{beside}share of one core, nobody listening, process: {name}", "%", (None, None, None), share(name)
+        )
 
 
 def side_by_side(result: Mapping[str, Any]) -> str:

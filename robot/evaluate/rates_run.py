@@ -88,19 +88,21 @@ class Run:
     """Hz, by stream."""
     control: Punctuality
     quiet_share: float
-    """Processor time by wall time while nobody listens to the camera, per cent."""
+    """Processor time by wall time while somebody listens to all sensors but the camera, per cent."""
     share: float
     """The same with a listener on every sensor."""
+    alone_share: float = 0.0
+    """The same while nobody listens but the robot itself."""
     falls: int = 0
     """1 if the robot lay on the floor at the end."""
     shares: dict[str, float] = field(default_factory=dict[str, float])
-    """By process, of `quiet_share`; empty in one process."""
+    """By process, of `alone_share`; empty in one process."""
     restarts: int = 0
     """How many nodes had been restarted by then, with their processes or alone."""
 
 
 def run_robot(backend: str, seed: int, duration: float, loops: int = 0, rate: float = 200.0) -> Run:
-    """The whole robot in this process, on its patrol for `duration` seconds without the camera and as long with everything.
+    """The whole robot in this process, on its patrol: for `duration` seconds alone, as long with listeners on all sensors but the camera, and on all.
 
     Its control loop runs `rate` times a second.
 
@@ -114,9 +116,10 @@ def run_robot(backend: str, seed: int, duration: float, loops: int = 0, rate: fl
     async def main() -> None:
         tree = at_rate(robot_tree(body, Pack(90.0), waypoints), rate)
         async with run(tree, seed=seed, sinks=()) as system:
+            await system.clock.sleep(WARM_UP)
+            alone_share, _ = await _measured({}, lambda: system.clock.sleep(duration))
             await system.join(Child(Clockwork))
             listener = await listener_in(system, backend)
-            await system.clock.sleep(WARM_UP)
             with ExitStack() as stack:
                 quiet = listen(stack, listener, [name for name in TOPICS if name not in CAMERA])
                 quiet_share, _ = await _measured(quiet, lambda: system.clock.sleep(duration))
@@ -127,7 +130,7 @@ def run_robot(backend: str, seed: int, duration: float, loops: int = 0, rate: fl
             control = punctuality(listener.times, rate)
             rates = rates | {"control loop": control.rate} | clockwork_rates(system)
             fallen = int(body.truth().fallen)
-            found.append(Run(rates, control, quiet_share, share, fallen, restarts=restarts_in(system)))
+            found.append(Run(rates, control, quiet_share, share, alone_share, fallen, restarts=restarts_in(system)))
 
     with busy(loops):
         short_turns()  # as `python -m robot run` does

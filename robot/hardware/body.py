@@ -225,6 +225,11 @@ class Body(Protocol):
 
     def truth(self) -> Truth: ...
 
+    @property
+    def power(self) -> float:
+        """That of the motors alone, as `truth` has it: it is asked for 200 times a second, and the rest takes ten times as long."""
+        ...
+
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
         """Push the body with a constant force for `duration` seconds; `impulse` is the total, N s in world axes."""
         ...

@@ -16,7 +16,7 @@ from robot.link.segment import ARM, COMMAND, THING
 from robot.scenes.scene import Thing
 
 __all__ = [
-    "Call", "Command", "Order", "State", "arm_of", "command_record", "held_of", "read_command", "read_state", "read_truth", "sample_of",
+    "Call", "Command", "Order", "State", "arm_of", "command_record", "held_of", "read_command", "read_power", "read_state", "read_truth", "sample_of",
     "sample_record", "scenery_record", "state_record", "things_of",
 ]  # fmt: skip
 
@@ -137,6 +137,11 @@ def read_truth(record: Vector, obstacles: Sequence[str]) -> Truth:
         touching=tuple(obstacles[int(one)] for one in record[71:75].tolist() if one != _NONE),
         power=float(record[68]),
     )
+
+
+def read_power(record: Vector) -> float:
+    """Only the power of the motors."""
+    return float(record[68])
 
 
 def scenery_record(

@@ -37,6 +37,7 @@ from robot.link.records import (
     arm_of,
     command_record,
     held_of,
+    read_power,
     read_state,
     read_truth,
     sample_of,
@@ -173,6 +174,8 @@ class LinkedBody:
         if self._phase is not None and (begin := self._phase.tick(time.monotonic())) is not None:
             self._ask(self._phase.hz, begin)
             self._phase = None
+        if self._segment.samples.written == self._taken:
+            return None  # as every second time: the reader comes until there is none
         found = next(self._segment.samples.after(self._taken), None)
         if found is None:
             return None
@@ -219,6 +222,11 @@ class LinkedBody:
 
     def truth(self) -> Truth:
         return read_truth(self._told(), self._obstacles)
+
+    @property
+    def power(self) -> float:
+        """Electrical motor power, W."""
+        return read_power(self._told())
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
         """Not over a link. Raises `NotImplementedError`."""

@@ -26,6 +26,8 @@ EXPECTED: Final = {"/odom": 50.0, "/pose": 50.0, "/lidar/scan": 10.0}
 """Messages a second that come when all is well."""
 ENOUGH: Final = 0.8
 """A topic with less than this share of them is warned of."""
+PATIENCE: Final = 0.1
+"""Seconds for which what is only counted or noted may wait: its reports are a second apart."""
 
 
 class Diagnostics(Node):
@@ -56,7 +58,7 @@ class Diagnostics(Node):
             mean_load_w=f"{message.mean_load:.0f}",
         )
 
-    @MOTOR_POWER.on()
+    @MOTOR_POWER.on(patience=PATIENCE)
     def motors(self, message: MotorPower) -> None:
         level, text = OK, f"{message.mean:.0f} W"
         if not message.supplied:
@@ -75,15 +77,15 @@ class Diagnostics(Node):
     def safety(self, message: SafetyState) -> None:
         self._tell("safety", ERROR if message.stopped else OK, "; ".join(message.reasons) or "no reason to stop")
 
-    @ODOMETRY.on(qos=1)
+    @ODOMETRY.on(qos=20, patience=PATIENCE)
     def odometry(self, message: Odometry) -> None:
         self._heard["/odom"] += 1
 
-    @POSE.on(qos=1)
+    @POSE.on(qos=20, patience=PATIENCE)
     def pose(self, message: PoseStamped) -> None:
         self._heard["/pose"] += 1
 
-    @SCAN.on()
+    @SCAN.on(patience=PATIENCE)
     def scan(self, message: LaserScan) -> None:
         self._heard["/lidar/scan"] += 1
 

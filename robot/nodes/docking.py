@@ -157,7 +157,7 @@ class Docking(Node):
 
     # -- inputs -----------------------------------------------------------------------------------------------
 
-    @POSE.on(qos=1)
+    @POSE.on(qos=20, patience=CONFIG.period)
     def pose(self, message: PoseStamped) -> None:
         self._pose = from_pose(message.pose)
         self._poses.add(seconds(message.header.stamp), self._pose)

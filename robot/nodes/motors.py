@@ -64,7 +64,7 @@ class Motors(Node):
         """Advance the body, count the energy, and sit down when the targets stop."""
         now = self.clock.now()
         self._body.advance(now)
-        self._energy += self._body.truth().power
+        self._energy += self._body.power
         self._counted += 1
         if self._heard >= 0.0 and now - self._heard > SILENCE:
             self._sit_down(PERIOD if self._safe is None else min(now - self._drove, LONGEST))

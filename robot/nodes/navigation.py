@@ -69,6 +69,8 @@ from robot.planning.grid import Grid
 __all__ = ["Navigation"]
 
 LIMITS, TOLERANCE = Limits(), Tolerance()
+RATE = 20.0
+"""Steps of a walk a second. Pose and velocity may wait for the next one, which is all that uses them."""
 NEAR = 0.1
 """A humanoid_navigate goal within this of the robot (m, and rad of heading) is reached at once."""
 FEEDBACK_EVERY = 10
@@ -139,7 +141,7 @@ class Navigation(Node):
 
     # -- inputs -----------------------------------------------------------------------------------------------
 
-    @POSE.on(qos=1)
+    @POSE.on(qos=20, patience=1.0 / RATE)
     def pose(self, message: PoseStamped) -> None:
         here, last = from_pose(message.pose), self._heard.pose
         if last is not None:
@@ -147,7 +149,7 @@ class Navigation(Node):
         self._heard.pose = here
         self._heard.poses.add(seconds(message.header.stamp), here)
 
-    @ODOMETRY.on(qos=1)
+    @ODOMETRY.on(qos=20, patience=1.0 / RATE)
     def odometry(self, message: Odometry) -> None:
         twist = message.twist.twist
         self._heard.velocity = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
@@ -184,7 +186,7 @@ class Navigation(Node):
         """During a safety stop no goal is accepted, and a running one is aborted."""
         self._heard.stopped = "; ".join(message.reasons) if message.stopped else ""
 
-    @every(hz=20)
+    @every(hz=RATE)
     def steer(self) -> None:
         """Step the walk, while one is under way."""
         self._walk.steer()

@@ -84,7 +84,7 @@ class Patrol(Node):
             self._rising = False
             self.log.info("Robot is now standing")
 
-    @POSE.on(qos=1)
+    @POSE.on(qos=20, patience=0.1)  # noted, for the next goal
     def pose(self, message: PoseStamped) -> None:
         self._pose = from_pose(message.pose)
 

@@ -32,7 +32,7 @@ class RobotStatus(Node):
     def battery(self, message: BatteryStatus) -> None:
         self._charge = message.percent
 
-    @POSE.on(qos=1)
+    @POSE.on(qos=20, patience=0.1)  # noted, for who asks
     def pose(self, message: PoseStamped) -> None:
         self._position = message.pose.position
 

@@ -163,7 +163,7 @@ class PhysicsBody(BodyShell):
 
     def truth(self) -> Truth:
         """The true state of this instant."""
-        torque, speed = self._torque, self._qvel[6:]
+        pairs = self._contacts()
         return Truth(
             position=self._qpos[:3].copy(),
             quaternion=self._qpos[3:7].copy(),
@@ -171,11 +171,16 @@ class PhysicsBody(BodyShell):
             angular_velocity=self._qvel[3:6].copy(),
             joints=self._qpos[7:].copy(),
             fallen=self._fallen(),
-            lying=self._lying(),
-            touching=self._touching(),
-            power=(motor_power(torque, speed) if self._supplied else 0.0)
-            + (self._arm.power if self._arm is not None else 0.0),
+            lying=self._lying(pairs),
+            touching=self._touching(pairs),
+            power=self.power,
         )
+
+    @property
+    def power(self) -> float:
+        """Of the legs' motors, and of the arm's if there is one."""
+        legs = motor_power(self._torque, self._qvel[6:]) if self._supplied else 0.0
+        return legs + (self._arm.power if self._arm is not None else 0.0)
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
         """Push at the body origin from now on for `duration` seconds; a new push replaces one that still lasts."""
@@ -225,6 +230,7 @@ class PhysicsBody(BodyShell):
         self._control: Vector = data.ctrl[:12]
         self._torque: Vector = data.actuator_force[:12]
         self._acceleration: Vector = data.sensordata[:3]
+        self._geom_places: Floats = data.geom_xpos
         self._touch: Vector = data.sensordata[3:7]
         self._friction: Vector = model.geom_friction[:, 0]
         self._trunk: int = model.body("body").id
@@ -315,17 +321,18 @@ class PhysicsBody(BodyShell):
 
     def _fallen(self) -> bool:
         _, x, y, _ = self._qpos[3:7].tolist()
-        lowest = min(self._data.geom_xpos[foot, 2] for foot in self._foot_geoms) - FOOT_RADIUS
+        lowest = min(self._geom_places[self._foot_geoms, 2].tolist()) - FOOT_RADIUS
         return bool(1.0 - 2.0 * (x * x + y * y) < 0.5 or self._qpos[2] - lowest < 0.15)
 
-    def _lying(self) -> bool:
-        return any(
-            not self._floors.isdisjoint(pair) and not self._upper.isdisjoint(pair)
-            for pair in self._data.contact.geom.tolist()
-        )
+    def _contacts(self) -> list[list[int]]:
+        """The geoms that touch each other now, in pairs."""
+        pairs: list[list[int]] = self._data.contact.geom.tolist()
+        return pairs
 
-    def _touching(self) -> tuple[str, ...]:
-        pairs = self._data.contact.geom.tolist()
+    def _lying(self, pairs: Sequence[Sequence[int]]) -> bool:
+        return any(not self._floors.isdisjoint(pair) and not self._upper.isdisjoint(pair) for pair in pairs)
+
+    def _touching(self, pairs: Sequence[Sequence[int]]) -> tuple[str, ...]:
         things = self._arm.geoms if self._arm is not None else frozenset[int]()
         geoms = {geom for pair in pairs if things.isdisjoint(pair) for geom in pair}
         return tuple(name for geom, name in self._obstacles.items() if geom in geoms)

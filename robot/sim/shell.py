@@ -163,6 +163,11 @@ class BodyShell(ABC):
     @abstractmethod
     def truth(self) -> Truth: ...
 
+    @property
+    def power(self) -> float:
+        """Electrical motor power now, W."""
+        return self.truth().power
+
     @abstractmethod
     def _integrate(self, until: float) -> None:
         """Move to the last tick that is not later than `until`, s."""

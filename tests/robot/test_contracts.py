@@ -118,11 +118,11 @@ TOPICS = """\
     -> motors reliable 1
 /odom nav_msgs/msg/Odometry
     <- gait reliable 10
-    -> diagnostics reliable 1
+    -> diagnostics reliable 20
     -> frames reliable 10
     -> heading reliable 10
     -> localizer reliable 10
-    -> navigation reliable 1
+    -> navigation reliable 20
     -> safety_monitor reliable 1
 /odom/heading_error std_msgs/msg/Float64
     <- heading best_effort 5
@@ -133,13 +133,13 @@ TOPICS = """\
     -> markers reliable latched 1
 /pose geometry_msgs/msg/PoseStamped
     <- localizer reliable 10
-    -> diagnostics reliable 1
-    -> docking reliable 1
+    -> diagnostics reliable 20
+    -> docking reliable 20
     -> fetch reliable 1
     -> frames reliable 10
-    -> navigation reliable 1
-    -> patrol reliable 1
-    -> robot_status reliable 1
+    -> navigation reliable 20
+    -> patrol reliable 20
+    -> robot_status reliable 20
 /robot_description std_msgs/msg/String
     <- robot_state_publisher reliable latched 1
 /safety/state robactor_msgs/msg/SafetyState

@@ -81,7 +81,8 @@ class Connection:
             allowed_destination=library.Locality.REMOTE,
         )
         self._heartbeat = Heartbeat(loop, self._send_beat, self._with_heartbeat, self._silence)
-        beaten = direct(lambda sample: self.wakeup.post(self._heard, sample.payload))
+        # Beats of others wake nobody: they count from when they arrived, and wait for the next beat of our own at most.
+        beaten = direct(lambda sample: self.wakeup.post_patiently(self._heard, (sample.payload, loop.time())))
         # The references keep what they declare.
         self._watching: list[Any] = [
             session.declare_subscriber(
@@ -235,12 +236,13 @@ class Connection:
         self._settle_soon(lambda: question.end(NoAnswer(timed_out=False)))
 
     def _send_beat(self) -> None:
+        self.wakeup.look()
         with suppress(import_zenoh().ZError):
             self._beat.put(self._own_session.encode())
 
-    def _heard(self, payload: objects.Text) -> None:
-        session = payload.to_bytes().decode("ascii", "replace")
-        self._heartbeat.heard(session)
+    def _heard(self, beat: tuple[objects.Text, float]) -> None:
+        session = beat[0].to_bytes().decode("ascii", "replace")
+        self._heartbeat.heard(session, beat[1])
         self._presence.heard(session)
 
     def _with_heartbeat(self) -> list[str]:

@@ -26,7 +26,8 @@ class Heartbeat:
         others: Callable[[], Iterable[str]],
         silent: Callable[[str], None],
     ) -> None:
-        """`beat` is called every `PERIOD`; `others` names the processes that have a heartbeat; `silent` is called for one without."""
+        """`beat` is called every `PERIOD`, and tells what it has heard until then; `others` names the processes that have a heartbeat;
+        `silent` is called for one without."""
         self._loop = loop
         self._beat = beat
         self._others = others
@@ -35,9 +36,9 @@ class Heartbeat:
         self._due = loop.time()
         self._timer: Handle = loop.call_soon(self._tick)
 
-    def heard(self, session: str) -> None:
-        """Another process has beaten."""
-        self._heard[session] = self._loop.time()
+    def heard(self, session: str, at: float) -> None:
+        """Another process has beaten, at this time of the loop's clock."""
+        self._heard[session] = at
 
     def close(self) -> None:
         """Neither beat nor watch any more."""

@@ -52,8 +52,8 @@ class Subscription:
         self._time = wakeup.time
         self._traffic = traffic
         self._queue: deque[tuple[objects.Sample, float]] = deque()
-        self._patient = delivery.patient and not delivery.history
-        self._post = wakeup.post_patiently if self._patient else wakeup.post
+        self._patience = 0.0 if delivery.history else delivery.patience
+        self._post = wakeup.post_patiently if self._patience else wakeup.post
         self._holds_back = delivery.keep_all
         self._most = max(delivery.depth, _KEEP_ALL) if delivery.keep_all else 2 * delivery.depth + delivery.history
         self._room = threading.Event()
@@ -63,8 +63,8 @@ class Subscription:
         contacts = Contacts(own, lambda source: ask(self, source), self._pass)
         self.answered, self.complete = contacts.answered, contacts.complete
         self._next = contacts.take if delivery.history else self._pass
-        if self._patient:
-            wakeup.be_patient()
+        if self._patience:
+            wakeup.be_patient(self._patience)
         self._subscriber = declare(self)
 
     def arrived(self, sample: objects.Sample) -> None:
@@ -84,8 +84,8 @@ class Subscription:
             self._queue.clear()
             self._room.set()
             self._subscriber.undeclare()
-            if self._patient:
-                self._wakeup.cease()
+            if self._patience:
+                self._wakeup.cease(self._patience)
             self._forget(self)
 
     def _wait_for_room(self) -> None:
@@ -108,7 +108,7 @@ class Subscription:
             return
         if self._holds_back:
             self._make_room()
-        if self._patient:
+        if self._patience:
             self._pass(sample, since)
         else:
             self._next(sample)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Final
 
+from actors.time.real_loop import waking
 from actors.transport.protocol import next_look
 
 __all__ = ["Wakeup"]
@@ -24,11 +25,11 @@ class Wakeup:
     To wake a loop costs ten times as much as to append to a deque. Therefore the calls wait in a deque, and the loop is woken only if it is
     not about to empty it anyway.
 
-    Calls that may wait do not wake it at all: they are made with the next one that does, or when it is looked for them, as long as somebody
-    asks for that.
+    Calls that may wait do not wake it at all: they are made with the next one that does, when the loop wakes for something else, or when it is
+    looked for them, as long as somebody asks for that.
 
     Invariants: while a call waits that was asked for by `post`, a turn of the loop that makes it is scheduled; `_timer` runs while `_patient`
-    is not 0; after `close` no call is made.
+    is not empty; after `close` no call is made.
     """
 
     def __init__(self, loop: AbstractEventLoop) -> None:
@@ -38,8 +39,11 @@ class Wakeup:
         self._waiting: deque[tuple[Callable[[Any], None], Any]] = deque()
         self._scheduled = False
         self._closed = False
-        self._patient = 0
+        self._patient: list[float] = []
+        """For how long each patient subscription may wait, seconds."""
         self._timer: TimerHandle | None = None
+        self._waking = waking(loop)
+        self._waking.append(self._look_soon)
 
     def post(self, call: Callable[[Any], None], argument: Any) -> None:
         """Have `call(argument)` made on the loop, soon. From any thread; never waits, never calls at once."""
@@ -50,23 +54,31 @@ class Wakeup:
                 self._loop.call_soon_threadsafe(self._make_calls)
 
     def post_patiently(self, call: Callable[[Any], None], argument: Any) -> None:
-        """Like `post`, between `be_patient` and `cease`, but the loop is not woken for it."""
+        """Like `post`, but the loop is not woken for it: somebody will look, by `look` or as between `be_patient` and `cease`."""
         self._waiting.append((call, argument))
 
-    def be_patient(self) -> None:
-        """Look for calls that wait, at the times of `next_look`, until `cease` is called as often as this. On the loop's thread."""
-        self._patient += 1
-        if self._timer is None and not self._closed:
-            self._timer = self._loop.call_at(next_look(self._loop.time()), self._look)
+    def be_patient(self, patience: float) -> None:
+        """Look for calls that wait, at the times of `next_look`, until `cease` is called with the same. On the loop's thread."""
+        self._patient.append(patience)
+        if not self._closed and patience <= min(self._patient):
+            self._rest()
+            self._timer = self._loop.call_at(next_look(self._loop.time(), patience), self._look)
 
-    def cease(self) -> None:
+    def cease(self, patience: float) -> None:
         """Undo `be_patient`."""
-        self._patient -= 1
+        self._patient.remove(patience)
         if not self._patient:
             self._rest()
 
+    def look(self) -> None:
+        """Make the calls that wait. On the loop's thread."""
+        if self._waiting and not self._scheduled:
+            self._make_calls()
+
     def close(self) -> None:
         """Make no more calls. On the loop's thread."""
+        if not self._closed:
+            self._waking.remove(self._look_soon)
         self._closed = True
         self._waiting.clear()
         self._rest()
@@ -77,9 +89,14 @@ class Wakeup:
             self._timer = None
 
     def _look(self) -> None:
-        self._timer = self._loop.call_at(next_look(self._loop.time()), self._look)
+        self._timer = self._loop.call_at(next_look(self._loop.time(), min(self._patient)), self._look)
+        self.look()
+
+    def _look_soon(self) -> None:
+        """The loop has been woken: make the calls that wait first."""
         if self._waiting and not self._scheduled:
-            self._make_calls()
+            self._scheduled = True
+            self._loop.call_soon(self._make_calls)
 
     def _make_calls(self) -> None:
         # Cleared before the first call is taken: what is appended from here on either is seen below, or wakes the loop again.

@@ -23,7 +23,7 @@ from actors.hosts.tls import _Caller, address_of, serve
 from actors.node.placement import Placement
 from actors.processes import spawned
 from actors.processes.channel import framed
-from actors.processes.messages import Beat, Line, Opaque, Order, Over, Ready, StopAsked
+from actors.processes.messages import Line, Opaque, Order, Over, Ready, StopAsked
 from actors.processes.pickling import pack, unpack
 from actors.transport.protocol import WireUnavailable
 from actors.transport.security import SecurityError
@@ -192,12 +192,11 @@ def test_the_environment_says_how_the_nodes_of_an_agent_take_part(monkeypatch: p
         transport_here()
 
 
-def test_what_only_passes_through_is_not_read_but_beats_and_lines_are_told_apart() -> None:
+def test_what_only_passes_through_is_not_read_but_lines_are_told_apart() -> None:
     read = theres._unread
 
     ready = pack(Ready())
     line = pack(Line(1.5, 20, "/a" * 40_000, 1, "hello", {"value": object}))
-    assert read(pack(Beat())) == Beat()
     assert read(ready) == Opaque(ready)
     assert read(line) == Opaque(line, line=True)
 

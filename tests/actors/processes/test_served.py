@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import os
+import select
 import signal
 import socket
 import sys
@@ -22,7 +23,7 @@ from actors.logs import INFO
 from actors.processes import main as mains
 from actors.processes.channel import Channel, framed
 from actors.processes.main import main, read_frame, serve
-from actors.processes.messages import Beat, Line, NodeFacts, Nodes, Order, Over, Ready, StopAsked
+from actors.processes.messages import BEAT, Line, NodeFacts, Nodes, Order, Over, Ready, StopAsked
 from actors.processes.preparation import preparation
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.processes.kit import until
@@ -51,9 +52,16 @@ def order(child: Child, **options: Any) -> Order:
 class Parent:
     """The parent's end of the channel."""
 
-    def __init__(self) -> None:
+    def __init__(self, notes: int) -> None:
         self.events: list[Any] = []
+        self.notes = notes
         self.channel = Channel(self.events.append, lambda: self.events.append("lost"))
+
+    def beats(self) -> int:
+        """How many beats have come since it was asked last."""
+        if not select.select([self.notes], [], [], 0)[0]:
+            return 0
+        return os.read(self.notes, 65536).count(BEAT)
 
     def lines(self, event: str) -> list[Line]:
         return [each for each in self.events if isinstance(each, Line) and each.event == event]
@@ -61,7 +69,8 @@ class Parent:
 
 @asynccontextmanager
 async def served(given: Order) -> AsyncGenerator[Parent]:
-    parent, (ours, theirs), (notes, noting) = Parent(), socket.socketpair(), os.pipe()
+    (ours, theirs), (notes, noting) = socket.socketpair(), os.pipe()
+    parent = Parent(notes)
     await asyncio.get_running_loop().create_connection(lambda: parent.channel, sock=ours)
     run = asyncio.create_task(serve(given, theirs, noting))
     try:
@@ -77,7 +86,7 @@ async def served(given: Order) -> AsyncGenerator[Parent]:
 async def test_an_order_is_run_and_all_that_becomes_of_it_is_told() -> None:
     async with served(order(Child(Busy, process=True))) as parent:
         await until(lambda: Ready() in parent.events)
-        await until(lambda: parent.lines("odd") and Beat() in parent.events)
+        await until(lambda: parent.lines("odd") and parent.beats())
         assert "Busy.tick" in parent.lines("odd")[0].fields["what"]
         parent.channel.send(StopAsked("enough"))
         await until(lambda: parent.events[-1] == "lost")
@@ -96,12 +105,26 @@ async def test_what_earlier_lives_have_left_is_known() -> None:
         await until(lambda: parent.events[-1] == "lost")
 
 
+async def test_a_child_that_must_not_hang_for_long_beats_more_often_than_it_tells_of_its_nodes() -> None:
+    async with served(order(Child(Busy, process=True, hang=0.1))) as parent:
+        await until(lambda: Ready() in parent.events)
+        parent.beats()
+        begun = time.monotonic()
+        await asyncio.sleep(0.5)
+        assert parent.beats() <= (time.monotonic() - begun) / 0.02 + 1
+        for _ in range(7):
+            await until(parent.beats)
+        parent.channel.send(StopAsked("enough"))
+        await until(lambda: parent.events[-1] == "lost")
+
+
 async def test_log_lines_are_counted_instead_of_sent_while_the_parent_does_not_read(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(mains, "MOST_UNSENT", -1)
     async with served(order(Child(Busy, process=True))) as parent:
-        await until(lambda: parent.events.count(Beat()) > 3)
+        for _ in range(4):
+            await until(parent.beats)
         assert parent.lines("odd") == []
         monkeypatch.setattr(mains, "MOST_UNSENT", 1_000_000)
         await until(lambda: parent.lines("log lines were lost"))
@@ -198,7 +221,7 @@ def test_a_parent_that_goes_at_once_gets_an_orderly_end(monkeypatch: pytest.Monk
     frames = framed(preparation(main=False)) + framed(order(Child(Busy, process=True)))
     code, told = run_main(frames, monkeypatch)
     assert code == 0
-    assert all(isinstance(event, (Beat, Line, Nodes, Over)) for event in told)
+    assert all(isinstance(event, (Line, Nodes, Over)) for event in told)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells of a parent's end by a signal")

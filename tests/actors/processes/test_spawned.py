@@ -23,8 +23,8 @@ from actors.logs import LogRecord
 from actors.processes import spawned
 from actors.processes.channel import framed
 from actors.processes.flights import makers, save
-from actors.processes.messages import Beat, Line, Order, Ready, StopAsked
-from actors.processes.spawned import SpawnedProcess, beat_seconds, spawn
+from actors.processes.messages import BEAT, Line, Order, Ready, StopAsked, beat_seconds, next_beat
+from actors.processes.spawned import SpawnedProcess, spawn
 from actors.transport.zenoh import ZenohTransport
 from tests.actors.processes.kit import alive, until
 
@@ -122,14 +122,14 @@ async def test_a_process_without_beats_is_named_and_killed(monkeypatch: pytest.M
 
 
 async def test_a_process_that_beats_again_in_time_lives(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spawned, "LATEST_SECONDS", 0.1)
+    monkeypatch.setattr(spawned, "LATEST_SECONDS", 0.25)
     running = Program("exec sleep 1000", hang=30.0)
     process = await running.open()
     process.watch()
-    running.say(Beat())
+    os.write(running.noting, BEAT)
     await until(lambda: len(running.events) == 1)
     assert running.events[0].fields["doing"] == "not known"
-    running.say(Beat())
+    os.write(running.noting, b"/quiet what it was doing\n" + BEAT)
     await until(lambda: len(running.events) == 2)
     assert running.events[1].event == "event loop turns again"
     assert alive(process.id)
@@ -144,7 +144,7 @@ async def test_a_parent_whose_own_loop_stands_still_blames_nobody() -> None:
     process.watch()
     for _ in range(3):
         time.sleep(0.3)  # noqa: ASYNC251  # meanwhile the process beats
-        running.say(Beat())
+        os.write(running.noting, BEAT)
         await asyncio.sleep(0.01)
     assert alive(process.id)
     process.unwatch()
@@ -158,7 +158,8 @@ async def test_notes_end_with_the_process() -> None:
     running = Program("exec sleep 1000")
     process = await running.open()
     os.close(running.noting)
-    await asyncio.sleep(0.02)  # the end of the pipe is read, once
+    process.watch()
+    await asyncio.sleep(0.2)  # the end of the pipe is read, more than once
     process.kill()
     running.theirs.close()
     await ended(running)
@@ -167,6 +168,13 @@ async def test_notes_end_with_the_process() -> None:
 def test_beats_are_as_frequent_as_the_hang_demands() -> None:
     assert beat_seconds(0.1) == pytest.approx(0.02)
     assert beat_seconds(5.0) == 0.1
+
+
+def test_beats_of_all_processes_are_looked_for_in_the_same_turns() -> None:
+    assert next_beat(12.34, 0.1) == pytest.approx(12.4)
+    assert next_beat(12.36, 0.1) == pytest.approx(12.5)  # at least half a period later
+    assert next_beat(12.3999999, 0.1) == pytest.approx(12.5)  # a timer that fires a little early
+    assert next_beat(12.41, 0.02) == pytest.approx(12.42)
 
 
 async def test_a_program_that_cannot_be_started_leaves_nothing_open(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from math import inf, nan
 from typing import Any
 
 import pytest
 
-from actors import Node, QoS, Topic, publishes, qos
+from actors import DeclarationError, Node, QoS, Topic, publishes, qos
 from actors.bag.capture import Capture
 from actors.bag.ring import Channel
 from actors.interfaces import encode
@@ -36,14 +37,14 @@ class Talker(Node):
 
 
 def capture(
-    rig: Rig, topic: Topic[Int32] = NUMBERS, *, decoded: bool = False, patient: bool = False
+    rig: Rig, topic: Topic[Int32] = NUMBERS, *, decoded: bool = False, patience: float = 0.0
 ) -> tuple[list[Arrival], Capture]:
     """What a capture of the rig's own node takes from now on."""
     taken: list[Arrival] = []
     channel, entry = Channel(f"/{topic.name}", Int32), rig.system.graph.topic(f"/{topic.name}")
     return taken, Capture(
         incarnation_of(rig.me), entry, channel, topic.qos, lambda channel, publisher, one: taken.append(one),
-        decoded=decoded, patient=patient,
+        decoded=decoded, patience=patience,
     )  # fmt: skip
 
 
@@ -180,15 +181,41 @@ async def test_what_is_kept_for_late_joiners_and_what_expires_is_captured_bare(h
     assert [(one.message, one.sent_ns is None) for one in (*brief, *here)] == [(number(8), False), (number(8), True)]
 
 
+class Noter(Node):
+    """Notes what comes; its messages may wait."""
+
+    def __init__(self) -> None:
+        self.noted: list[int] = []
+
+    @NUMBERS.on(qos=5, patience=0.25)
+    def note(self, message: Int32) -> None:
+        self.noted.append(message.data)
+
+    @NUMBERS.on(concurrent=2, patience=0.5)
+    async def note_beside(self, message: Int32) -> None: ...
+
+
+async def test_the_messages_of_a_patient_handler_may_wait_in_the_transport(hosts: Hosts) -> None:
+    await hosts.start(Talker)
+    other = await hosts.start(Noter)
+    assert {one.delivery.patience for one in hosts.ends[other].subscriptions if "numbers" in one.key} == {0.25, 0.5}
+
+
+@pytest.mark.parametrize("patience", [-0.1, inf, nan])
+def test_a_patience_that_is_none_is_refused(patience: float) -> None:
+    with pytest.raises(DeclarationError, match="give a number of seconds of at least 0"):
+        NUMBERS.on(patience=patience)
+
+
 async def test_a_patient_capture_has_a_patient_subscription_of_the_network_and_hears_when_a_message_came(
     hosts: Hosts,
 ) -> None:
     rig, other = await hosts.start(Talker), await hosts.start(Node)
-    taken, patient = capture(other, patient=True)
+    taken, patient = capture(other, patience=0.02)
     probe = other.probe(NUMBERS)
     await rig.quiet()
-    deliveries = {one.delivery.patient for one in hosts.ends[other].subscriptions if "numbers" in one.key}
-    assert deliveries == {True, False}, "nobody else waits"
+    deliveries = {one.delivery.patience for one in hosts.ends[other].subscriptions if "numbers" in one.key}
+    assert deliveries == {0.02, 0.0}, "nobody else waits"
     probe.close()
     (subscription,) = (one for one in hosts.ends[other].subscriptions if "numbers" in one.key)
     (token,) = (token for token in hosts.network.tokens if "/MP/" in token and "numbers" in token)

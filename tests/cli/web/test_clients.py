@@ -18,7 +18,7 @@ from actors.interfaces import encode
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
 from actors.topics.arrival import Arrival
-from actors.transport.protocol import next_look
+from actors.transport.protocol import PATIENCE, next_look
 from cli.web.outbox import BEHIND, MOST_ANSWERS, MOST_BYTES, Outbox, OutboxFull, Spliced
 from cli.web.writing import written
 from tests.cli.web.stage import serving, until
@@ -297,7 +297,7 @@ async def test_a_message_that_has_waited_for_others_has_the_time_of_its_arrival(
         await viewer.find("parameterValues", id="done")
         entry, clock = stage.system.graph.topics["/chatter"], stage.system.clock
         (capture,) = entry.subscriptions
-        assert isinstance(capture, Capture) and capture.patient
+        assert isinstance(capture, Capture) and capture.patience == PATIENCE
         since = asyncio.get_running_loop().time() - 0.25
         arrival = Arrival.received(encode(String(data="old")), String, 0, since)
         capture.take(capture.channel, entry.publishers[0], arrival)

@@ -103,17 +103,19 @@ def test_without_a_run_that_is_alone_and_at_another_rate_only_one_process_and_se
 def test_the_share_of_each_process_is_told_and_falls_are_counted_over_all_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     def one(backend: str, seed: int, duration: float, busy: int, rate: float) -> Run:
         assert (backend, duration, rate) == ("physics", 60.0, 500.0)
-        return Run({}, Punctuality(rate, 0.1, 0.2, 0.0), 30.0, 40.0, falls=seed % 2)
+        return Run({}, Punctuality(rate, 0.1, 0.2, 0.0), 30.0, 40.0, 25.0, falls=seed % 2)
 
     def split(seed: int, duration: float, busy: int, rate: float, *, fifo: bool) -> Run:
-        return Run({}, Punctuality(rate, 0.1, 0.2, 0.0), 45.0, 50.0, shares={"control": 15.0 if fifo else 16.0})
+        return Run({}, Punctuality(rate, 0.1, 0.2, 0.0), 45.0, 50.0, 42.0, shares={"control": 15.0 if fifo else 16.0})
 
     monkeypatch.setattr(rates, "run_robot", one)
     monkeypatch.setattr(rates, "run_split", split)
     found = measure(rates.metrics("physics", 60.0, (1,), 500.0, fifo=False), (1, 2, 3), backend="physics")
     by_name = {row["name"]: row["median"] for row in found["metrics"]}
-    assert by_name["1 endless loop beside: share of one core, camera unused, process: control"] == 16.0
-    assert by_name["1 endless loop beside: share of one core, camera unused, process: body"] == 0.0
+    assert by_name["1 endless loop beside: share of one core, nobody listening, process: control"] == 16.0
+    assert by_name["1 endless loop beside: share of one core, nobody listening, process: body"] == 0.0
+    alone = [by_name[f"1 endless loop beside: share of one core, nobody listening{where}"] for where in ("", ", split")]
+    assert alone == [25.0, 42.0]
     counted = next(line for line in rates.side_by_side(found).splitlines() if "in all of 3 runs" in line)
     assert counted.split()[-2:] == ["2", "0"]
 

@@ -71,7 +71,7 @@ def test_it_beats_twice_a_second_until_it_is_closed() -> None:
 def test_who_is_not_heard_for_two_seconds_is_silent() -> None:
     one = Watched()
 
-    one.clock.run(2.4, each=lambda: one.heartbeat.heard("b2"))
+    one.clock.run(2.4, each=lambda: one.heartbeat.heard("b2", one.clock.now))
     assert one.silent == []
     one.clock.run(0.1)
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import zenoh
 
-from actors.transport.protocol import Delivery, Sample
+from actors.transport.protocol import PATIENCE, Delivery, Sample
 from actors.transport.zenoh.outlets import Outlet, Publishers
 from actors.transport.zenoh.subscriptions import Subscription
 from actors.transport.zenoh.traffic import Traffic
@@ -230,7 +230,7 @@ async def test_a_queue_has_room_for_the_history() -> None:
 
 
 async def test_samples_of_a_patient_subscription_tell_when_they_arrived() -> None:
-    one, loop = Receiver(Delivery(depth=10, patient=True)), asyncio.get_running_loop()
+    one, loop = Receiver(Delivery(depth=10, patience=PATIENCE)), asyncio.get_running_loop()
     before = loop.time()
     one.arrive(sample(b"1"), sample(b"2"))
     after = loop.time()
@@ -242,7 +242,7 @@ async def test_samples_of_a_patient_subscription_tell_when_they_arrived() -> Non
 
 
 async def test_history_is_not_waited_for() -> None:
-    one = Receiver(Delivery(depth=10, history=5, patient=True))
+    one = Receiver(Delivery(depth=10, history=5, patience=PATIENCE))
     one.arrive(sample(b"1"))
     await asyncio.sleep(0)
     await asyncio.sleep(0)

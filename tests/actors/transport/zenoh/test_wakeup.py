@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 import threading
 from collections.abc import Callable
 from itertools import pairwise
@@ -10,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from actors.time.real_loop import new_event_loop
 from actors.transport.protocol import PATIENCE
 from actors.transport.zenoh.wakeup import Wakeup
 from actors.transport.zenoh.worker import Worker
@@ -121,7 +123,7 @@ def test_a_call_that_raises_is_reported_and_the_others_are_made() -> None:
 def test_calls_that_may_wait_wake_nobody_and_are_made_in_time() -> None:
     async def test(loop: CountingLoop) -> None:
         wakeup, made = Wakeup(loop), list[float]()
-        wakeup.be_patient()
+        wakeup.be_patient(PATIENCE)
         for _ in range(5):
             begun = loop.time()
             in_a_thread(lambda: [wakeup.post_patiently(lambda _: made.append(loop.time()), None) for _ in range(3)])
@@ -131,7 +133,7 @@ def test_calls_that_may_wait_wake_nobody_and_are_made_in_time() -> None:
             assert begun // PATIENCE < made[0] // PATIENCE
             made.clear()
         assert loop.woken == 0
-        wakeup.cease()
+        wakeup.cease(PATIENCE)
         wakeup.close()
 
     run(test)
@@ -154,15 +156,15 @@ def test_nobody_looks_when_the_last_patient_one_has_gone_or_the_connection_is_cl
     async def test(loop: CountingLoop) -> None:
         for close in (False, True):
             wakeup, made = Wakeup(loop), list[int]()
-            wakeup.be_patient()
-            wakeup.be_patient()
-            wakeup.cease()
+            wakeup.be_patient(PATIENCE)
+            wakeup.be_patient(PATIENCE)
+            wakeup.cease(PATIENCE)
             wakeup.post_patiently(made.append, 1)
             while not made and not close:
                 await asyncio.sleep(0.001)
             if close:
                 wakeup.close()
-            wakeup.cease()
+            wakeup.cease(PATIENCE)
             made.clear()
             wakeup.post_patiently(made.append, 2)
             await asyncio.sleep(3 * PATIENCE)
@@ -236,3 +238,65 @@ async def test_no_thread_is_left_of_a_closed_worker() -> None:
     if thread.ident is not None:
         thread.join(10)
     assert not thread.is_alive()
+
+
+def test_calls_that_may_wait_are_made_when_somebody_looks() -> None:
+    async def test(loop: CountingLoop) -> None:
+        wakeup, made = Wakeup(loop), list[int]()
+        in_a_thread(lambda: wakeup.post_patiently(made.append, 1))
+        await asyncio.sleep(0)
+        assert made == []
+        wakeup.look()
+        assert made == [1]
+        wakeup.post(made.append, 2)
+        wakeup.look()  # what has woken the loop is made in its turn
+        assert made == [1]
+        while made == [1]:
+            await asyncio.sleep(0)
+        wakeup.close()
+
+    run(test)
+
+
+def test_the_least_patient_is_looked_for_in_time() -> None:
+    async def test(loop: CountingLoop) -> None:
+        wakeup, made = Wakeup(loop), list[float]()
+        wakeup.be_patient(30.0)
+        wakeup.be_patient(PATIENCE)
+        wakeup.be_patient(30.0)
+        for _ in range(2):
+            wakeup.post_patiently(lambda _: made.append(loop.time()), None)
+            while not made:
+                await asyncio.sleep(PATIENCE / 10)
+            made.clear()
+        wakeup.close()
+        wakeup.be_patient(PATIENCE)
+        wakeup.close()
+
+    run(test)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only the loop for Linux tells when it wakes")
+def test_a_loop_that_wakes_for_something_else_makes_the_calls_that_may_wait_first() -> None:
+    async def test() -> list[str]:
+        loop = asyncio.get_running_loop()
+        wakeup, made = Wakeup(loop), list[str]()
+        wakeup.be_patient(30.0)
+        await asyncio.sleep(0.001)  # the loop wakes, and nothing waits
+        in_a_thread(lambda: wakeup.post_patiently(made.append, "sample"))
+        timers: asyncio.Future[None] = loop.create_future()
+
+        def due() -> None:
+            made.append("timer")
+            timers.set_result(None)
+
+        loop.call_later(0.002, due)
+        await timers
+        wakeup.cease(30.0)
+        in_a_thread(lambda: wakeup.post_patiently(made.append, "after"))
+        wakeup.close()
+        await asyncio.sleep(0.002)
+        return made
+
+    with asyncio.Runner(loop_factory=new_event_loop) as runner:
+        assert runner.run(test()) == ["sample", "timer"]
