@@ -38,8 +38,8 @@ SETTLE_TIME = 0.5
 LONGEST_OVERTAKEN = 0.5
 """Seconds after which a walk that the drives have taken over is not gone on with; chosen: they then begin to sit down."""
 BRAKE = 4.0
-"""How fast the velocity of a walk is given up whose joints are not all known, m/s2; chosen: what friction of 0.4 gives. Given up at once, it would
-throw the feet in the air forward.
+"""How fast the velocity of a walk is given up that a failed sensor ends, m/s2; chosen: what friction of 0.4 gives. Given up at once, it would throw
+the feet in the air forward; given up at leisure, the walk goes on with a wrong gyro for too long.
 """
 UPRIGHT = 0.5
 """Cosine of the body's tilt below which it has fallen: no step helps any more, and legs that go on stepping do harm."""
@@ -275,7 +275,7 @@ class GaitController:
             self._rejoin(ahead)
         self._change_mode(dt, ahead, joints)
         bounds = self._gaits.bounds(self._walker) if self._walker is not None else ()
-        least = BRAKE if self._senses.joints_lost else 0.0
+        least = BRAKE if self._senses.joints_lost or not self._senses.steady else 0.0
         command = self._commands.advance(dt, self._mode == Mode.WALK, *bounds, least_slew=least)
         if self._walker is not None:
             self._walker.wary = self._senses.gyro_doubtful[0]
