@@ -1,7 +1,9 @@
 """Seeded noise of the sensors, the same for every back end: same seed and same calls give the same stream.
 
 Constants are those of the MEMS IMU of the EuRoC data sets and of joint encoders (docs/control.md#sensor-models). Discretisation: white noise
-of density n has the standard deviation ``n * sqrt(rate)``; a bias that walks with density w makes steps of ``w / sqrt(rate)``.
+of density n has the standard deviation ``n * sqrt(rate)``; a bias that walks with density w makes steps of ``w / sqrt(rate)``, and
+goes back to what it was at the start with the time constant `MEMORY`: a walk without that, which a data sheet gives for minutes, would be ten times what any
+IMU has after hours.
 """
 
 from __future__ import annotations
@@ -24,6 +26,8 @@ GYRO_WHITE, GYRO_WALK, GYRO_BIAS = 1.7e-4, 1.9e-5, 1e-3
 """rad/s/sqrt(Hz), rad/s2/sqrt(Hz), rad/s."""
 ACCEL_WHITE, ACCEL_WALK, ACCEL_BIAS = 2.0e-3, 3.0e-3, 0.02
 """m/s2/sqrt(Hz), m/s3/sqrt(Hz), m/s2."""
+MEMORY = 1000.0
+"""Time constant with which a bias goes back to what it was at the start, s: a Gauss-Markov process."""
 
 
 def sensor_generator(seed: int, sensor: str) -> np.random.Generator:
@@ -32,20 +36,22 @@ def sensor_generator(seed: int, sensor: str) -> np.random.Generator:
 
 
 class BiasedNoise:
-    """White noise plus a bias that starts random and walks, on three axes.
+    """White noise plus a bias that starts random and walks about where it started, on three axes.
 
     `white` is the noise density (unit/sqrt(Hz)), `walk` the density of the bias walk (unit/s/sqrt(Hz)), `bias` the
     standard deviation of the bias at the start (unit), `rate` the sample rate (Hz). One `apply` is one sample.
     """
 
-    __slots__ = ("_bias", "_generator", "_step", "_white")
+    __slots__ = ("_bias", "_generator", "_keep", "_start", "_step", "_white")
 
     def __init__(self, generator: np.random.Generator, rate: float, *, white: float, walk: float, bias: float) -> None:
         _check_rate(rate)
         self._generator = generator
         self._white = white * math.sqrt(rate)
         self._step = walk / math.sqrt(rate)
-        self._bias: Vector = generator.normal(0.0, bias, 3)
+        self._keep = _kept(rate)
+        self._start: Vector = generator.normal(0.0, bias, 3)
+        self._bias = self._start
 
     @property
     def bias(self) -> Vector:
@@ -55,24 +61,27 @@ class BiasedNoise:
     def apply(self, true: Vector) -> Vector:
         """The next sample of a sensor whose true value, shape (3,), is `true`."""
         draw = self._generator.standard_normal((2, 3))
-        self._bias = self._bias + self._step * draw[0]
+        self._bias = self._start + self._keep * (self._bias - self._start) + self._step * draw[0]
         return np.asarray(true + self._bias + self._white * draw[1], dtype=np.float64)
 
 
 class BiasSteps:
-    """A bias on three axes that changes at once, by a normal draw of `sd`, at random instants `every` seconds apart on average."""
+    """A bias on three axes that changes at once, by a normal draw of `sd`, at random instants `every` seconds apart on average, and goes back to zero."""
 
-    __slots__ = ("_generator", "_rarity", "_sd", "value")
+    __slots__ = ("_generator", "_keep", "_rarity", "_sd", "value")
 
     def __init__(self, generator: np.random.Generator, rate: float, *, sd: float, every: float) -> None:
         _check_rate(rate)
         self._generator = generator
-        self._rarity, self._sd = 1.0 / (every * rate), sd
+        self._rarity, self._sd, self._keep = 1.0 / (every * rate), sd, _kept(rate)
         self.value: Vector = np.zeros(3)
 
     def advance(self) -> Vector:
         """The value at the next sample, shape (3,)."""
-        if self._sd > 0.0 and self._generator.random() < self._rarity:
+        if self._sd == 0.0:
+            return self.value
+        self.value = self._keep * self.value
+        if self._generator.random() < self._rarity:
             self.value = self.value + self._generator.normal(0.0, self._sd, 3)
         return self.value
 
@@ -177,6 +186,11 @@ def _axes(generator: np.random.Generator, errors: ImuErrors) -> Floats:
     """What turns true values into those along axes that lean and have each a scale of its own, shape (3, 3)."""
     scale, lean = generator.standard_normal(3), generator.standard_normal((3, 3))
     return np.eye(3) + np.where(np.eye(3, dtype=bool), errors.scale_sd * scale, errors.misalignment_sd * lean)
+
+
+def _kept(rate: float) -> float:
+    """Share of its way from the start that a bias keeps from one sample to the next."""
+    return math.exp(-1.0 / (MEMORY * rate))
 
 
 def _check_rate(rate: float) -> None:
