@@ -263,7 +263,7 @@ def resolve_subscription(requested: QoS, offered: Iterable[QoS] = ()) -> QoS:
     ``best_available`` becomes the strongest policy that every publisher offers (without publishers: reliable, transient_local,
     manual_by_topic), and durations the largest specified one. ``system_default`` becomes reliable, volatile, automatic.
     """
-    if (alone := _resolved_alone(requested)) is not None:
+    if (alone := _alone(requested)) is not None:
         return alone
     known = tuple(offered)
     return _resolve(
@@ -282,7 +282,7 @@ def resolve_publisher(offered: QoS, requested: Iterable[QoS] = ()) -> QoS:
     ``best_available`` becomes reliable and transient_local, and manual_by_topic if a subscription requests it; durations become the
     smallest specified one. ``system_default`` becomes reliable, volatile, automatic.
     """
-    if (alone := _resolved_alone(offered)) is not None:
+    if (alone := _alone(offered)) is not None:
         return alone
     known = tuple(requested)
     return _resolve(
@@ -300,9 +300,18 @@ def resolve_service(qos: QoS) -> QoS:
     return _resolve(qos, reliable=True, transient_local=False, manual=False, deadline=None, lease=None)
 
 
-@lru_cache(maxsize=1024)
-def _resolved_alone(qos: QoS) -> QoS | None:
+def _alone(qos: QoS) -> QoS | None:
     """Resolve a profile that does not depend on the other side; None if it contains ``best_available``."""
+    # Equal profiles may differ in what parameters may override of them, so one that says so is not given for another.
+    return _kept_alone(qos) if qos.overriding is None else _resolved_alone(qos)
+
+
+@lru_cache(maxsize=1024)
+def _kept_alone(qos: QoS) -> QoS | None:
+    return _resolved_alone(qos)
+
+
+def _resolved_alone(qos: QoS) -> QoS | None:
     if (
         qos.reliability is Reliability.BEST_AVAILABLE
         or qos.durability is Durability.BEST_AVAILABLE

@@ -26,7 +26,7 @@ from actors.interfaces.std_msgs.msg import String
 from actors.launch.children import known_parameters
 from actors.parameters.client import EVENTS, ParameterClient
 from actors.parameters.files import ParameterOverrides
-from actors.qos import InvalidQoS
+from actors.qos import InvalidQoS, resolve_publisher, resolve_subscription
 from actors.running.options import parameters_by_node
 from actors.testing import Rig
 from tests.stage import word
@@ -247,3 +247,11 @@ def test_a_launch_file_gives_them_to_the_nodes_that_have_such_endpoints() -> Non
     assert known_parameters(Child(Laser), given, "/laser", told.append) == {"qos_overrides./scan.publisher.depth": 3}
     assert told == ["/laser has no parameter 'speed'; it is left out"]
     assert known_parameters(Child(Plain), given, "/plain", told.append) == {}
+
+
+def test_what_may_be_overridden_of_one_profile_is_not_resolved_for_an_equal_one() -> None:
+    first = QoS(depth=97).overridable("depth", validate=lambda profile: "never")
+    assert resolve_publisher(first).overriding is first.overriding
+    assert resolve_publisher(QoS(depth=97)).overriding is None
+    assert resolve_subscription(QoS(depth=97)).overriding is None
+    assert resolve_subscription(QoS(depth=97).overridable("history")).overriding is not None
