@@ -15,7 +15,7 @@ from robot.model.kinematics import inverse, leg_jacobian
 from robot.model.modes import Mode
 from robot.model.parameters import SIDES
 from robot.model.stance import nominal_feet
-from robot.testing import FAULTS, PERIOD, Trial
+from robot.testing import FAULTS, PERIOD, Trial, wrong_gyro
 from tests.robot.control.kit import DT, HEIGHT, joints_at, standing
 
 REST = ImuSample(np.zeros(3), np.array((0.0, 0.0, 9.81)))
@@ -106,6 +106,18 @@ def test_a_robot_that_loses_an_encoder_at_full_speed_sits_down_and_hardly_leans(
     assert not trial.fallen
     assert trial.gait.mode == "sit"
     assert np.degrees(walked.tilt.max()) < 8.0
+
+
+def test_a_walk_with_a_wrong_gyro_is_given_up_at_four_metres_a_second_squared() -> None:
+    trial = walking(7, 1.6, 0.13)
+    trial.spoil(wrong_gyro("scaled", 1, -1.42))
+    while trial.gait.mode == Mode.WALK:
+        trial.step()
+    fast = trial.gait.velocity_command[0]
+    trial.run(0.2)
+    assert trial.gait.velocity_command[0] == pytest.approx(fast - 0.8, abs=0.03)
+    trial.run(3.0)
+    assert not trial.fallen
 
 
 def test_a_leg_that_has_lost_an_encoder_pushes_while_its_foot_stands_and_is_held_when_it_has_lifted() -> None:
