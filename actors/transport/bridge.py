@@ -12,6 +12,7 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from actors.inbox.border import outside
 from actors.transport.cycles import Cycles
 from actors.transport.environment import domain_from_environment
 from actors.transport.figures import Teller
@@ -140,25 +141,28 @@ class Bridge:
             self._runtime.log.warning("data of other processes could not be read", count=self._side.unreadable.count)
 
     # -- this process -------------------------------------------------------------------------------------------------------
+    # The graph is changed by code of nodes. What a transport schedules then, and the clocks that it reads, are its own: `outside`.
 
     def publisher_joined(self, publisher: PublisherPeer) -> None:
         if publisher.here:
-            with self._representable(publisher.node.fqn, publisher.entry.name):
+            with outside(), self._representable(publisher.node.fqn, publisher.entry.name):
                 self._topics.publisher_joined(cast("LocalPublisher", publisher))
 
     def publisher_left(self, publisher: PublisherPeer) -> None:
-        self._topics.publisher_left(publisher)
+        with outside():
+            self._topics.publisher_left(publisher)
 
     def subscription_joined(self, subscription: SubscriptionPeer) -> None:
         if subscription.here:
-            with self._representable(subscription.node.fqn, subscription.entry.name):
+            with outside(), self._representable(subscription.node.fqn, subscription.entry.name):
                 self._topics.subscription_joined(subscription)
 
     def subscription_left(self, subscription: SubscriptionPeer) -> None:
-        self._topics.subscription_left(subscription)
+        with outside():
+            self._topics.subscription_left(subscription)
 
     def server_changed(self, entry: ServerEntry[Any]) -> None:
-        with self._representable("" if entry.local is None else entry.local.host, entry.name):
+        with outside(), self._representable("" if entry.local is None else entry.local.host, entry.name):
             part = self._actions if entry.kind == "action" else self._services
             part.server_changed(entry)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from actors.inbox.border import outside
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
@@ -205,8 +204,7 @@ class Topics:
             receiver = self._receivers[group] = _Receiver(subscription.type)
             keys = [write_key(key)] + ([write_buffer_key(BufferKey(key, None))] if backends else [])
             take = self._taker(receiver)
-            with outside():  # a clock that the transport reads is none that the node reads
-                receiver.handles += [side.transport.subscribe(one, delivery, take) for one in keys]
+            receiver.handles += [side.transport.subscribe(one, delivery, take) for one in keys]
         receiver.subscriptions[subscription] = endpoint
         receiver.takers = tuple(receiver.subscriptions)
         self._fed_by[subscription] = group

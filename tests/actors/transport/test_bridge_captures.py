@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import inf, nan
 from typing import Any
 
 import pytest
 
-from actors import DeclarationError, Node, QoS, Topic, publishes, qos, run
+from actors import DeclarationError, Node, QoS, Topic, publishes, qos
 from actors.bag.capture import Capture
 from actors.bag.ring import Channel
-from actors.inbox.border import INSIDE
 from actors.interfaces import encode
 from actors.interfaces.std_msgs.msg import Int32
-from actors.replay import Journal
 from actors.runtime.incarnation import incarnation_of
 from actors.testing import Rig
 from actors.topics import arrival
 from actors.topics.arrival import Arrival
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
-from actors.transport.protocol import Delivery, Handle, Sample
+from actors.transport.protocol import Delivery, Sample
 from tests.actors.transport.hosts import Hosts, hosts
-from tests.actors.transport.memory import End
 from tests.stage import NUMBERS, events, number, values
 
 __all__ = ["hosts"]
@@ -203,23 +199,6 @@ async def test_the_messages_of_a_patient_handler_may_wait_in_the_transport(hosts
     await hosts.start(Talker)
     other = await hosts.start(Noter)
     assert {one.delivery.patience for one in hosts.ends[other].subscriptions if "numbers" in one.key} == {0.25, 0.5}
-
-
-async def test_what_the_transport_does_for_a_subscription_is_no_work_of_its_node_and_not_in_its_journal(
-    hosts: Hosts, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    within: list[object] = []
-    plain = End.subscribe
-
-    def subscribe(end: End, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> Handle:
-        within.append(INSIDE.get())
-        return plain(end, key, delivery, take)
-
-    monkeypatch.setattr(End, "subscribe", subscribe)
-    async with run(Noter, transport=hosts.network.end(), observers=(Journal("noter"),), sinks=()):
-        pass
-    assert within
-    assert set(within) == {None}
 
 
 @pytest.mark.parametrize("patience", [-0.1, inf, nan])
