@@ -9,6 +9,7 @@ import shutil
 import signal
 import sys
 from collections.abc import AsyncGenerator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -103,6 +104,8 @@ async def test_some_messages_are_played_at_once(system: System, robot: Command, 
     heard = system.node(Listener).words
     assert [(await heard.next(timeout=20.0)).data for _ in range(3)] == ["10", "11", "12"]
     bursting.cancel()
+    with suppress(asyncio.CancelledError):
+        await bursting  # which waits for the end of the command
 
 
 async def test_recording_wants_to_be_told_what(robot: Command, tmp_path: Path) -> None:
