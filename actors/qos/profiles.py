@@ -303,14 +303,10 @@ def resolve_service(qos: QoS) -> QoS:
 def _alone(qos: QoS) -> QoS | None:
     """Resolve a profile that does not depend on the other side; None if it contains ``best_available``."""
     # Equal profiles may differ in what parameters may override of them, so one that says so is not given for another.
-    return _kept_alone(qos) if qos.overriding is None else _resolved_alone(qos)
+    return _resolved_alone(qos) if qos.overriding is None else _resolved_alone.__wrapped__(qos)
 
 
 @lru_cache(maxsize=1024)
-def _kept_alone(qos: QoS) -> QoS | None:
-    return _resolved_alone(qos)
-
-
 def _resolved_alone(qos: QoS) -> QoS | None:
     if (
         qos.reliability is Reliability.BEST_AVAILABLE
