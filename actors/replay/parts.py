@@ -17,7 +17,7 @@ FORMAT: Final = 4
 PART: Final = 2000
 """How many entries a part holds at most, but for those of one step."""
 CHUNK: Final = 50
-"""How many entries are made bytes at once, but for those of one step. The event loop waits meanwhile: see `python -m tests.journal_cost`."""
+"""How many entries are made bytes at once, but for those of one step. The event loop waits meanwhile: see `python -m tests.tools.journal_cost`."""
 MAGIC: Final = b"robactor journal\n"
 SIZE: Final = 8
 """How many bytes the size of a part takes in a file."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from tests.cli_docs import DOCTOR, PAGE, SCENES, codes, masked, part, transcript, verbs
+from tests.tools.cli_docs import DOCTOR, PAGE, SCENES, codes, masked, part, transcript, verbs
 
 
 def test_the_page_lists_every_verb_and_every_exit_code() -> None:
     page = PAGE.read_text(encoding="utf-8")
-    remedy = "run python -m tests.cli_docs"
+    remedy = "run python -m tests.tools.cli_docs"
     assert part(page, "verbs") == verbs(), remedy
     assert part(page, "exit codes") == codes(), remedy
 

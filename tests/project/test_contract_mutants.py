@@ -1,4 +1,4 @@
-"""`python -m tests.contract_mutants`: which changes of contracts it tries, and that the tables notice them and nothing else."""
+"""`python -m tests.tools.contract_mutants`: which changes of contracts it tries, and that the tables notice them and nothing else."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.contract_mutants import KNOWN, LIMIT, TABLES, drawn, known, mutants_of
-from tests.mutants.mutate import Mutant
-from tests.mutants.trial import Workshop
+from tests.tools.contract_mutants import KNOWN, LIMIT, TABLES, drawn, known, mutants_of
+from tests.tools.mutants.mutate import Mutant
+from tests.tools.mutants.trial import Workshop
 
 ROOT = Path(__file__).parents[2]
 SOURCE = """from __future__ import annotations

@@ -17,6 +17,7 @@ def blocks() -> list[str]:
     return re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
 
 
+@pytest.mark.slow(reason="many seeds")
 def test_the_scenario_of_several_hosts_passes_and_a_cut_that_lasts_is_found_out(pytester: pytest.Pytester) -> None:
     one, several, _ = blocks()
     forgetful = several.replace("    await lab.recover()\n", "")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.imports import Edge, edges, modules
+from tests.project.imports import Edge, edges, modules
 
 ACTORS = Path(__file__).parents[2] / "actors"
 

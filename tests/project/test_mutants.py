@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.mutants.__main__ import ROOT, drawn, score
-from tests.mutants.mutate import Mutant, mutants_of
-from tests.mutants.trial import SUBJECTS, Workshop
+from tests.tools.mutants.__main__ import ROOT, drawn, score
+from tests.tools.mutants.mutate import Mutant, mutants_of
+from tests.tools.mutants.trial import SUBJECTS, Workshop
 
 SOURCE = '''"""A docstring, left alone: True."""
 from typing import TYPE_CHECKING, Protocol

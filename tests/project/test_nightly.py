@@ -11,10 +11,10 @@ from textwrap import dedent
 
 import pytest
 
-from tests import twice as suite_twice
-from tests.mutants.__main__ import killed_share, score
 from tests.suites import run_pytest
-from tests.twice import main as main_twice
+from tests.tools import twice as suite_twice
+from tests.tools.mutants.__main__ import killed_share, score
+from tests.tools.twice import main as main_twice
 
 ROOT = Path(__file__).parents[2]
 
@@ -64,7 +64,7 @@ def ran(result: pytest.RunResult) -> list[str]:
 def test_another_order_is_drawn_from_its_seed(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_a=TESTS, test_b=TESTS.replace("'ran'", "'other'"))
     orders = [
-        ran(run_pytest(pytester, "-s", "-q", "-p", "tests.order", *shuffle))
+        ran(run_pytest(pytester, "-s", "-q", "-p", "tests.tools.order", *shuffle))
         for shuffle in ([], ["--shuffle", "1"], ["--shuffle", "1"], ["--shuffle", "2"])
     ]
     plain, first, again, second = orders
@@ -95,6 +95,7 @@ def twice(folder: Path, text: str, capsys: pytest.CaptureFixture[str], *order: s
     return code, capsys.readouterr().out.splitlines()
 
 
+@pytest.mark.slow(reason="a tool of the nightly run")
 def test_Z_06_the_suite_is_run_twice_and_what_ends_otherwise_the_second_time_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -107,6 +108,7 @@ def test_Z_06_the_suite_is_run_twice_and_what_ends_otherwise_the_second_time_is_
     assert re.match(r"40 tests, \d+ failed, [1-9]\d* ended differently; at most \d+\.\d\d GB in a process", lines[-1])
 
 
+@pytest.mark.slow(reason="a tool of the nightly run")
 def test_Z_06_two_equal_runs_that_pass_are_told_so_and_failures_are_failures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -125,6 +127,7 @@ ONE_AFTER_THE_OTHER = """
 """
 
 
+@pytest.mark.slow(reason="a tool of the nightly run")
 def test_Z_06_a_test_that_rests_on_the_order_is_found_by_another_order(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -134,6 +137,7 @@ def test_Z_06_a_test_that_rests_on_the_order_is_found_by_another_order(
     assert "first test_it.py::test_three call passed; then failed" in lines
 
 
+@pytest.mark.slow(reason="a tool of the nightly run")
 def test_U_05_a_suite_that_takes_more_than_4_gb_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -177,13 +181,13 @@ EAGER = """
 def test_tasks_begin_at_once_and_tests_about_their_order_are_left_out(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(EAGER)
     pytester.makeini("[pytest]\nasyncio_mode = auto\nmarkers = task_order(reason): rests on order\n")
-    run_pytest(pytester, "-p", "tests.eager").assert_outcomes(passed=1, deselected=1)
+    run_pytest(pytester, "-p", "tests.tools.eager").assert_outcomes(passed=1, deselected=1)
 
 
 @pytest.mark.skipif(sys.version_info >= (3, 12), reason="tasks can be started eagerly from Python 3.12 on")
 def test_older_pythons_say_what_is_needed(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(EAGER)
-    result = run_pytest(pytester, "-p", "tests.eager")
+    result = run_pytest(pytester, "-p", "tests.tools.eager")
     assert (
         "tasks can be started eagerly from Python 3.12 on; run it with that"
         in result.stderr.str() + result.stdout.str()

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterable, Iterator
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,8 @@ COMMANDS = {"coverage", "mypy", "pyright", "ruff"}
 """Tools of the test extra that are started, not imported."""
 PLUGINS = {"hatch_fancy_pypi_readme"}
 """What the build loads by itself."""
+PYTEST_PLUGINS = {"pytest_xdist", "pytest_timeout"}
+"""What pytest loads by itself."""
 FOREIGN = ROOT / "tests" / "interop" / "programs"
 """Programs that run under a Python of their own, with packages that this project does not declare."""
 BY_NAME = {"import_module", "importorskip", "find_spec"}
@@ -50,8 +53,20 @@ def imported(*folders: str, typing: bool = True) -> set[str]:
         if FOREIGN not in file.parents and not file.name.endswith(".launch.py")
     ]
     assert files
-    found = {name for file in files for name in names_in(ast.parse(file.read_text(encoding="utf-8")), typing)}
+    found = {name for file in files for name in imported_by(file, typing)}
     return {name for name in found if name not in sys.stdlib_module_names | OURS}
+
+
+@cache
+def imported_by(file: Path, typing: bool = True) -> frozenset[str]:
+    """The modules that a file imports."""
+    return frozenset(names_in(ast.parse(file.read_text(encoding="utf-8")), typing))
+
+
+def importers(*modules: str) -> list[str]:
+    """The files of the product that import one of these modules."""
+    files = (path for folder in ("actors", "robot", "cli") for path in (ROOT / folder).rglob("*.py"))
+    return [path.relative_to(ROOT).as_posix() for path in files if imported_by(path) & {*modules}]
 
 
 def names_in(node: ast.AST, typing: bool) -> Iterator[str]:
@@ -105,35 +120,20 @@ def test_what_is_imported_is_declared() -> None:
 
 
 def test_only_the_authority_imports_what_makes_certificates() -> None:
-    found = [
-        path.relative_to(ROOT).as_posix()
-        for folder in ("actors", "robot", "cli")
-        for path in (ROOT / folder).rglob("*.py")
-        if "cryptography" in set(names_in(ast.parse(path.read_text(encoding="utf-8")), True))
-    ]
-    assert found == ["actors/transport/security/authority.py"]
+    assert importers("cryptography") == ["actors/transport/security/authority.py"]
     assert declared(PROJECT["optional-dependencies"]["security"]) == {"cryptography"}
 
 
 def test_only_spans_import_opentelemetry() -> None:
-    found = [
-        path.relative_to(ROOT).as_posix()
-        for folder in ("actors", "robot", "cli")
-        for path in (ROOT / folder).rglob("*.py")
-        if "opentelemetry" in set(names_in(ast.parse(path.read_text(encoding="utf-8")), True))
-    ]
-    assert found == ["actors/diagnostics/spans.py", "robot/run/options.py"]  # which only asks whether it is there
+    assert importers("opentelemetry") == [
+        "actors/diagnostics/spans.py",
+        "robot/run/options.py",
+    ]  # which only asks whether it is there
     assert declared(PROJECT["optional-dependencies"]["otel"]) == {"opentelemetry"}
 
 
 def test_what_pytest_runs_may_import_pytest_and_nothing_else_may() -> None:
-    found = {
-        path.relative_to(ROOT).parts[:2]
-        for folder in ("actors", "robot", "cli")
-        for path in (ROOT / folder).rglob("*.py")
-        if {"pytest", "pytest_asyncio"} & set(names_in(ast.parse(path.read_text(encoding="utf-8")), True))
-    }
-    assert found == {("actors", "testing")}
+    assert {tuple(path.split("/")[:2]) for path in importers("pytest", "pytest_asyncio")} == {("actors", "testing")}
     assert {"pytest", "pytest_asyncio"} <= declared(PROJECT["optional-dependencies"]["test"])
 
 
@@ -167,7 +167,7 @@ def test_the_extras_are_what_the_tests_import_and_the_tools_that_check_them() ->
     test, bench, docs = (declared(extras[name]) for name in ("test", "bench", "docs"))
     used = imported("tests", "actors/testing") - {"no_such_module_anywhere", *imported("tests/site") & docs}
     assert used <= test | bench | declared(PROJECT["dependencies"])
-    assert test - used == COMMANDS | PLUGINS
+    assert test - used == COMMANDS | PLUGINS | PYTEST_PLUGINS
     assert declared(BUILD["requires"]) == PLUGINS | {"hatchling"}
     assert bench <= imported("tests/benchmarks")
     assert docs == imported("tests/site") & docs | {"zensical"}  # which is started

@@ -12,9 +12,9 @@ import pytest
 
 import actors
 from actors.interfaces import types
-from tests import reference
 from tests.project.test_surface import FACES
 from tests.site.markdown import headlines
+from tests.tools import reference
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def text() -> str:
 )
 def test_the_page_is_what_its_command_writes(text: str) -> None:
     written = reference.PAGE.read_text(encoding="utf-8")
-    assert written == text, "a docstring or a signature has changed: run `python -m tests.reference`"
+    assert written == text, "a docstring or a signature has changed: run `python -m tests.tools.reference`"
 
 
 def test_every_public_name_has_an_entry_and_every_link_leads_to_one(text: str) -> None:

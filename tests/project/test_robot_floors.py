@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.imports import edges, modules
+from tests.project.imports import edges, modules
 
 ROBOT = Path(__file__).parents[2] / "robot"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.literals import ROOMS, all_literals, literals, main
+from tests.project.literals import ROOMS, all_literals, literals, main
 
 SOURCE = """
 LIMIT = 3.0

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.reference import entries
 from tests.site.check import faults
 from tests.site.diagrams import FOLDER, THEMES, diagrams
 from tests.site.examples import Imported, examples, names_used
 from tests.site.markdown import anchored, blocks, headlines, links, relinked
+from tests.tools.reference import entries
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")])

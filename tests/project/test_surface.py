@@ -5,7 +5,7 @@ framework's own and may change any day.
 
 - *Closed*: every type of `actors` that stands in a public signature is public itself: in parameters, results, attributes, properties, type
   aliases and bounds of type variables. A base class that is not public is only a place for shared code: its members count as those of the
-  public class. Not in the signature are the members that `tests.reference.INTERNAL` lists, which are for other modules of the framework, and
+  public class. Not in the signature are the members that `tests.tools.reference.INTERNAL` lists, which are for other modules of the framework, and
   the constructors of classes whose docstring says that there is no public one.
 - *Once*: each name is exported by one face only, so that there is one line to import it by, and one place where it is looked up. That the
   front door, `actors`, does not repeat what `actors.qos` or `actors.parameters` have keeps both lists short enough to be read.
@@ -20,8 +20,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.reference import INTERNAL
-from tests.surface import NO_CONSTRUCTOR, Definition, Surface
+from tests.project.surface import NO_CONSTRUCTOR, Definition, Surface
+from tests.tools.reference import INTERNAL
 
 ROOT = Path(__file__).parents[2]
 
@@ -126,7 +126,7 @@ def test_classes_without_a_public_constructor_say_who_gives_one(
 
 def test_the_members_for_the_framework_only_exist(surface: Surface, public: dict[Definition, list[str]]) -> None:
     """No entry of INTERNAL is left over."""
-    from tests.reference import entries
+    from tests.tools.reference import entries
 
     kinds = {name: value for _, name, value, _ in entries()}
     for name, members in INTERNAL.items():

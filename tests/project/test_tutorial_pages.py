@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.tutorial_pages import ELSEWHERE, FOLDER, PAGES, Reader, blocks, commands_of, masked, played
+from tests.tools.tutorial_pages import ELSEWHERE, FOLDER, PAGES, Reader, blocks, commands_of, masked, played
 
-REMEDY = "run python -m tests.tutorial_pages"
+REMEDY = "run python -m tests.tools.tutorial_pages"
 
 
 def text_of(page: str) -> str:

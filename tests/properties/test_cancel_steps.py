@@ -339,7 +339,7 @@ def cancel_a_client(seed: int) -> tuple[str, list[str]]:
 
 
 def test_chaos_a_client_canceled_at_any_step_leaves_nothing_behind() -> None:
-    check_trials("a_client_canceled_at_any_step", cancel_a_client, usual=700)
+    check_trials("a_client_canceled_at_any_step", cancel_a_client, usual=250)
 
 
 # -- the block of run ------------------------------------------------------------------------------------------------

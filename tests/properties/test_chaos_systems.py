@@ -399,4 +399,4 @@ def chaos(seed: int) -> tuple[str, list[str]]:
 
 
 def test_chaos_no_client_waits_for_ever_and_nothing_is_left() -> None:
-    check_trials("no_client_waits_for_ever", chaos, usual=150)
+    check_trials("no_client_waits_for_ever", chaos, usual=40)

@@ -10,8 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.reference import SECTIONS
 from tests.site.markdown import headlines
+from tests.tools.reference import SECTIONS
 
 __all__ = ["Example", "Name", "examples", "names_used"]
 

@@ -14,10 +14,10 @@ from pathlib import Path
 
 from latex2mathml.converter import convert
 
-from tests.reference import SECTIONS
 from tests.site.diagrams import THEMES, Diagram
 from tests.site.examples import examples
 from tests.site.markdown import anchored, fenced, headlines, in_prose, relinked
+from tests.tools.reference import SECTIONS
 
 __all__ = ["documents", "pages"]
 

@@ -80,6 +80,7 @@ def test_what_cannot_be_meant_is_refused_with_the_remedy(make: Callable[[], obje
 def test_another_machine_does_not_have_the_script_that_this_program_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Idle, "__module__", "__main__")
     monkeypatch.setattr(sys.modules["__main__"], "Idle", Idle, raising=False)
+    monkeypatch.setattr(sys.modules["__main__"], "__file__", "script.py", raising=False)
 
     with pytest.raises(DeclarationError, match="another machine does not have this script; define it at the top level"):
         Child(Idle, host="base")

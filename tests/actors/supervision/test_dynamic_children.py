@@ -115,6 +115,7 @@ async def start(rig: Rig) -> None:
     await rig.start(Supervisor("system", children=[Child(Office), pool]))
 
 
+@pytest.mark.slow(reason="a thousand children")
 async def test_a_thousand_children_that_have_ended_leave_nothing_behind(rig: Rig) -> None:
     await start(rig)
     pool = workers(rig)

@@ -290,7 +290,7 @@ def test_OTP_M03_linear_start_and_stop(kind: str) -> None:
 
         return grow_and_shrink
 
-    small, large = (calls_of(story(number)) / number for number in (100, 10_000))
+    small, large = (calls_of(story(number)) / number for number in (50, 2_000))
     assert large < 2 * small
 
 

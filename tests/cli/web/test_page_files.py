@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.page_weight import PAGE, weights
+from tests.tools.page_weight import PAGE, weights
 
 OURS = [path for path in sorted(PAGE.rglob("*.js")) if path.parent.name != "vendor"]
 MEGABYTE = 1_000_000

@@ -1,10 +1,10 @@
-"""How the figures of `python -m tests.page_time` are read from a browser's trace."""
+"""How the figures of `python -m tests.tools.page_time` are read from a browser's trace."""
 
 from __future__ import annotations
 
 import pytest
 
-from tests.page_time import costs
+from tests.tools.page_time import costs
 
 PAGE, OTHER = {"pid": 1, "tid": 7, "ph": "X"}, {"pid": 1, "tid": 8, "ph": "X"}
 

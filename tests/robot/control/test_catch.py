@@ -80,7 +80,11 @@ def test_feet_that_slip_for_ever_do_not_keep_it_walking() -> None:
     assert lasted == pytest.approx(2.0, abs=2 * DT)
 
 
-@pytest.mark.parametrize("phase", [0.0, 0.13, 0.27, 0.41])
+PHASES = [0.0, 0.27, *(pytest.param(phase, marks=pytest.mark.slow) for phase in (0.13, 0.41))]
+"""Seconds after the start of a step at which something fails."""
+
+
+@pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize("speed", [1.0, 1.6])
 def test_a_walking_robot_whose_targets_stop_comes_to_rest_and_sits_without_a_fall(speed: float, phase: float) -> None:
     trial = walking(7, speed, phase)
@@ -97,7 +101,7 @@ def test_without_an_imu_it_sits_down_at_once() -> None:
     assert stop.done
 
 
-@pytest.mark.parametrize("phase", [0.0, 0.13, 0.27, 0.41])
+@pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize("fault", ["knee encoder not a number", "knee encoder frozen", "shoulder encoder frozen"])
 def test_a_robot_that_loses_an_encoder_at_full_speed_sits_down_and_hardly_leans(fault: str, phase: float) -> None:
     trial = walking(7, 1.6, phase)

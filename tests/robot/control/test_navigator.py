@@ -101,7 +101,10 @@ def gap(width: float) -> Scene:
     return dataclasses.replace(get_world("empty"), name="gap", obstacles=halves, start=Pose2(0.0, 0.0))
 
 
-@pytest.mark.parametrize(("width", "least"), [(0.46, 0.48), (0.5, 0.52), (0.9, 0.92)])
+@pytest.mark.parametrize(
+    ("width", "least"),
+    [(0.5, 0.52), pytest.param(0.46, 0.48, marks=pytest.mark.slow), pytest.param(0.9, 0.92, marks=pytest.mark.slow)],
+)
 def test_the_body_is_planned_through_no_gap_that_it_does_not_fit_into(width: float, least: float) -> None:
     footprint = Footprint(width=width)
     for room, fits in ((least - 0.05, False), (least + 0.05, True)):
@@ -115,7 +118,7 @@ def test_the_body_is_planned_through_no_gap_that_it_does_not_fit_into(width: flo
                 navigator.set_goal(Pose2(4.0, 0.0), Pose2(0.0, 0.0))
 
 
-@pytest.mark.parametrize("density", [0.10, 0.15, 0.20])
+@pytest.mark.parametrize("density", [0.20, *(pytest.param(part, marks=pytest.mark.slow) for part in (0.10, 0.15))])
 def test_100_random_goals_are_planned_clear_and_not_much_longer_than_needed(density: float) -> None:
     scene = random_scene(seed=1, density=density)
     grid = Grid.from_scene(scene)
@@ -166,7 +169,7 @@ def test_the_other_patrols_are_walked_without_contact(world: str) -> None:
         assert record.clearance >= 0.25
 
 
-@pytest.mark.parametrize("density", [0.10, 0.15, 0.20])
+@pytest.mark.parametrize("density", [0.20, *(pytest.param(part, marks=pytest.mark.slow) for part in (0.10, 0.15))])
 def test_random_goals_among_random_obstacles_are_reached_without_contact(density: float) -> None:
     scene = random_scene(seed=1, density=density)
     rng = np.random.default_rng(5)
@@ -415,7 +418,7 @@ def test_a_new_map_is_planned_on_at_the_next_step() -> None:
     assert record.distance > 6.5
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 6))])
 def test_something_crossing_at_half_a_meter_per_second_is_never_touched(seed: int) -> None:
     scene, rng = get_world("empty"), np.random.default_rng(seed)
     navigator, walker = ready(scene, Pose2(-4.0, 0.0), seed=seed)

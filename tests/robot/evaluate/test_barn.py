@@ -99,6 +99,7 @@ def test_the_robot_winds_through_a_field_in_physics(tmp_path: Path) -> None:
     assert outcome.score > 0.25
 
 
+@pytest.mark.slow(reason="a long walk")
 def test_a_wall_that_nothing_leads_through_ends_in_giving_up_not_in_contact(tmp_path: Path) -> None:
     ring = [(x / 10, y) for y in (-1.5, 1.8) for x in range(-18, 19, 2)]
     ring += [(x, y / 10) for x in (-1.8, 1.8) for y in range(-15, 19, 2)]

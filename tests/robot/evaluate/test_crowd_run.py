@@ -6,6 +6,8 @@ from dataclasses import replace
 from math import hypot
 from typing import cast
 
+import pytest
+
 from robot.evaluate.crowd_run import WALKERS, CrowdBody, hall, walk
 from robot.scenes.scene import Box, Cylinder, Walker
 from tests.robot.stage import floor
@@ -38,6 +40,7 @@ def test_somebody_who_walks_into_a_robot_that_stands_is_noticed_and_the_robot_ha
     assert 0.5 < contact.at < 2.5
 
 
+@pytest.mark.slow(reason="a minute of walking among people")
 def test_a_walk_through_the_hall_begins_and_ends_when_its_time_is_over() -> None:
     outcome = walk(1, 6.0)
     assert (outcome.seed, outcome.goals, outcome.falls) == (1, 0, 0)

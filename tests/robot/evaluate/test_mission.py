@@ -51,6 +51,7 @@ def test_the_legs_from_which_it_learns_the_dock_and_failures_do_not_count_as_pre
     assert "within 3 %  2 of 3 legs" in show(told | circumstances)
 
 
+@pytest.mark.slow(reason="minutes of walking")
 def test_a_mission_is_walked_leg_by_leg_and_each_is_predicted_before_it_is_walked() -> None:
     """The kinematic body takes what is typical of the robot, so that the first prediction is near already."""
     held = mission(2, 60.0, "kinematic", Fidelity("ideal", "ideal"), "warehouse")

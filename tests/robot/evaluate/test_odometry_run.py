@@ -70,6 +70,7 @@ def test_a_walk_of_two_metres_is_judged_by_where_it_really_ended() -> None:
     assert 0.0 < error < 5.0
 
 
+@pytest.mark.slow(reason="a long walk")
 def test_a_robot_that_gives_up_the_walk_ends_the_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
     icy = partial(PhysicsBody, ground=Ground(ice=Ice(0.05, 1.0, 100.0)))
     monkeypatch.setattr("robot.evaluate.odometry_run.PhysicsBody", icy)

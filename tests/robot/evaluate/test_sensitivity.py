@@ -67,6 +67,7 @@ def test_every_number_of_navigation_is_varied_or_named_with_the_reason() -> None
     assert all(value_of(SHEET, name) > 0.0 for name in THRESHOLDS)
 
 
+@pytest.mark.slow(reason="two walks")
 def test_a_changed_number_reaches_the_robot() -> None:
     """Half the speed where it is narrow: it gets less far in the same three seconds."""
     world, gone = field_world(11), list[float]()

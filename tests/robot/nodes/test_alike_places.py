@@ -73,6 +73,7 @@ async def test_walking_up_to_the_pillar_tells_which_half_it_is(rig: Rig) -> None
     assert (here.x, here.y) == pytest.approx((walked.here.x, walked.here.y), abs=0.05)
 
 
+@pytest.mark.slow(reason="a long search")
 async def test_places_that_are_alike_are_carried_over_when_odometry_begins_anew(rig: Rig) -> None:
     walked = await walk(rig, HALL)
     poses, states = rig.probe(POSE), rig.probe(LOCALIZATION)
@@ -100,6 +101,7 @@ async def test_a_search_under_way_when_odometry_begins_anew_finds_the_robot_wher
     assert not [state for state in states if state.data == "lost"]
 
 
+@pytest.mark.slow(reason="a long search")
 async def test_wrong_words_about_the_place_do_not_end_the_search_for_it(rig: Rig) -> None:
     walked = await walk(rig, HALL)
     poses, states = rig.probe(POSE), rig.probe(LOCALIZATION)

@@ -17,7 +17,14 @@ from robot.hardware.sensors import Sensors
 
 
 @pytest.mark.parametrize("sensors", [Sensors.ideal(), Sensors.real()], ids=["ideal", "real"])
-@pytest.mark.parametrize("there", [Pose2(8.8, 3.4, 2.0), Pose2(4.75, 3.5, -0.7), Pose2(2.5, -2.3, pi)])
+@pytest.mark.parametrize(
+    "there",
+    [
+        Pose2(2.5, -2.3, pi),
+        pytest.param(Pose2(8.8, 3.4, 2.0), marks=pytest.mark.slow),
+        pytest.param(Pose2(4.75, 3.5, -0.7), marks=pytest.mark.slow),
+    ],
+)
 async def test_a_robot_that_is_put_elsewhere_finds_itself_within_ten_seconds(
     rig: Rig, sensors: Sensors, there: Pose2
 ) -> None:
@@ -34,6 +41,7 @@ async def test_a_robot_that_is_put_elsewhere_finds_itself_within_ten_seconds(
     assert "lost" in [state.data for state in states]
 
 
+@pytest.mark.slow(reason="a whole patrol")
 async def test_a_robot_that_knows_where_it_is_says_nothing_of_it(rig: Rig) -> None:
     await rig.start(Robot("warehouse", body="kinematic", sensors=Sensors.real(), mission="patrol").tree)
     states = rig.probe(LOCALIZATION)
@@ -41,6 +49,7 @@ async def test_a_robot_that_knows_where_it_is_says_nothing_of_it(rig: Rig) -> No
     assert not len(states)
 
 
+@pytest.mark.slow(reason="a long walk")
 async def test_an_empty_world_is_no_reason_to_say_that_scans_do_not_fit(rig: Rig) -> None:
     """There is nothing on the map that a scan could fit or not."""
     await rig.start(Robot("empty", body="kinematic").tree)

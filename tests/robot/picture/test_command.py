@@ -125,6 +125,7 @@ def test_an_errand_is_pictured_with_the_arm_and_the_things_where_they_are() -> N
     assert record(Robot("kitchen", body="kinematic", seed=1), seed=1, at=0.1).arm is None
 
 
+@pytest.mark.slow(reason="two walks and two pictures")
 def test_without_a_time_a_world_with_things_is_caught_beside_them(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

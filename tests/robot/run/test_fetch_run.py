@@ -99,7 +99,10 @@ async def test_E_11_each_node_of_the_arm_runs_alone_and_with_those_that_come_lat
     assert not [record for record in rig.logs if record.level >= 40]
 
 
-@pytest.mark.parametrize("crashed", ["fetch", "object_confirmation", "arm", "navigation"])
+OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in ("fetch", "object_confirmation", "navigation")]
+
+
+@pytest.mark.parametrize("crashed", ["arm", *OTHERS])
 def test_an_errand_is_done_although_a_node_that_it_needs_crashes_on_the_way(tmp_path: Path, crashed: str) -> None:
     done, report = run(
         tmp_path, *KINEMATIC, "--world", "kitchen", "--fetch", "cup", "--duration", "60", "--crash", f"{crashed}@9"

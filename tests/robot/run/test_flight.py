@@ -74,7 +74,7 @@ def trace_on_a_terminal(*words: str) -> str:
 
 def test_a_run_has_the_same_trace_in_every_process_and_on_a_terminal(tmp_path: Path) -> None:
     report = tmp_path / "report.json"
-    words = (*KINEMATIC, "--duration", "5.5", "--trace")
+    words = (*KINEMATIC, "--duration", "3", "--trace")
     first = robot(*words, "--report", str(report), hash_seed="1")
     assert first.returncode == 0, first.stderr
     label, trace = first.stdout.split()

@@ -75,9 +75,12 @@ def test_a_hang_is_made_in_the_process_of_its_node_and_in_no_other(split: Superv
     assert names == {"control_process": ["gait"], "perception_process": ["/lidar", "camera"]}
 
 
-async def test_a_hang_whose_time_is_over_is_not_made_again_by_the_next_life(rig: Rig) -> None:
+async def test_a_hang_whose_time_is_over_is_not_made_again_by_the_next_life(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from actors import Child
 
+    monkeypatch.setattr(process_care, "step_aside", lambda: "stays")  # this process is that of the tests
     over = process_care.Hang("nobody", time.monotonic() - 1.0)
     await rig.start(Child(ProcessCare, args=("somewhere", over)))
     await rig.advance(1.0)

@@ -230,6 +230,7 @@ def test_a_run_writes_the_journals_that_it_keeps_into_a_folder(tmp_path: Path) -
     assert "--journals: say of which nodes: --replay NODE" in refused.stderr
 
 
+@pytest.mark.slow(reason="two runs")
 def test_the_flight_record_of_a_run_holds_the_journals_that_it_kept(tmp_path: Path) -> None:
     record = tmp_path / "flight.mcap"
     words = ("--backend", "kinematic", "--duration", "5", "--replay", "battery", "--flight-record", str(record))

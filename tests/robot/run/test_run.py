@@ -328,6 +328,7 @@ def test_a_mistake_is_one_clear_line_and_exit_code_2(words: tuple[str, ...], hin
     assert hint in line
 
 
+@pytest.mark.slow(reason="a whole mission")
 def test_a_crash_that_the_end_of_the_mission_forestalls_does_not_hit_the_sitting_robot(tmp_path: Path) -> None:
     words = ("--goal", "1", "0", "--duration", "60", "--crash", "battery@9.0")
     done, report = run(tmp_path, *KINEMATIC, *words)
@@ -338,6 +339,7 @@ def test_a_crash_that_the_end_of_the_mission_forestalls_does_not_hit_the_sitting
     assert "crashed on request" not in done.stderr
 
 
+@pytest.mark.slow(reason="a long walk")
 def test_the_status_lines_say_that_the_heading_is_in_degrees(tmp_path: Path) -> None:
     done, _ = run(tmp_path, *KINEMATIC, "--duration", "6")
     assert "heading_deg=" in done.stderr

@@ -43,6 +43,7 @@ async def test_a_call_and_a_goal_without_limit_of_time_end_when_their_server_is_
     assert ledger.ended["reached"] >= before + 1
 
 
+@pytest.mark.slow(reason="many seeds")
 @scenario(seeds=12, faults=NETWORK)
 async def test_X_09_whatever_happens_to_the_network_the_lab_keeps_its_promises_when_it_is_whole(lab: Lab) -> None:
     await keeps_its_promises(lab)

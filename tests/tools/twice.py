@@ -1,4 +1,4 @@
-"""`python -m tests.twice [--shuffle SEED] [ARGUMENTS OF PYTEST]`: the suite twice, with other hashes of strings, and with --shuffle in another order
+"""`python -m tests.tools.twice [--shuffle SEED] [ARGUMENTS OF PYTEST]`: the suite twice, with other hashes of strings, and with --shuffle in another order
 the second time. Every test must end in the same way, within 4 GB.
 
 Exit code 0 if it did, 1 if something differs, if a test failed, or if a process of the suite took more memory. The memory is the most that a single
@@ -29,7 +29,7 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(add_help=False)
     parser.add_argument("--shuffle")
     options, rest = parser.parse_known_args(arguments)
-    order = [] if options.shuffle is None else ["-p", "tests.order", "--shuffle", options.shuffle]
+    order = [] if options.shuffle is None else ["-p", "tests.tools.order", "--shuffle", options.shuffle]
     with tempfile.TemporaryDirectory() as folder:
         runs = [
             _outcomes(Path(folder) / f"run {number}", number, [*rest, *words])
@@ -61,7 +61,19 @@ def _ended(line: str) -> tuple[str, str]:
 
 
 def _outcomes(path: Path, hashes: int, arguments: Sequence[str]) -> list[str]:
-    words = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "tests.outcomes", "--outcomes", str(path))
+    words = (
+        "-m",
+        "pytest",
+        "-q",
+        "-n",
+        "0",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "tests.tools.outcomes",
+        "--outcomes",
+        str(path),
+    )
     subprocess.run([sys.executable, *words, *arguments], env={**os.environ, "PYTHONHASHSEED": str(hashes)}, check=False)
     return path.read_text(encoding="utf-8").splitlines() if path.exists() else []
 

@@ -1,4 +1,4 @@
-"""A pytest plugin: the suite under the eager task factory. `-p tests.eager` starts every task of every loop within `create_task`.
+"""A pytest plugin: the suite under the eager task factory. `-p tests.tools.eager` starts every task of every loop within `create_task`.
 
 A program of ours may run so (Python 3.12 and later). Tests that are marked `task_order` are about the order in which tasks take their first
 step and are left out; everything else must hold. Processes that tests start run as they always do.
@@ -15,7 +15,9 @@ import pytest
 
 def pytest_configure(config: pytest.Config) -> None:
     if sys.version_info < (3, 12):
-        raise pytest.UsageError("-p tests.eager: tasks can be started eagerly from Python 3.12 on; run it with that")
+        raise pytest.UsageError(
+            "-p tests.tools.eager: tasks can be started eagerly from Python 3.12 on; run it with that"
+        )
     begin = asyncio.BaseEventLoop.__init__
 
     def eager(self: asyncio.BaseEventLoop, *given: Any, **named: Any) -> None:

@@ -1,4 +1,4 @@
-"""`python -m tests.web_load`: what the web server costs while clients read the whole robot, as a share of one core.
+"""`python -m tests.tools.web_load`: what the web server costs while clients read the whole robot, as a share of one core.
 
 The robot runs in processes, so that the server has one of its own, whose processor time is read from the system. It is printed for a server
 that nobody reads, for one that sends what the page's robot pane shows, for one that sends every topic but pictures and clouds of points, and
@@ -156,7 +156,7 @@ async def _main(seconds: float) -> None:
 
 def main(argv: list[str] | None = None) -> None:
     """Print a line for each case."""
-    parser = argparse.ArgumentParser(prog="python -m tests.web_load", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="python -m tests.tools.web_load", description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=20.0, help="how long each case is measured (20)")
     asyncio.run(_main(parser.parse_args(argv).seconds))
 

@@ -1,4 +1,4 @@
-"""How long it takes to know a large graph: ``python -m tests.wire_scale [--sessions 200] [--rounds 5]``, and what it costs to change: ``--churn``.
+"""How long it takes to know a large graph: ``python -m tests.tools.wire_scale [--sessions 200] [--rounds 5]``, and what it costs to change: ``--churn``.
 
 Two helper processes hold Zenoh sessions, clients of one router, each with 5 nodes and 50 endpoints. In each round a newcomer, a process of its
 own, opens a system and measures the seconds until its snapshot of the graph has the last endpoint, and its memory for each.
@@ -122,7 +122,7 @@ def measure() -> tuple[int, int]:
 async def churn(seconds: int) -> int:
     """Nodes come and go. 0 if the objects of Python do not grow."""
     port = free_port()
-    words = (sys.executable, "-m", "tests.wire_scale", "--observer", str(port))
+    words = (sys.executable, "-m", "tests.tools.wire_scale", "--observer", str(port))
     pipe = asyncio.subprocess.PIPE
     observer = await asyncio.create_subprocess_exec(*words, stdin=pipe, stdout=pipe)
     assert observer.stdin is not None and observer.stdout is not None
@@ -190,7 +190,7 @@ async def newcomer(port: int, wanted: int) -> None:
 
 def main(sessions: int, rounds: int) -> int:
     port, wanted = free_port(), sessions * ENDPOINTS
-    here = [sys.executable, "-m", "tests.wire_scale"]
+    here = [sys.executable, "-m", "tests.tools.wire_scale"]
     piped: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     router = subprocess.Popen([sys.executable, "-m", "robot", "router", "--listen", f"tcp/127.0.0.1:{port}"], **piped)
     helpers = [router]
@@ -223,7 +223,7 @@ def main(sessions: int, rounds: int) -> int:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="python -m tests.wire_scale", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tests.tools.wire_scale", description=__doc__)
     parser.add_argument("--sessions", type=int, default=200)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--churn", type=int, metavar="SECONDS")

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.imports import imported_from, modules
+from tests.project.imports import imported_from, modules
 
 __all__ = ["NO_CONSTRUCTOR", "Definition", "Surface"]
 

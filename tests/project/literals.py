@@ -1,4 +1,4 @@
-"""Numbers without a name: `python -m tests.literals [ROOT]` lists each float literal inside a function of the robot's algorithms, and counts them.
+"""Numbers without a name: `python -m tests.project.literals [ROOT]` lists each float literal inside a function of the robot's algorithms, and counts them.
 
 Of the rooms `control`, `planning` and `estimation`. Not counted are 0, 0.5, 1 and 2; what stands in a class or at the top of a module,
 where it has a name and a place for its unit and reason; and the constants of a formula, on lines that end in ``# formula: NAME``.
@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1] / "robot"
+ROOT = Path(__file__).parents[2] / "robot"
 ROOMS = ("control", "planning", "estimation")
 PLAIN = frozenset({0.0, 0.5, 1.0, 2.0})
 FORMULA = re.compile(r"# formula: \S+")
@@ -59,7 +59,7 @@ def all_literals(root: Path = ROOT) -> Iterator[Literal]:
 def main(argv: Sequence[str] | None = None) -> int:
     """0: there are none; 1: there are some."""
     parser = argparse.ArgumentParser(
-        prog="python -m tests.literals", description=__doc__.splitlines()[0] if __doc__ else None
+        prog="python -m tests.project.literals", description=__doc__.splitlines()[0] if __doc__ else None
     )
     parser.add_argument("root", type=Path, nargs="?", default=ROOT, metavar="ROOT", help="the package (default: robot)")
     found = list(all_literals(parser.parse_args(argv).root))

@@ -1,4 +1,4 @@
-"""`python -m tests.tutorial_pages [PAGE...]`: types the commands of docs/tutorials/ and writes what they print into the pages.
+"""`python -m tests.tools.tutorial_pages [PAGE...]`: types the commands of docs/tutorials/ and writes what they print into the pages.
 
 A page is a sequence of blocks. A block ``python``, ``xml`` or ``yaml`` is a file, whose name is in the comment of its first line; it is saved in the
 reader's folder. A block ``text`` is a terminal: each line that begins with ``$`` is typed there, and below it stands what it printed. A line that begins
@@ -25,7 +25,7 @@ from pathlib import Path
 
 __all__ = ["ELSEWHERE", "FOLDER", "PAGES", "Reader", "blocks", "commands_of", "masked", "played"]
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "tutorials"
 PAGES = tuple(sorted(path.name for path in FOLDER.glob("*.md")))
 PATIENCE = 60.0

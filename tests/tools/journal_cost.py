@@ -1,4 +1,4 @@
-"""`python -m tests.journal_cost`: what it costs to keep journals of the robot's nodes.
+"""`python -m tests.tools.journal_cost`: what it costs to keep journals of the robot's nodes.
 
 The robot (kinematic body, virtual time) walks to its charging station, once without journals and once with those of the named nodes and subtrees. Printed are
 the processor time that the journals took for each second of the robot, the longest time for which the event loop waited while entries were made
@@ -69,7 +69,7 @@ async def walk(journal: Journal | None, seconds: float) -> float:
 def main(argv: Sequence[str] | None = None) -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(
-        prog="python -m tests.journal_cost", description="What journals of the robot's nodes cost."
+        prog="python -m tests.tools.journal_cost", description="What journals of the robot's nodes cost."
     )
     parser.add_argument(
         "journals", nargs="*", default=JOURNALS, metavar="NODE", help="nodes, or paths such as system/robot/navigation"

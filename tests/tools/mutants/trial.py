@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
-from tests.mutants.mutate import Mutant
-from tests.mutants.process import OUTPUT, PRELOADED, PROFILE, run_tests
+from tests.tools.mutants.mutate import Mutant
+from tests.tools.mutants.process import OUTPUT, PRELOADED, PROFILE, run_tests
 
 __all__ = ["SUBJECTS", "Fate", "Subject", "Workshop"]
 
 OPTIONS: Final = (
-    "-x", "-q", "--no-header", "-p", "no:cacheprovider", f"--hypothesis-profile={PROFILE}",
+    "-x", "-q", "-n", "0", "--no-header", "-p", "no:cacheprovider", f"--hypothesis-profile={PROFILE}",
     "-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning",
 )  # fmt: skip
 Fate = Literal["killed", "timed out", "survived"]

@@ -1,4 +1,4 @@
-"""`python -m tests.cli_docs`: writes the generated parts of docs/cli.md: the verbs, the exit codes, and the terminal of the tutorials.
+"""`python -m tests.tools.cli_docs`: writes the generated parts of docs/cli.md: the verbs, the exit codes, and the terminal of the tutorials.
 
 The transcript is what the commands of the five tutorials print here, word for word after the command's name, in their order. The nodes run in
 processes of their own. What differs from run to run (ids, times, measured figures) is masked when `tests/cli/test_docs.py` compares.
@@ -40,7 +40,7 @@ __all__ = [
     "written",
 ]
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "cli.md"
 WIDEST = 14
 """How many lines of an output are shown."""

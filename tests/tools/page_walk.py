@@ -1,4 +1,4 @@
-"""`python -m tests.page_walk`: the pictures of the page in the docs, drawn by Chromium.
+"""`python -m tests.tools.page_walk`: the pictures of the page in the docs, drawn by Chromium.
 
 The robot walks on the virtual clock first, and its flight record is played to the page step by step, so that each picture shows its own time however
 long it takes to draw. `docs/page-walk.webp` is 20 seconds of that, `docs/page-robot.png` one instant of it with all of the page.
@@ -28,11 +28,11 @@ from cli.web.settings import WebSettings
 from robot import Robot
 from robot.contracts import EMERGENCY_STOP
 from robot.run.choice import changed
-from tests.web_load import PICTURE
+from tests.tools.web_load import PICTURE
 
 __all__ = ["main"]
 
-DOCS: Final = Path(__file__).parents[1] / "docs"
+DOCS: Final = Path(__file__).parents[2] / "docs"
 BEGIN: Final = 2.2
 """Second of the run at which the robot begins to walk."""
 SECONDS: Final = 20.0
@@ -142,7 +142,9 @@ async def still(file: Path) -> bytes:
 
 def main(argv: list[str] | None = None) -> None:
     """Write the files."""
-    parser = argparse.ArgumentParser(prog="python -m tests.page_walk", description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.tools.page_walk", description=(__doc__ or "").splitlines()[0]
+    )
     parser.add_argument("what", nargs="?", choices=("walk", "still", "both"), default="both")
     parser.add_argument("--to", type=Path, default=DOCS, metavar="FOLDER", help="where to (docs)")
     options = parser.parse_args(argv)

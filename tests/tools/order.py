@@ -1,4 +1,4 @@
-"""A pytest plugin: the suite in another order. `-p tests.order --shuffle SEED` shuffles the files, and the tests within each file.
+"""A pytest plugin: the suite in another order. `-p tests.tools.order --shuffle SEED` shuffles the files, and the tests within each file.
 
 A test that passes only after another one has run is wrong, and so is one that fails then. Shuffled are files as wholes, so that what is made
 once for a file is made once. Suites that tests run within themselves are not touched.

@@ -1,4 +1,4 @@
-"""`python -m tests.page_time`: what the page costs the browser while a robot walks with everything on, and how soon it is there.
+"""`python -m tests.tools.page_time`: what the page costs the browser while a robot walks with everything on, and how soon it is there.
 
 Chromium opens the robot pane of a robot that runs in processes, with the camera's picture. Printed are the script time of each picture, with
 that of the messages until the next one, the longest task, the pictures a second with what draws them, the time until the page is
@@ -25,7 +25,7 @@ from playwright.async_api import Browser, Page, async_playwright
 from websockets.asyncio.client import connect
 
 from tests.cli.web.stage import Foxglove
-from tests.web_load import robot_served
+from tests.tools.web_load import robot_served
 
 __all__ = ["Costs", "costs", "main", "measure"]
 
@@ -123,7 +123,9 @@ async def _main(options: argparse.Namespace, folder: str) -> None:
 
 def main(argv: list[str] | None = None) -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(prog="python -m tests.page_time", description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.tools.page_time", description=(__doc__ or "").splitlines()[0]
+    )
     parser.add_argument("--seconds", type=float, default=15.0, help="how long it is watched (15)")
     parser.add_argument("--flat", action="store_true", help="draw on a canvas, without WebGL")
     parser.add_argument("--no-camera", action="store_true", help="leave out the camera's picture")

@@ -1,4 +1,4 @@
-"""`python -m tests.mutants [--count 300] [--seed N] [--only channel|services|actions|supervisor] [--at-least PERCENT]`"""
+"""`python -m tests.tools.mutants [--count 300] [--seed N] [--only channel|services|actions|supervisor] [--at-least PERCENT]`"""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from collections import Counter
 from pathlib import Path
 from random import Random
 
-from tests.mutants.mutate import Mutant, mutants_of
-from tests.mutants.trial import SUBJECTS, Workshop
+from tests.tools.mutants.mutate import Mutant, mutants_of
+from tests.tools.mutants.trial import SUBJECTS, Workshop
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 PATIENCE = 5.0
 """A mutant may take this many times as long as the tests do without it, and `LEAST` seconds in any case."""
 LEAST = 30.0
@@ -38,7 +38,7 @@ def drawn(root: Path, names: list[str], count: int, seed: int) -> list[tuple[str
 
 def main() -> int:
     """Exit status: 0 when enough mutants were killed (`--at-least`, by default all), 1 when too many survived, 2 for wrong usage."""
-    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description="Mutation testing of the core.")
+    parser = argparse.ArgumentParser(prog="python -m tests.tools.mutants", description="Mutation testing of the core.")
     parser.add_argument("--count", type=int, default=300, help="how many mutants to try (default: 300)")
     parser.add_argument("--seed", type=int, default=0, help="which ones (default: 0)")
     parser.add_argument("--only", choices=SUBJECTS, action="append", help="one subject; may be given several times")

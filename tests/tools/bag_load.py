@@ -1,4 +1,4 @@
-"""`python -m tests.bag_load --seconds 60`: what it takes to record the running robot, from another process, on the real clock.
+"""`python -m tests.tools.bag_load --seconds 60`: what it takes to record the running robot, from another process, on the real clock.
 
 The robot runs in a process of its own, as `robactor run` starts it, and `bag record --all` in another one. Printed are MB a second, before
 and after compression, how many messages were lost, and the share of a core that the recorder took. With `--without REGEX` topics are left
@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from actors.bag import BagReader
-from tests.cli_docs import ROBACTOR, Scene, running
+from tests.tools.cli_docs import ROBACTOR, Scene, running
 
 __all__ = ["Load", "main", "measured"]
 
@@ -54,7 +54,9 @@ class Load(NamedTuple):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the figures; 1 if a message was lost."""
-    parser = argparse.ArgumentParser(prog="python -m tests.bag_load", description="What it takes to record the robot.")
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.tools.bag_load", description="What it takes to record the robot."
+    )
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--without", metavar="REGEX", help="leave out these topics")
     options = parser.parse_args(argv)

@@ -1,4 +1,4 @@
-"""`python -m tests.contract_mutants [--count N] [--seed S]`: contracts that are renamed, retyped or given another profile, which the tables must notice.
+"""`python -m tests.tools.contract_mutants [--count N] [--seed S]`: contracts that are renamed, retyped or given another profile, which the tables must notice.
 
 A contract is a `Topic`, `Service` or `Action` at the top of `robot/contracts.py` or of a tutorial. First come those that tests once did not notice, then
 `count` that are drawn. Each is put into a copy of the project, and the tests of the tables run there. Exit code 0 if every mutant is killed.
@@ -16,12 +16,12 @@ from pathlib import Path
 from random import Random
 from typing import Final, NamedTuple
 
-from tests.mutants.mutate import Mutant
-from tests.mutants.trial import Workshop
+from tests.tools.mutants.mutate import Mutant
+from tests.tools.mutants.trial import Workshop
 
 __all__ = ["KNOWN", "TABLES", "drawn", "known", "main", "mutants_of"]
 
-ROOT: Final = Path(__file__).parents[1]
+ROOT: Final = Path(__file__).parents[2]
 FILES: Final = ("robot/contracts.py", "robot/tutorials/*.py")
 TABLES: Final = ("tests/robot/nodes/test_contract_tables.py",)
 LIMIT: Final = 120.0
@@ -122,7 +122,7 @@ def _changed(path: str, source: str, node: ast.expr, kind: str, text: str) -> Mu
 
 def main() -> int:
     """Try the mutants, and print each with its fate."""
-    parser = argparse.ArgumentParser(prog="python -m tests.contract_mutants", description="Changed contracts.")
+    parser = argparse.ArgumentParser(prog="python -m tests.tools.contract_mutants", description="Changed contracts.")
     parser.add_argument("--count", type=int, default=30, help="how many to draw (default: 30)")
     parser.add_argument("--seed", type=int, default=0, help="which ones (default: 0)")
     options = parser.parse_args()

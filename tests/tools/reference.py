@@ -1,4 +1,4 @@
-"""`python -m tests.reference`: write docs/reference.md, every public name with its signature and its docstring.
+"""`python -m tests.tools.reference`: write docs/reference.md, every public name with its signature and its docstring.
 
 A test compares the page with what this would write, so run it after a change of a docstring or a signature.
 """
@@ -20,12 +20,12 @@ from typing import Any, is_typeddict
 
 import actors
 from actors import ActorError
+from tests.project.surface import NO_CONSTRUCTOR, Surface
 from tests.site.markdown import headlines
-from tests.surface import NO_CONSTRUCTOR, Surface
 
 __all__ = ["PAGE", "entries", "main", "page"]
 
-PAGE = Path(__file__).parents[1] / "docs" / "reference.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference.md"
 SURFACE = Surface(Path(actors.__file__).parent)
 
 GROUPS: Mapping[str, Sequence[str]] = {
@@ -128,7 +128,7 @@ INTERNAL: Mapping[str, Sequence[str]] = {
 
 HEAD = """# Reference
 
-Every public name with its signature and its docstring, written by `python -m tests.reference`; do not edit it by hand. The sections that
+Every public name with its signature and its docstring, written by `python -m tests.tools.reference`; do not edit it by hand. The sections that
 name no module are about `actors` itself. What the names are good for is in [concepts.md](concepts.md) and [how-do-i.md](how-do-i.md).
 """
 

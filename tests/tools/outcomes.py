@@ -1,4 +1,4 @@
-"""A pytest plugin: `-p tests.outcomes --outcomes FILE` writes how each test ended, one a line, in the order in which they ran."""
+"""A pytest plugin: `-p tests.tools.outcomes --outcomes FILE` writes how each test ended, one a line, in the order in which they ran."""
 
 from __future__ import annotations
 

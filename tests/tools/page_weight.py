@@ -1,4 +1,4 @@
-"""`python -m tests.page_weight`: what the files of the web page weigh, as they are and as they are sent."""
+"""`python -m tests.tools.page_weight`: what the files of the web page weigh, as they are and as they are sent."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 __all__ = ["PAGE", "Weight", "main", "weights"]
 
-PAGE = Path(__file__).parents[1] / "cli" / "web" / "page"
+PAGE = Path(__file__).parents[2] / "cli" / "web" / "page"
 SENT = {".html", ".js", ".css", ".svg"}
 """What a browser asks for."""
 

@@ -1,4 +1,4 @@
-"""`python -m tests.cli_speed`: how long commands take, each in a fresh process: the median of ten, and that of the CPU time.
+"""`python -m tests.tools.cli_speed`: how long commands take, each in a fresh process: the median of ten, and that of the CPU time.
 
 The CPU time is what the command itself costs, also on a busy machine. `topic list` looks at a robot in another process; `--help` and the help of a verb
 look at nothing.
@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Mapping
 
-from tests.cli_docs import ROBACTOR, SCENES, running
+from tests.tools.cli_docs import ROBACTOR, SCENES, running
 
 __all__ = ["main"]
 
