@@ -117,7 +117,8 @@ class Incarnation:
         self.serving = self.ended = False
         self.waits_for: Any = None
         self.tasks: dict[asyncio.Task[Any], None] = {}
-        self.publishers: list[Publisher[Any]] = []
+        self.publishers: dict[Publisher[Any], None] = {}
+        """The open publishers, in the order in which they were made."""
         self.publishing = True
         """Whether the node's declared publishers deliver. For a lifecycle node that depends on its state."""
         self.streams: list[StreamSubscription[Any]] = []

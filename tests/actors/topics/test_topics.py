@@ -671,7 +671,7 @@ async def test_a_publisher_of_a_node_that_has_ended_refuses(rig: Rig) -> None:
     talker = rig.node(Talker)
     rig.crash(Talker)
     await rig.settled()
-    with pytest.raises(Ended, match="/talker has ended: it can no longer publish on /numbers"):
+    with pytest.raises(Ended, match=r"/talker can no longer publish on /numbers: .* its node has ended"):
         talker.out(number(1))
     for use in (
         lambda: talker.publisher(NUMBERS),
