@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from actors.errors import DeclarationError, NotRunning, NotStarted, WrongThread, described
 from actors.logs import ERROR
 from actors.places import place_of
-from actors.runtime.record import BESIDE
+from actors.runtime.record import UNSUPERVISED
 from actors.shield import see_through
 from actors.supervision.child_task import GRACE, ChildTask
 from actors.supervision.reasons import ExitReason, Leaked, Stop
@@ -112,7 +112,7 @@ class UnsupervisedNodes:
                 "await system.supervisor.start_child(child), or drop process=True and host"
             )
         name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
-        path = (BESIDE, name)
+        path = (UNSUPERVISED, name)
         if (other := self._places.get(path)) is not None and not other.run.over:
             raise DeclarationError(
                 f"a node named {other.record.identity.fqn} is open already: give the second one another name= or namespace="
