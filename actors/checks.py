@@ -15,6 +15,12 @@ def is_whole(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
+def is_flag(value: object) -> bool:
+    """A bool, or one of numpy, as a comparison of its numbers gives it."""
+    kind = type(value)
+    return kind is bool or (kind.__module__ == "numpy" and kind.__name__ in ("bool", "bool_"))
+
+
 def is_number(value: object) -> TypeGuard[float]:
     """An int or a float that is neither a bool nor NaN."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and value == value

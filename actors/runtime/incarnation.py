@@ -299,9 +299,9 @@ class Incarnation:
     def service_took_long(self, service: str, seconds: float) -> None:
         answers.tell_took_long(self, service, seconds)
 
-    def goal_failed(self, action: str, error: Exception) -> None:
-        """Handle an exception that left an action body and was given to its client: `on_error` decides whether the node fails, too."""
-        answers.answered_with(self, error, action, "goal failed")
+    def goal_failed(self, action: str, error: Exception, event: str = "goal failed") -> None:
+        """Handle an exception that left an action's body or hook: log it as `event`; `on_error` decides whether the node fails, too."""
+        answers.answered_with(self, error, action, event)
 
     def fail(self, error: BaseException, label: str, *, decided: bool = False) -> None:
         """Let `error` end this incarnation, as the next item of its inbox. Unless `decided`, `on_error` is asked first."""

@@ -9,9 +9,9 @@ import asyncio
 from itertools import count
 from typing import TYPE_CHECKING
 
-from actors.errors import DeclarationError, NotRunning, NotStarted, WrongThread, described
+from actors.errors import DeclarationError, NotRunning, NotStarted, WrongThread
 from actors.logs import ERROR
-from actors.places import place_of
+from actors.places import error_fields
 from actors.runtime.record import UNSUPERVISED
 from actors.shield import see_through
 from actors.supervision.child_task import GRACE, ChildTask
@@ -217,8 +217,9 @@ class UnsupervisedNodes:
         if isinstance(reason, Leaked):
             self._runtime.log.error("a node beside the tree refused to die and was abandoned", node_name=fqn)
         elif (error := node.error) is not None and not isinstance(error, Stop):
-            fields = {"node_name": fqn, "error": described(error), "at": place_of(error)}
-            self._runtime.log.write(ERROR, "a node beside the tree failed", fields, *journal.new_error(error))
+            fields = {"node_name": fqn, **error_fields(error)}
+            told = journal.new_error(error, fields.get("at", ""))
+            self._runtime.log.write(ERROR, "a node beside the tree failed", fields, *told)
         if node.leaving:
             self._forget(node)
             self._runtime.tree.unsupervised_left()

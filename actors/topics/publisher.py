@@ -110,10 +110,9 @@ class Publisher(Endpoint, Generic[M]):
     async def send(self, message: M) -> None:
         """Publish after every reliable KEEP_ALL subscription has room: back-pressure instead of loss.
 
-        A best-effort publisher or subscription never causes a wait. Raises what `publish` raises; a message of the wrong type is refused
-        before any wait.
+        A best-effort publisher or subscription never causes a wait. Raises what `publish` raises, before any wait.
         """
-        if message.__class__ is not self._expects:
+        if message.__class__ is not self._expects or get_ident() != self._thread:
             self._refuse(message)
             return
         if self.qos.reliable:

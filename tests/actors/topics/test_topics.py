@@ -584,6 +584,24 @@ def from_a_thread(work: Any) -> list[BaseException]:
     return caught
 
 
+async def test_a_foreign_thread_that_sends_is_refused_at_once_also_where_a_full_subscription_makes_it_wait(
+    rig: Rig,
+) -> None:
+    class Slow(Node):
+        """Handles a number a second, and keeps one."""
+
+        @NUMBERS.on(qos=QoS(history=History.KEEP_ALL, limit=1))
+        async def take(self, message: Int32) -> None:
+            await self.clock.sleep(1.0)
+
+    await rig.start(Talker, Slow)
+    talker = rig.node(Talker)
+    for value in range(2):
+        await talker.out.send(number(value))
+    (error,) = from_a_thread(lambda: asyncio.run(talker.out.send(number(3))))
+    assert isinstance(error, WrongThread)
+
+
 async def test_a_foreign_thread_is_refused_and_told_of_threadsafe(rig: Rig) -> None:
     await rig.start(Talker, Collector)
     talker = rig.node(Talker)
