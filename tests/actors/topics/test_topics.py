@@ -913,3 +913,13 @@ async def test_Q_14_of_ten_commands_that_come_while_a_reader_of_depth_1_is_busy_
         await rig.quiet()
     await rig.advance(5.0)
     assert rig.node(Driver).taken == [0, 9]
+
+
+async def test_a_wait_on_a_misspelt_topic_tells_the_nearest_on_which_somebody_publishes(rig: Rig) -> None:
+    await rig.start(Talker)
+    for asked in ("numbes", "/spot1/numbers"):
+        with pytest.raises(CallTimeout, match=r"\(0 matching publishers in this system\); did you mean '/numbers'\?$"):
+            await rig.me.subscribe(Topic(Int32, asked)).next(timeout=1.0)
+    for asked in ("numbers", "quite_different"):
+        with pytest.raises(CallTimeout, match=r"matching publishers in this system\)$"):
+            await rig.me.subscribe(Topic(Int32, asked)).next(timeout=1.0)
