@@ -15,6 +15,12 @@ def is_whole(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
+def is_flag(value: object) -> bool:
+    """A bool, or one of numpy, as a comparison of its numbers gives it."""
+    kind = type(value)
+    return kind is bool or (kind.__module__ == "numpy" and kind.__name__ in ("bool", "bool_"))
+
+
 def is_number(value: object) -> TypeGuard[float]:
     """An int or a float that is neither a bool nor NaN."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and value == value
@@ -26,9 +32,20 @@ def one_of(choices: object) -> str:
     return f"{', '.join(first)} or {last}"
 
 
+def shown(value: object) -> str:
+    """The representation of a value for a sentence, cut to 80 characters: a declared tree may be some 10 kB long."""
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
 def factory_name(factory: object) -> str:
     """How a factory is called in sentences."""
-    return str(getattr(factory, "__name__", None) or repr(factory))
+    return str(getattr(factory, "__name__", None) or shown(factory))
+
+
+def class_of_node(value: object) -> str | None:
+    """The name of the class of a node that has been made; None for anything else."""
+    return type(value).__name__ if hasattr(value, "__machinery__") and not isinstance(value, type) else None
 
 
 def default_name(factory: object) -> str:
@@ -46,7 +63,7 @@ def default_name(factory: object) -> str:
 def checked_name(where: str, name: object) -> str:
     """An id: a text that can be a part of a path."""
     if not isinstance(name, str) or not name or "/" in name:
-        raise DeclarationError(f"{where}: name must be a text that is not empty and has no '/', not {name!r}")
+        raise DeclarationError(f"{where}: name must be a text that is not empty and has no '/', not {shown(name)}")
     return name
 
 
@@ -56,7 +73,7 @@ def check_place(where: str, name: str, namespace: object, remap: Mapping[str, st
         validate_node_name(name)
         if namespace:
             if not isinstance(namespace, str):
-                raise ValueError(f"namespace must be a text such as '/robot1', not {namespace!r}")
+                raise ValueError(f"namespace must be a text such as '/robot1', not {shown(namespace)}")
             normalize_namespace(namespace)
         if remap:
             from actors.names.remapping import Rule  # late: few trees remap
@@ -70,7 +87,7 @@ def check_place(where: str, name: str, namespace: object, remap: Mapping[str, st
 def checked_choice(where: str, option: str, value: object, choices: object) -> None:
     """One of the values of a Literal."""
     if value not in get_args(choices):
-        raise DeclarationError(f"{where}: {option} must be {one_of(choices)}, not {value!r}")
+        raise DeclarationError(f"{where}: {option} must be {one_of(choices)}, not {shown(value)}")
 
 
 def checked_mapping(where: str, option: str, value: object) -> dict[Any, Any]:
@@ -78,19 +95,19 @@ def checked_mapping(where: str, option: str, value: object) -> dict[Any, Any]:
     if value is None:
         return {}
     if not isinstance(value, Mapping):
-        raise DeclarationError(f"{where}: {option} must be a mapping, not {value!r}")
+        raise DeclarationError(f"{where}: {option} must be a mapping, not {shown(value)}")
     return dict(value)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
 
 
 def checked_sequence(where: str, option: str, value: object) -> tuple[Any, ...]:
     """A list or tuple, as a tuple."""
     if isinstance(value, str) or not isinstance(value, Sequence):
-        raise DeclarationError(f"{where}: {option} must be a list or a tuple, not {value!r}")
+        raise DeclarationError(f"{where}: {option} must be a list or a tuple, not {shown(value)}")
     return tuple(value)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
 
 
 def checked_flag(where: str, option: str, value: object) -> bool:
     """A bool, and nothing that merely looks like one."""
     if not isinstance(value, bool):
-        raise DeclarationError(f"{where}: {option} must be True or False, not {value!r}")
+        raise DeclarationError(f"{where}: {option} must be True or False, not {shown(value)}")
     return value

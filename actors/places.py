@@ -16,7 +16,7 @@ from traceback import StackSummary, TracebackException
 from types import AsyncGeneratorType, CoroutineType, GeneratorType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors.errors import ActorError, DeclarationError
+from actors.errors import ActorError, DeclarationError, described
 
 if TYPE_CHECKING:
     import asyncio
@@ -27,6 +27,7 @@ __all__ = [
     "awaited_in",
     "chain_of",
     "claim",
+    "error_fields",
     "line_of",
     "origin_of",
     "owner_of",
@@ -92,6 +93,12 @@ def place_of(error: BaseException) -> str:
     """The line that raised an error, as ``file:line in function``; empty if it was never raised, or only by `actors`."""
     place = origin_of(error)
     return "" if place is None else str(place)
+
+
+def error_fields(error: BaseException) -> dict[str, Any]:
+    """The fields of a log line about an error: `error`, its type and text, and `at`, the line that raised it, unless only `actors` did."""
+    place = place_of(error)
+    return {"error": described(error)} | ({"at": place} if place else {})
 
 
 def traceback_of(error: BaseException) -> TracebackException | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-__all__ = ["did_you_mean", "nearest"]
+__all__ = ["did_you_mean", "near_name", "nearest"]
 
 
 def nearest(name: str, known: Iterable[str], *, most: int = 1, cutoff: float = 0.6) -> list[str]:
@@ -23,3 +23,11 @@ def did_you_mean(
     """
     found = nearest(name, known, most=most, cutoff=cutoff)
     return f"{lead} you mean {' or '.join(map(repr, found) if quoted else found)}?" if found else ""
+
+
+def near_name(name: str, known: Iterable[str]) -> str:
+    """As `did_you_mean`, for full names of the graph: one that resembles `name`, or its last part in another namespace."""
+    names = list(known)
+    last = name.rpartition("/")[2]
+    found = nearest(name, names, cutoff=0.7) or [each for each in names if each.rpartition("/")[2] == last]
+    return f"; did you mean {found[0]!r}?" if found else ""

@@ -167,7 +167,7 @@ class Goal(Generic[R, F]):
             return server.unanswered(self._timeout)
         return (
             f"nobody accepted or rejected a goal of {self._entry.name} within {self._timeout:g} s: start the action's node, or check the name "
-            "and namespace"
+            f"and namespace{self._entry.meant()}"
         )
 
     async def cancel(self, reason: str = "canceled by its client") -> bool:

@@ -11,6 +11,7 @@ from actors.actions.driver import GoalDriver, GoalHandlers, GoalObservers, Host
 from actors.actions.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
 from actors.actions.peers import GoalFollower, Outcome
 from actors.actions.requests import CancelRequest, GoalRequest
+from actors.checks import is_flag
 from actors.errors import Reject, described
 from actors.inbox.border import INSIDE
 from actors.inbox.control import blame
@@ -228,13 +229,19 @@ class ActionServer:
         agreed = False
         try:
             if goal.is_open:
-                verdict = hook(goal.message)
-                agreed = verdict if isinstance(verdict, bool) else await verdict
+                verdict: object = hook(goal.message)
+                if isinstance(verdict, Awaitable):
+                    verdict = await verdict
+                if not is_flag(verdict):
+                    raise TypeError(
+                        f"@{self.action!r}.cancels returned {verdict!r:.40}: return True to let the goal be canceled, False to refuse"
+                    )
+                agreed = bool(verdict)
         except BaseException as error:
             failure = blame(error, request.label)
             if not isinstance(failure, Exception):
                 raise
-            self.node.goal_failed(request.label, failure)
+            self.node.goal_failed(request.label, failure, "cancel check failed")
         else:
             if agreed and request.reason is not None:
                 agreed = self._cancel(goal, request.reason)

@@ -13,8 +13,9 @@
                 print(feedback)
             result = goal.result()
 
-The node runs in the event loop of a background thread, or in that of a system which runs in another thread. In a thread that runs an event
-loop, everything here raises `InsideEventLoop` at once, because a blocking call there would stop that loop.
+The node runs in the event loop of a background thread, or in that of a system which runs in another thread. In a thread whose event loop
+runs nodes, everything here raises `InsideEventLoop` at once, because a blocking call there would stop them. The event loop of a notebook's
+kernel runs none, so a cell may block.
 
 A method means the same as the method of `Node` with its name. A program that ends, by its last line, an exception, Ctrl-C or SIGTERM, stops
 its nodes in order, also if a block was entered by hand and never left.

@@ -22,6 +22,7 @@ from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.running import run as running
 from actors.running.signals import SigtermExit, exit_on_sigterm
 from actors.running.trees import tree_of
+from actors.system import system_here
 
 if TYPE_CHECKING:
     from actors.actions.client import Goal
@@ -47,7 +48,7 @@ T = TypeVar("T")
 
 
 class InsideEventLoop(ActorError, RuntimeError):
-    """A blocking call was made in a thread that runs an event loop: await instead."""
+    """A blocking call was made in a thread whose event loop runs nodes: await instead."""
 
 
 def open_node(
@@ -167,10 +168,10 @@ class OpenBlockingNode:
 
 
 class BlockingNode:
-    """A node whose methods block until the event loop has the answer. Threads without an event loop may use it, also at the same time.
+    """A node whose methods block until the event loop has the answer. Threads may use it, also at the same time.
 
     Ctrl-C during a call cancels what the call waits for. Timeouts are in seconds. Once the block is left, or the system has ended, all
-    methods raise `Ended` or `NotRunning`; in a thread that runs an event loop they raise `InsideEventLoop`.
+    methods raise `Ended` or `NotRunning`; in a thread whose event loop runs nodes they raise `InsideEventLoop`.
 
     It has no public constructor: `open_node` gives one.
 
@@ -374,8 +375,12 @@ def _set(future: Future[None]) -> None:
 
 
 def _refuse_in_loop(what: str, remedy: str) -> None:
+    """Raise `InsideEventLoop` where nodes run in this thread. A loop without nodes, as that of a notebook's kernel, may wait."""
     try:
-        asyncio.get_running_loop()
-    except RuntimeError:
+        nodes_run_here = system_here() is not None
+    except RuntimeError:  # no event loop runs in this thread
         return
-    raise InsideEventLoop(f"{what} would block the event loop that runs in this thread: await instead, with {remedy}")
+    if nodes_run_here:
+        raise InsideEventLoop(
+            f"{what} would block the event loop that runs in this thread, and the nodes in it: await instead, with {remedy}"
+        )

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from actors.graph.mismatch import mismatch_of
 from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
 from actors.graph.watching import GraphWatcher, KnownElsewhere, KnownLink, TopicBorder
-from actors.inbox.border import outside
+from actors.inbox.border import asked, outside
+from actors.suggest import near_name
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
@@ -84,6 +85,15 @@ class TopicEntry:
         types: list[type[Message]] = [publisher.type for publisher in self.publishers]
         types += [subscription.type for subscription in self.subscriptions]
         return tuple(sorted({type.__ros_type__ for type in types}))
+
+    def meant(self) -> str:
+        """``; did you mean '/scan'?`` if nobody publishes here, but somebody on a topic of nearly this name; else empty."""
+        return asked(self._meant)
+
+    def _meant(self) -> str:
+        if self.writers:
+            return ""
+        return near_name(self.name, [name for name, entry in self.graph.topics.items() if entry.writers])
 
     def forget(self, node: str) -> None:
         """Forget `node`, which has ended for good. A topic without endpoints leaves the graph."""

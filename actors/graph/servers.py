@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Final, Generic, TypeVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
 from actors.errors import ActionUnavailable, NodeRestarting, NotRunning, ServiceUnavailable
+from actors.inbox.border import asked
+from actors.suggest import near_name
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
@@ -143,8 +146,16 @@ class ServerEntry(Generic[S]):
         """The error for a caller that has found no server, of the named type if given, within `seconds`."""
         asked = f"{self.name} [{type}]" if type else self.name
         return self.missing(
-            f"nobody serves {asked} after {seconds:g} s: start its node, or check the name and namespace"
+            f"nobody serves {asked} after {seconds:g} s: start its node, or check the name and namespace{self.meant()}"
         )
+
+    def meant(self) -> str:
+        """``; did you mean '/add'?`` if something of nearly this name is served; else empty."""
+        return asked(self._meant)
+
+    def _meant(self) -> str:
+        entries: Mapping[str, ServerEntry[Any]] = self.graph.services if self.kind == "service" else self.graph.actions
+        return near_name(self.name, [name for name, entry in entries.items() if entry.server is not None])
 
 
 class ServiceEntry(ServerEntry["ServicePeer"]):

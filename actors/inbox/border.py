@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from actors.time.ticker import Ticking
 
-__all__ = ["INSIDE", "Border", "Timed", "outside"]
+__all__ = ["INSIDE", "Border", "Timed", "asked", "outside"]
 
 T = TypeVar("T")
 
@@ -113,3 +113,9 @@ class outside:  # a context manager, used like a function
 
     def __exit__(self, *_: object) -> None:
         INSIDE.reset(self._token)
+
+
+def asked(question: Callable[..., T], *arguments: Any) -> T:
+    """What others answer to a question of the present code. The journal of its node has it, too."""
+    border = INSIDE.get()
+    return question(*arguments) if border is None else border.compute(question, arguments)

@@ -7,10 +7,9 @@ from collections.abc import Callable, Mapping
 from textwrap import indent
 from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias, cast
 
-from actors.errors import described
 from actors.logs.levels import CallSites, Level, LevelTree, NanosecondClock
 from actors.names.names import logger_name
-from actors.places import Place, place_of, traceback_of, users_trace
+from actors.places import Place, error_fields, traceback_of, users_trace
 from actors.time.values import stamp_of
 
 if TYPE_CHECKING:
@@ -206,7 +205,7 @@ class NodeLog:
         """Write an error line with the exception being handled and its traceback. Use it in an ``except`` block."""
         error = sys.exception()
         if error is not None:
-            fields = {"error": described(error), "at": place_of(error), **fields}
+            fields = error_fields(error) | fields
         self._say(ERROR, event, args, fields, (once, skip_first, throttle_duration_sec), error)
 
     def write(

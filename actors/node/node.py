@@ -234,7 +234,8 @@ class Node(Habits):
         """Ask a service and wait for its answer, `timeout` seconds at most, the wait for its server included.
 
         The timeout is on the event loop's clock, also when the node uses simulated time, so that it ends in a paused simulation, too.
-        Raises `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed`, `CallCycle` or `WrongType`.
+        Raises `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed`, `CallCycle` or `WrongType`, and
+        `ValueError` for a timeout that is no number of seconds (`math.inf` is one).
         """
         life = self.__machinery__ or _life_of(self)
         client = life.clients.get(service) or life.client(service)

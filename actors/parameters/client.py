@@ -36,6 +36,7 @@ from actors.parameters.values import (
     widened,
 )
 from actors.qos import PARAMETER_EVENTS
+from actors.time.deadlines import check_timeout
 
 __all__ = ["Asking", "ParameterClient"]
 
@@ -68,6 +69,7 @@ class ParameterClient:
     def __init__(self, node: Asking, remote: str, *, timeout: float = 1.0) -> None:
         self.remote: Final = names.expand(remote, node.name, node.namespace)
         """The full name of the other node."""
+        check_timeout(f"{self!r}", timeout)
         self._node = node
         self._timeout = timeout
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors.errors import ProgramExit, described
+from actors.errors import ProgramExit
 from actors.inbox.control import blame
 from actors.logs import ERROR
-from actors.places import awaited_in, place_of
+from actors.places import awaited_in, error_fields
 from actors.supervision.reasons import Stop
 
 if TYPE_CHECKING:
@@ -62,5 +62,5 @@ def tell_took_long(life: Incarnation, service: str, seconds: float) -> None:
 
 
 def _write(life: Incarnation, error: BaseException, handler: str, event: str) -> None:
-    fields = {"handler": handler, "error": described(error), "at": place_of(error)}
-    life.log.write(ERROR, event, fields, *life.runtime.journal.new_error(error))
+    fields = {"handler": handler, **error_fields(error)}
+    life.log.write(ERROR, event, fields, *life.runtime.journal.new_error(error, fields.get("at", "")))

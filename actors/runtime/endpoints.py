@@ -34,7 +34,16 @@ if TYPE_CHECKING:
     from actors.topics.handler import Handler
     from actors.topics.publisher import Publisher
 
-__all__ = ["close_all", "event_publisher", "handle", "open_declared_endpoints", "retire", "serve", "serve_concurrently"]
+__all__ = [
+    "add_publisher",
+    "close_all",
+    "event_publisher",
+    "handle",
+    "open_declared_endpoints",
+    "retire",
+    "serve",
+    "serve_concurrently",
+]
 
 M = TypeVar("M", bound="Message")
 Req = TypeVar("Req", bound="Message")
@@ -181,13 +190,24 @@ def serve_concurrently(life: Incarnation) -> None:
 def event_publisher(life: Incarnation, type: type[M], entry: TopicEntry) -> Publisher[M]:
     """The node's publisher on a standard topic, which is not declared in its class. It is made at its first use, and always delivers."""
     for publisher in life.publishers:
-        if publisher.entry is entry:
+        if publisher.entry is entry and not publisher.gated:  # the node's code may have, and close, another one
             return publisher
     publisher = publisher_for(life, entry, type, _EVENT_QOS.get(entry.name.rpartition("/")[2], DEFAULT))
     publisher.gated = False
-    life.publishers.append(publisher)
-    entry.add_publisher(publisher)
+    add_publisher(life, publisher)
     return publisher
+
+
+def add_publisher(life: Incarnation, publisher: Publisher[Any]) -> None:
+    """Let `publisher` join its topic. The incarnation keeps it until it is closed."""
+
+    def closed(publisher: Publisher[Any]) -> None:
+        del life.publishers[publisher]
+        life.record.note((publisher.entry,))
+
+    life.publishers[publisher] = None
+    publisher.on_close = closed
+    publisher.entry.add_publisher(publisher)
 
 
 def retire(life: Incarnation, error: Callable[[], Exception]) -> None:
@@ -196,10 +216,9 @@ def retire(life: Incarnation, error: Callable[[], Exception]) -> None:
     Unanswered requests fail with `error()`, goals are aborted with its text and their bodies interrupted, and messages that wait are lost.
     """
     record = life.record
-    for publisher in life.publishers:
-        if publisher.gated:
-            publisher.close()
-            publisher.suspend()
+    for publisher in [one for one in life.publishers if one.gated]:
+        publisher.close()
+        publisher.suspend()
     for stream in list(life.streams):
         stream.close()
     for subscription in record.subscriptions:
@@ -215,7 +234,6 @@ def retire(life: Incarnation, error: Callable[[], Exception]) -> None:
     told = tuple(f"{name}/_action/" for name in record.actions)
     for publisher in [one for one in life.publishers if one.entry.name.startswith(told)]:
         publisher.close()
-        life.publishers.remove(publisher)
     record.services.clear()
     record.actions.clear()
 
@@ -226,11 +244,8 @@ def close_all(life: Incarnation) -> None:
     Subscriptions and declared servers stay in the record for the next incarnation.
     """
     record = life.record
-    if life.publishers:
-        record.note(publisher.entry for publisher in life.publishers)
-        for publisher in life.publishers:
-            publisher.close()
-        life.publishers.clear()
+    for publisher in list(life.publishers):
+        publisher.close()
     if life.clients:
         record.note(client.entry for client in life.clients.values())
     for subscription in list(life.streams):

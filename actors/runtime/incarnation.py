@@ -117,7 +117,8 @@ class Incarnation:
         self.serving = self.ended = False
         self.waits_for: Any = None
         self.tasks: dict[asyncio.Task[Any], None] = {}
-        self.publishers: list[Publisher[Any]] = []
+        self.publishers: dict[Publisher[Any], None] = {}
+        """The open publishers, in the order in which they were made."""
         self.publishing = True
         """Whether the node's declared publishers deliver. For a lifecycle node that depends on its state."""
         self.streams: list[StreamSubscription[Any]] = []
@@ -298,9 +299,9 @@ class Incarnation:
     def service_took_long(self, service: str, seconds: float) -> None:
         answers.tell_took_long(self, service, seconds)
 
-    def goal_failed(self, action: str, error: Exception) -> None:
-        """Handle an exception that left an action body and was given to its client: `on_error` decides whether the node fails, too."""
-        answers.answered_with(self, error, action, "goal failed")
+    def goal_failed(self, action: str, error: Exception, event: str = "goal failed") -> None:
+        """Handle an exception that left an action's body or hook: log it as `event`; `on_error` decides whether the node fails, too."""
+        answers.answered_with(self, error, action, event)
 
     def fail(self, error: BaseException, label: str, *, decided: bool = False) -> None:
         """Let `error` end this incarnation, as the next item of its inbox. Unless `decided`, `on_error` is asked first."""

@@ -74,15 +74,15 @@ class Journal:
                     self._loop.call_exception_handler({"message": message, "exception": error})
         record.let_go()
 
-    def new_error(self, error: BaseException) -> tuple[BaseException | None, int]:
+    def new_error(self, error: BaseException, place: str) -> tuple[BaseException | None, int]:
         """The error to show in a log line, None if the last line with an error showed this one, and its number among those of its kind.
 
-        Errors of one type that were raised at one place are of one kind; they are counted from 1.
+        Errors of one type that were raised at one place, that of `place_of`, are of one kind; they are counted from 1.
         """
         if error is self._last_error:
             return None, 1
         self._last_error = error
-        kind = (type(error), place_of(error))
+        kind = (type(error), place)
         self._errors[kind] = times = self._errors.get(kind, 0) + 1
         return error, times
 
@@ -104,7 +104,7 @@ class Journal:
         if cause is not None and report.context != "shutdown":  # there, the line before has shown the error
             if place := place_of(cause):
                 fields["at"] = place
-            error, times = self.new_error(cause)
+            error, times = self.new_error(cause, place)
         supervisor = "/".join(report.supervisor)
         self.write(
             LogRecord(self._clock.now(), level, supervisor, report.child.incarnation, event, fields, error, times)

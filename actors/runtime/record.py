@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from actors.supervision.declarations import Child
     from actors.supervision.refs import ChildState
 
-__all__ = ["BESIDE", "KEPT_RESTARTS", "Books", "NodeRecord"]
+__all__ = ["KEPT_RESTARTS", "UNSUPERVISED", "Books", "NodeRecord"]
 
 KEPT_RESTARTS: Final = 100
 """How many restarts of one node are kept with their time and reason."""
 
-BESIDE: Final = "guests"
-"""The first part of the path of every node beside the tree."""
+UNSUPERVISED: Final = "/unsupervised"
+"""The first part of the path of every node beside the tree. No supervisor has this name, because a name has no '/'."""
 
 
 class Books(Protocol):
@@ -122,7 +122,7 @@ class NodeRecord:
     @property
     def supervised(self) -> bool:
         """Whether the node belongs to the tree; False for a node beside it."""
-        return self.identity.path[0] != BESIDE
+        return self.identity.path[0] != UNSUPERVISED
 
     @property
     def running(self) -> Incarnation | None:

@@ -7,7 +7,7 @@ import signal
 from typing import TYPE_CHECKING
 
 from actors.errors import NotRunning, NotStarted, ProgramExit
-from actors.runtime.record import BESIDE
+from actors.runtime.record import UNSUPERVISED
 from actors.runtime.unsupervised import UnsupervisedNodes
 from actors.shield import see_through
 from actors.supervision.errors import NotFound
@@ -216,14 +216,14 @@ class RunningTree:
 
     def state_of(self, path: tuple[str, ...]) -> ChildState:
         """The state of the node at `path`; "stopped" when there is none."""
-        if path[0] == BESIDE:
+        if path[0] == UNSUPERVISED:
             return self.unsupervised.state_of(path)
         supervisor = self.supervisor
         return "stopped" if supervisor is None else supervisor.state_of(path[len(supervisor.path) :])
 
     def child_at(self, path: tuple[str, ...]) -> ChildTask | None:
         """The task of the present life of the node at `path`; None between lives, and for an unknown node."""
-        if path[0] == BESIDE:
+        if path[0] == UNSUPERVISED:
             return self.unsupervised.child_at(path)
         try:
             supervisor = self.supervisor

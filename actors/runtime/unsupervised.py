@@ -9,10 +9,10 @@ import asyncio
 from itertools import count
 from typing import TYPE_CHECKING
 
-from actors.errors import DeclarationError, NotRunning, NotStarted, WrongThread, described
+from actors.errors import DeclarationError, NotRunning, NotStarted, WrongThread
 from actors.logs import ERROR
-from actors.places import place_of
-from actors.runtime.record import BESIDE
+from actors.places import error_fields
+from actors.runtime.record import UNSUPERVISED
 from actors.shield import see_through
 from actors.supervision.child_task import GRACE, ChildTask
 from actors.supervision.reasons import ExitReason, Leaked, Stop
@@ -112,7 +112,7 @@ class UnsupervisedNodes:
                 "await system.supervisor.start_child(child), or drop process=True and host"
             )
         name = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
-        path = (BESIDE, name)
+        path = (UNSUPERVISED, name)
         if (other := self._places.get(path)) is not None and not other.run.over:
             raise DeclarationError(
                 f"a node named {other.record.identity.fqn} is open already: give the second one another name= or namespace="
@@ -217,8 +217,9 @@ class UnsupervisedNodes:
         if isinstance(reason, Leaked):
             self._runtime.log.error("a node beside the tree refused to die and was abandoned", node_name=fqn)
         elif (error := node.error) is not None and not isinstance(error, Stop):
-            fields = {"node_name": fqn, "error": described(error), "at": place_of(error)}
-            self._runtime.log.write(ERROR, "a node beside the tree failed", fields, *journal.new_error(error))
+            fields = {"node_name": fqn, **error_fields(error)}
+            told = journal.new_error(error, fields.get("at", ""))
+            self._runtime.log.write(ERROR, "a node beside the tree failed", fields, *told)
         if node.leaving:
             self._forget(node)
             self._runtime.tree.unsupervised_left()

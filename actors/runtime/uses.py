@@ -8,6 +8,7 @@ from actors.actions.client import Goal
 from actors.errors import DeclarationError
 from actors.qos import resolve_publisher, resolve_subscription
 from actors.runtime import introspection
+from actors.runtime.endpoints import add_publisher
 from actors.runtime.qos_overrides import overridden
 from actors.services.client import Client
 from actors.topics.stream import Stream, StreamSubscription
@@ -42,8 +43,7 @@ def publisher(life: Incarnation, topic: Topic[M], qos: QoS) -> Publisher[M]:
     qos = overridden(life, entry.name, "publisher", qos)
     offered = resolve_publisher(qos, [one.qos for one in entry.subscriptions])
     made = publisher_for(life, entry, topic.type, offered)
-    life.publishers.append(made)
-    entry.add_publisher(made)
+    add_publisher(life, made)
     if not life.publishing:
         made.suspend()
     return made

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from actors.errors import WrongType
 from actors.services.introspection import CallStep
 from actors.services.peers import Caller, ServiceName, ServicePeer, refuse_cycle, refuse_other_type
+from actors.time.deadlines import check_timeout
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Service
@@ -51,8 +52,7 @@ class Client(Generic[Req, Resp]):
     async def call(self, message: Req, timeout: float) -> Resp:
         """Send a request and return the response, waiting for at most `timeout` seconds in all, the search for a server included.
 
-        Raises `WrongType`, `WrongThread`, `ServiceUnavailable`, `CallTimeout`, `NodeRestarting`, `NotRunning`, `ServiceFailed` or
-        `CallCycle`.
+        Raises what `Node.call` raises, and `WrongThread`.
         """
         # This code runs thousands of times a second. A call therefore costs one coroutine and one future, and each check compares
         # attributes without calling a function unless it fails. The server enforces the timeout, because its `Deadlines` share one timer
@@ -63,6 +63,8 @@ class Client(Generic[Req, Resp]):
             )
         if get_ident() != self.thread:
             self.node.check_thread()
+        if timeout.__class__ is not float or timeout != timeout:  # before anything depends on whether there is a server
+            check_timeout(f"{self.node.fqn}.call({self.entry.name})", timeout)
         inbox, server = self.inbox, self.entry.server
         if server is None:
             started = inbox.loop.time()

@@ -171,6 +171,10 @@ class ServedName(Protocol[P_co]):
         """
         ...
 
+    def meant(self) -> str:
+        """``; did you mean '/add'?`` if something of nearly this name is served; else empty."""
+        ...
+
     def forget(self, node: str) -> None:
         """Forget the node of this name, which has ended for good."""
         ...

@@ -12,9 +12,11 @@ from actors.checks import (
     checked_mapping,
     checked_name,
     checked_sequence,
+    class_of_node,
     default_name,
     factory_name,
     is_number,
+    shown,
 )
 from actors.errors import DeclarationError
 from actors.supervision.crossing import HANG_SECONDS, check_crossing, check_process, checked_hosts, why_crossing
@@ -87,10 +89,16 @@ class Child(Declaration):
         host: str | None = None,
         hosts: Sequence[str] = (),
     ) -> None:
+        if isinstance(factory, Declaration):
+            kind, inner = type(factory).__name__, getattr(factory, "name", "")
+            raise DeclarationError(
+                f"Child({kind}({inner!r})): a {kind} is a child as it is: write it without Child(...)"
+            )
         where = f"Child({factory_name(factory)})"
         if not callable(factory):
+            hint = f"; write Child({node})" if (node := class_of_node(factory)) else ""
             raise DeclarationError(
-                f"{where}: factory must be a class or a callable that makes the node, not {factory!r}"
+                f"{where}: factory must be a class or a callable that makes the node, not {shown(factory)}{hint}"
             )
         check_policy(where, restart, stop, backoff, significant)
         away = checked_hosts(where, host, hosts)
@@ -127,9 +135,9 @@ def check_policy(where: str, restart: object, stop: object, backoff: object, sig
     """Raise `DeclarationError` unless these options of a child are valid, each by itself and together."""
     checked_choice(where, "restart", restart, Restart)
     if stop != "kill" and not (is_number(stop) and stop >= 0):
-        raise DeclarationError(f'{where}: stop must be seconds, 0 or more, math.inf or "kill", not {stop!r}')
+        raise DeclarationError(f'{where}: stop must be seconds, 0 or more, math.inf or "kill", not {shown(stop)}')
     if backoff is not None and not isinstance(backoff, Backoff):
-        raise DeclarationError(f"{where}: backoff must be a Backoff(first, most), not {backoff!r}")
+        raise DeclarationError(f"{where}: backoff must be a Backoff(first, most), not {shown(backoff)}")
     if significant and restart == permanent:
         raise DeclarationError(
             f"{where}: significant=True does not go with restart=permanent: a permanent child never ends for good; "

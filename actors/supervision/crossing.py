@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Final, cast
 
-from actors.checks import checked_flag, checked_sequence, factory_name, is_number
+from actors.checks import checked_flag, checked_sequence, factory_name, is_number, shown
 from actors.errors import DeclarationError, described
 
 __all__ = ["HANG_SECONDS", "check_crossing", "check_process", "checked_hosts", "why_crossing"]
@@ -21,7 +21,7 @@ def check_process(where: str, process: object, hang: object) -> None:
     """Raise `DeclarationError` unless `process` and `hang` are valid, each by itself and together."""
     checked_flag(where, "process", process)
     if not is_number(hang) or hang <= 0:
-        raise DeclarationError(f"{where}: hang must be seconds, more than 0, or math.inf, not {hang!r}")
+        raise DeclarationError(f"{where}: hang must be seconds, more than 0, or math.inf, not {shown(hang)}")
     if hang != HANG_SECONDS and not process:
         raise DeclarationError(
             f"{where}: hang={hang!r} watches the event loop of a process: add process=True, or drop hang"

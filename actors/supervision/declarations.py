@@ -15,8 +15,10 @@ from actors.checks import (
     checked_flag,
     checked_name,
     checked_sequence,
+    class_of_node,
     factory_name,
     is_whole,
+    shown,
 )
 from actors.errors import DeclarationError
 from actors.supervision.child import Child, check_policy
@@ -91,7 +93,7 @@ class Supervisor(Declaration):
         "stop",
         "strategy",
     )
-    _stored_defaults: ClassVar[dict[str, object]] = {"stop": math.inf}
+    _stored_defaults: ClassVar[dict[str, object]] = {"stop": math.inf, "children": ()}
     name: str
     strategy: Strategy
     intensity: Intensity
@@ -108,8 +110,8 @@ class Supervisor(Declaration):
     def __init__(
         self,
         name: str,
-        *,
         children: Sequence[Spec] = (),
+        *,
         strategy: Strategy = one_for_one,
         intensity: Intensity = Intensity(),  # noqa: B008  # it is immutable
         auto_shutdown: AutoShutdown = never,
@@ -122,7 +124,7 @@ class Supervisor(Declaration):
         host: str | None = None,
         hosts: Sequence[str] = (),
     ) -> None:
-        where = f"Supervisor({name!r})"
+        where = f"Supervisor({shown(name)})"
         stop = math.inf if stop is None else stop
         checked_choice(where, "strategy", strategy, Strategy)
         _check_own_options(where, intensity, auto_shutdown)
@@ -203,12 +205,12 @@ class DynamicSupervisor(Declaration):
         backoff: Backoff | None = None,
         significant: bool = False,
     ) -> None:
-        where = f"DynamicSupervisor({name!r})"
+        where = f"DynamicSupervisor({shown(name)})"
         stop = math.inf if stop is None else stop
         if not isinstance(cast("object", template), Child):
-            raise DeclarationError(f"{where}: template must be a Child, not {template!r}")
+            raise DeclarationError(f"{where}: template must be a Child, not {shown(template)}{_hint(template)}")
         if max_children is not None and (not is_whole(max_children) or max_children < 0):
-            raise DeclarationError(f"{where}: max_children must be None or a whole number, not {max_children!r}")
+            raise DeclarationError(f"{where}: max_children must be None or a whole number, not {shown(max_children)}")
         _check_own_options(where, intensity, auto_shutdown)
         check_child(where, template, auto_shutdown)
         check_policy(where, restart, stop, backoff, significant)
@@ -265,8 +267,7 @@ Spec: TypeAlias = Child | Supervisor | DynamicSupervisor
 def check_child(where: str, child: object, auto_shutdown: AutoShutdown) -> None:
     """Raise `DeclarationError` for an object that is no child, and for a significant child where significance has no effect."""
     if not isinstance(child, (Child, Supervisor, DynamicSupervisor)):
-        hint = f"; wrap it: Child({factory_name(child)})" if callable(child) else ""
-        raise DeclarationError(f"{where}: a child must be a Child or a Supervisor, not {child!r}{hint}")
+        raise DeclarationError(f"{where}: a child must be a Child or a Supervisor, not {shown(child)}{_hint(child)}")
     if child.significant and auto_shutdown == never:
         raise DeclarationError(
             f"{where}: child {child.name!r} has significant=True, but auto_shutdown=never ignores it: "
@@ -274,16 +275,22 @@ def check_child(where: str, child: object, auto_shutdown: AutoShutdown) -> None:
         )
 
 
+def _hint(child: object) -> str:
+    """What to write in place of a factory or a node; empty for anything else."""
+    name = class_of_node(child) or (factory_name(child) if callable(child) else None)
+    return f"; write Child({name}), which makes the node" if name else ""
+
+
 def _checked_children(where: str, children: Sequence[Spec], auto_shutdown: AutoShutdown) -> tuple[Spec, ...]:
     if isinstance(children, (type, Declaration)):
-        one = f"Child({factory_name(children)})" if isinstance(children, type) else repr(children)
+        one = f"Child({factory_name(children)})" if isinstance(children, type) else shown(children)
         raise DeclarationError(f"{where}: children must be a list, write children=[{one}]")
     seen: dict[str, Spec] = {}
     for child in (given := checked_sequence(where, "children", children)):
         check_child(where, child, auto_shutdown)
         if (twin := seen.get(child.name)) is not None:
             raise DeclarationError(
-                f"{where}: duplicate id {child.name!r}: {twin!r} and {child!r}; give one of them another name"
+                f"{where}: duplicate id {child.name!r}: {shown(twin)} and {shown(child)}; give one of them another name"
             )
         seen[child.name] = child
     return given
@@ -291,7 +298,9 @@ def _checked_children(where: str, children: Sequence[Spec], auto_shutdown: AutoS
 
 def _check_own_options(where: str, intensity: object, auto_shutdown: object) -> None:
     if not isinstance(intensity, Intensity):
-        raise DeclarationError(f"{where}: intensity must be an Intensity(restarts, within=seconds), not {intensity!r}")
+        raise DeclarationError(
+            f"{where}: intensity must be an Intensity(restarts, within=seconds), not {shown(intensity)}"
+        )
     checked_choice(where, "auto_shutdown", auto_shutdown, AutoShutdown)
 
 
@@ -301,7 +310,7 @@ def _check_crossing(why: str, spec: Supervisor, *, away: bool) -> None:
         one = child.template if isinstance(child, DynamicSupervisor) else child
         if one.hosts:
             raise DeclarationError(
-                f"{one!r}: {why}, and only the process in which a tree is run gives parts of it to other machines: move this child up"
+                f"{shown(one)}: {why}, and only the process in which a tree is run gives parts of it to other machines: move this child up"
             )
         if isinstance(one, Supervisor):
             _check_crossing(why, one, away=away)

@@ -51,6 +51,8 @@ class SupervisorGaveUp(SupervisionError):
         super().__init__(
             f"supervisor {'/'.join(path)} gave up: restart intensity reached: {child} needs another restart, and "
             f"{restarts} within {within:g} s are allowed. Its last end: {reason}"
+            if restarts
+            else f"supervisor {'/'.join(path)} gave up: {child} has ended, and is not to be restarted: {reason}"
         )
         self.path = path
         self.child = child

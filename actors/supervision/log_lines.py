@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from actors.logs.levels import Level
-from actors.supervision.reasons import Returned, Stopped
+from actors.supervision.reasons import Returned, Stopped, is_abnormal
 from actors.supervision.report import Report
 
 __all__ = ["log_line"]
@@ -30,7 +30,8 @@ def log_line(report: Report, ended_at: float | None) -> tuple[int, str, dict[str
         return Level.ERROR, f"{supervisor} gives up: {report.note}", fields
     if report.note:
         fields["note"] = report.note
-    level = Level.WARN if report.context == "child_terminated" else Level.ERROR
+    harmless = report.context == "child_terminated" and report.reason is not None and not is_abnormal(report.reason)
+    level = Level.WARN if harmless else Level.ERROR
     return level, report.context.replace("_", " "), fields
 
 

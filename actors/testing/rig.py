@@ -29,7 +29,7 @@ from actors.qos import of
 from actors.running.options import options_of
 from actors.running.trees import tree_of
 from actors.runtime.incarnation import incarnation_of
-from actors.runtime.record import BESIDE, NodeRecord
+from actors.runtime.record import UNSUPERVISED, NodeRecord
 from actors.supervision.declarations import Child
 from actors.system import System
 from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
@@ -66,7 +66,7 @@ N = TypeVar("N", bound=Node)
 O = TypeVar("O", bound="Observer")  # noqa: E741
 
 KEPT_LINES = 200
-_ME = (BESIDE, "rig")
+_ME = (UNSUPERVISED, "rig")
 """The path of the rig's own node."""
 
 

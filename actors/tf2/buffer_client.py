@@ -63,7 +63,8 @@ class BufferClient:
     def __init__(self, node: Node, ns: str = LOOKUP.name, *, timeout_padding: float | Duration = PADDING) -> None:
         self._node = node
         self._action = Action(LookupTransform, ns)
-        self._padding = seconds_of(timeout_padding)
+        check_timeout(f"the padding of {self!r}", padding := seconds_of(timeout_padding))
+        self._padding = padding
 
     def __repr__(self) -> str:
         return f"<BufferClient of {self._action.name}>"

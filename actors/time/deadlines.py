@@ -8,7 +8,6 @@ timeout, with one loop timer for its first entry, is enough. A call that is answ
 from __future__ import annotations
 
 import asyncio
-import math
 from collections import deque
 from contextvars import copy_context
 from itertools import chain, islice
@@ -94,8 +93,7 @@ class Deadlines:
         self._queues.clear()
 
     def _opened(self, timeout: float) -> _Queue:
-        if not isinstance(timeout, (int, float)) or math.isnan(timeout):  # pyright: ignore[reportUnnecessaryIsInstance]
-            raise ValueError(f"timeout={timeout!r}: every call has a limit, a number of seconds")
+        check_timeout("a call", timeout)
         queue = self._queues[timeout] = _Queue(self._timer(timeout, self._time() + timeout))
         return queue
 

@@ -15,6 +15,7 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from actors.errors import CallTimeout, Ended
+from actors.time.deadlines import check_timeout
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
@@ -199,6 +200,8 @@ class EventStream(Generic[E]):
 
     async def next(self, timeout: float | None = None) -> E:
         """The next event. Raises `CallTimeout` after `timeout` seconds without one, `Ended` once the stream has ended."""
+        if timeout is not None:
+            check_timeout(f"the {self!r}", timeout)
         try:
             async with asyncio.timeout(timeout):
                 return await self.__anext__()

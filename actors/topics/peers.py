@@ -229,6 +229,10 @@ class TopicRegistry(Protocol):
         """The present subscriptions, in the order in which they were added."""
         ...
 
+    def meant(self) -> str:
+        """``; did you mean '/scan'?`` if nobody publishes here, but somebody on a topic of nearly this name; else empty."""
+        ...
+
     def target(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> Target:
         """Return the function that `publisher` calls to reach `subscription`: its target, possibly wrapped by the graph."""
         ...

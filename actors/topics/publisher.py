@@ -52,7 +52,8 @@ class Publisher(Endpoint, Generic[M]):
     # * `history` is None exactly if the publisher is volatile.
 
     __slots__ = (
-        "_expects", "_outdated", "_thread", "attached", "count", "gated", "history", "matched", "suspended", "taps", "targets", "type",
+        "_expects", "_outdated", "_thread", "attached", "count", "gated", "history", "matched", "on_close", "suspended", "taps", "targets",
+        "type",
     )  # fmt: skip
 
     def __init__(self, node: Participant, entry: TopicRegistry, type: type[M], qos: QoS) -> None:
@@ -62,6 +63,8 @@ class Publisher(Endpoint, Generic[M]):
         self.suspended = False
         self.gated = True
         """Whether the state of a lifecycle node suspends this publisher."""
+        self.on_close: Callable[[Publisher[Any]], object] | None = None
+        """Is called once, when the publisher is closed."""
         self.matched: dict[SubscriptionPeer, None] = {}
         """The matched subscriptions, in the order in which they were matched."""
         self.attached: tuple[Target, ...] = ()
@@ -107,10 +110,9 @@ class Publisher(Endpoint, Generic[M]):
     async def send(self, message: M) -> None:
         """Publish after every reliable KEEP_ALL subscription has room: back-pressure instead of loss.
 
-        A best-effort publisher or subscription never causes a wait. Raises what `publish` raises; a message of the wrong type is refused
-        before any wait.
+        A best-effort publisher or subscription never causes a wait. Raises what `publish` raises, before any wait.
         """
-        if message.__class__ is not self._expects:
+        if message.__class__ is not self._expects or get_ident() != self._thread:
             self._refuse(message)
             return
         if self.qos.reliable:
@@ -248,9 +250,10 @@ class Publisher(Endpoint, Generic[M]):
         self._expects = _Closed
 
     def resume(self) -> None:
-        """Publish again after `suspend`."""
-        self.suspended = False
-        self._expects = self.type
+        """Publish again after `suspend`. A closed publisher stays closed."""
+        if self.suspended:
+            self.suspended = False
+            self._expects = self.type
 
     def close(self) -> None:
         """Leave the topic and discard the messages kept for late joiners. Closing twice is harmless."""
@@ -258,6 +261,9 @@ class Publisher(Endpoint, Generic[M]):
         self._expects = _Closed
         self.end_events()
         self.entry.remove_publisher(self)
+        on_close, self.on_close = self.on_close, None
+        if on_close is not None:
+            on_close(self)
 
     def _refuse(self, message: object) -> None:
         if get_ident() != self._thread:
@@ -270,4 +276,6 @@ class Publisher(Endpoint, Generic[M]):
                 f"{self.node.fqn} publishes {self.type.__name__} on {self.entry.name}, not {described(message)}"
             )
         if not self.suspended:
-            raise Ended(f"{self.node.fqn} has ended: it can no longer publish on {self.entry.name}")
+            raise Ended(
+                f"{self.node.fqn} can no longer publish on {self.entry.name}: this publisher was closed, or its node has ended"
+            )

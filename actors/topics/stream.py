@@ -173,7 +173,7 @@ class Stream(Generic[M]):
         except TimeoutError:
             raise CallTimeout(
                 f"no message on {self._subscription.entry.name} within {timeout} s "
-                f"({self.publisher_count} matching publishers in this system)"
+                f"({self.publisher_count} matching publishers in this system){self._subscription.entry.meant()}"
             ) from None
 
     async def serialized(self) -> AsyncGenerator[bytes, None]:

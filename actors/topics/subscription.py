@@ -12,15 +12,13 @@ import math
 from collections import deque
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from actors.inbox.border import INSIDE
+from actors.inbox.border import asked
 from actors.inbox.expiring import ExpiringMessage
 from actors.topics.endpoint import Endpoint, nanoseconds
 from actors.topics.events import EventStream
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from actors.interfaces.message import Message
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
     from actors.qos.policies import QoS
@@ -29,7 +27,6 @@ if TYPE_CHECKING:
 __all__ = ["Subscription"]
 
 M = TypeVar("M", bound="Message")
-T = TypeVar("T")
 
 
 class Subscription(Endpoint, Generic[M]):
@@ -139,7 +136,7 @@ class Subscription(Endpoint, Generic[M]):
 
         publishers = self.publishers
         lease = nanoseconds(self.qos.liveliness_lease)
-        alive = _asked(self._alive, lease)
+        alive = asked(self._alive, lease)
         kept = self.kept_events
         return SubscriptionStatus(
             matched=len(publishers),
@@ -159,7 +156,7 @@ class Subscription(Endpoint, Generic[M]):
 
     def due(self, now: int) -> int | None:
         lease = nanoseconds(self.qos.liveliness_lease)
-        instants = list(_asked(self._due_alive, lease, now))
+        instants = list(asked(self._due_alive, lease, now))
         if self.kept_events is not None and self.kept_events.deadline is not None:
             self.kept_events.deadline.advance(now)
             instants.append(self.kept_events.deadline.due())
@@ -242,9 +239,3 @@ class Subscription(Endpoint, Generic[M]):
         if not expired:
             self.dropped += 1
             self.notify()
-
-
-def _asked(question: Callable[..., T], *arguments: Any) -> T:
-    """What publishers of others say of themselves. A journal of the node that asks has it, too."""
-    border = INSIDE.get()
-    return question(*arguments) if border is None else border.compute(question, arguments)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import asyncio
 import functools
 import inspect
 import os
@@ -49,6 +51,22 @@ def test_the_page_runs_as_printed(page: str, tmp_path: Path) -> None:
         timeout=120,
     )
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_the_cells_of_the_notebook_run_as_printed() -> None:
+    """As a kernel runs them: one after another in one event loop, each awaited in a task of its own."""
+    text = (DOCS / "how-do-i.md").read_text(encoding="utf-8")
+    names = dict(once("how-do-i.md"))
+    cells = re.findall(r"```python notebook\n(.*?)```", text, re.DOTALL)
+    assert len(cells) == 3
+
+    async def kernel() -> None:
+        for cell in cells:
+            code = compile(cell, "a cell", "exec", flags=ast.PyCF_ALLOW_TOP_LEVEL_AWAIT)
+            await asyncio.create_task(eval(code, names))
+
+    asyncio.run(kernel())
+    assert names["system"].stop_reason == "the block was left"
 
 
 def declared_tests(declared: str) -> list[tuple[str, str]]:

@@ -333,7 +333,7 @@ async def interfere(system: System, rng: Random, clients: list[asyncio.Task[None
                 system.loop.call_later(rng.random() * 0.02, task.cancel)
         elif roll < 0.6:
             state = rng.choice(list(system.nodes.values()))
-            if state.running is not None and state.path[0] != "guests":
+            if state.running is not None and state.supervised:
                 state.running.fail(OSError("chaos"), "chaos", decided=True)
 
 

@@ -9,6 +9,7 @@ from types import FunctionType
 from typing import Any
 
 import anyio
+import numpy as np
 import pytest
 
 from actors import (
@@ -374,9 +375,38 @@ async def test_a_cancel_check_that_fails_refuses_and_is_logged(rig: Rig) -> None
     goal = await rig.start_goal(COUNT, order(1))
     assert await goal.cancel() is False
     assert await goal == result(1)
-    (line,) = events(rig.logs, "goal failed")
+    (line,) = events(rig.logs, "cancel check failed")
     assert (line.fields["handler"], line.fields["error"]) == ("Broken.count (cancel check)", "LookupError: no idea")
     assert line.fields["at"].endswith("Broken.may_cancel")
+
+
+@pytest.mark.parametrize("waits", [False, True])
+@pytest.mark.parametrize(
+    ("verdict", "agreed"),
+    [(np.True_, True), (np.False_, False), (np.array([3, 4]).max() > 2, True), (None, None), (1, None), ("no", None)],
+)
+async def test_a_cancel_check_answers_with_a_bool_or_hears_how(
+    rig: Rig, verdict: Any, agreed: bool | None, waits: bool
+) -> None:
+    def at_once(self: Node, goal: Fibonacci.Goal) -> Any:
+        return verdict
+
+    async def later(self: Node, goal: Fibonacci.Goal) -> Any:
+        return verdict
+
+    class Asked(Counter):
+        may_cancel = COUNT.cancels(later if waits else at_once)
+
+    await rig.start(Asked)
+    goal = await rig.start_goal(COUNT, order(2))
+    assert await goal.cancel() is bool(agreed)
+    if agreed is None:
+        (line,) = events(rig.logs, "cancel check failed")
+        assert "cancels returned" in line.fields["error"]
+        assert "return True to let the goal be canceled, False to refuse" in line.fields["error"]
+        assert line.fields.get("at") != ""
+    else:
+        assert events(rig.logs, "cancel check failed") == []
 
 
 async def test_a_node_that_cancels_its_own_goal_has_its_turn_already(rig: Rig) -> None:

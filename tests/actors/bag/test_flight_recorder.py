@@ -144,7 +144,7 @@ async def test_what_happened_is_read_back_equal_with_its_times_by_mcap_and_by_ro
     assert ("robot", 20, "standing after=1.0") in lines
     assert (
         "system",
-        30,
+        40,
         "child terminated child=system/robot reason=it raised OSError: snapped",
     ) in lines
     events = [(event.context, event.child, event.incarnation, event.reason) for event in on(messages, EVENTS)]

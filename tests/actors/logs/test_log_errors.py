@@ -19,7 +19,7 @@ from actors.runtime.incarnation import incarnation_of
 from actors.supervision.declarations import all_significant, any_significant, rest_for_one
 from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.log_lines import log_line
-from actors.supervision.reasons import Returned
+from actors.supervision.reasons import Returned, Stop
 from actors.supervision.refs import ChildRef
 from actors.supervision.report import Report
 from actors.testing import Rig
@@ -180,7 +180,7 @@ async def test_what_fails_late_or_while_cleaning_up_shows_its_traceback(rig: Rig
     core.fail(OSError("too late"), "a task")
     core.ended = False
     (line,) = events(rig.logs, "failed after the end of its node")
-    assert line.fields == {"handler": "a task", "error": "OSError: too late", "at": ""}
+    assert line.fields == {"handler": "a task", "error": "OSError: too late"}
 
 
 # -- words ------------------------------------------------------------------------------------------------------------------
@@ -205,11 +205,24 @@ async def test_a_restart_says_which_life_began_after_how_long(rig: Rig) -> None:
     rig.crash("shaky", OSError("pulled out"))
     await rig.settled()
     assert said(rig)[3:] == [
-        (30, "child terminated", {"child": "robot/base/shaky", "reason": "it raised OSError: pulled out"}),
+        (40, "child terminated", {"child": "robot/base/shaky", "reason": "it raised OSError: pulled out"}),
         (20, "restarted shaky (life 2) after 0.4 s", {"child": "robot/base/shaky"}),
         (20, "restarted other (life 2) after 0.4 s", {"child": "robot/base/other"}),
     ]
     assert [record.incarnation for record in rig.logs][-2:] == [2, 2]
+
+
+async def test_a_crash_is_an_error_in_the_log_and_an_end_in_order_a_warning(rig: Rig) -> None:
+    await rig.start(Child(Node, name="a"))
+    rig.crash("a", OSError("pulled out"))
+    await rig.settled()
+    rig.crash("a", Stop("enough"))
+    await rig.settled()
+    ends = events(rig.logs, "child terminated")
+    assert [(line.level, line.fields["reason"]) for line in ends] == [
+        (40, "it raised OSError: pulled out"),
+        (30, "it stopped: enough"),
+    ]
 
 
 async def test_a_restart_without_delay_and_one_of_a_supervisor(rig: Rig) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import structlog
 
-from actors import Child, Intensity, Node, Supervisor, SupervisorGaveUp, System
+from actors import Child, Intensity, Node, Stop, Supervisor, SupervisorGaveUp, System
 from actors.logs import (
     DEBUG,
     ERROR,
@@ -157,7 +157,7 @@ async def test_a_report_below_the_level_of_the_system_is_kept_and_told_but_not_l
     state = system.nodes["system", "node"]
     told.clear()
     assert state.running is not None
-    state.running.fail(OSError("a loose wire"), "the test")
+    state.running.fail(Stop("enough"), "the test")
     while state.incarnation == 1 or state.running is None:
         await asyncio.sleep(0.1)
     assert [report.context for report in told] == ["child_terminated", "progress"]
@@ -166,5 +166,7 @@ async def test_a_report_below_the_level_of_the_system_is_kept_and_told_but_not_l
     state.running.fail(OSError("a loose wire"), "the test")
     with pytest.raises(SupervisorGaveUp):
         await system.wait()
-    assert [line.event for line in lines] == ["system gives up: restart intensity reached"], "an error"
+    assert [line.event for line in lines] == ["child terminated", "system gives up: restart intensity reached"], (
+        "errors"
+    )
     await system.stop()

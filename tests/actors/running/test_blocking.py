@@ -184,6 +184,17 @@ async def test_S_04_inside_an_event_loop_it_is_refused_with_advice_to_await(rig:
     await thread
 
 
+def test_where_an_event_loop_without_nodes_runs_as_in_a_notebook_a_call_may_block() -> None:
+    async def cell() -> int:
+        with blocking.open_node("cell", tree=Desk) as node:
+            return node.call(ADD, two(20, 22), timeout=5.0).sum
+
+    async def cells() -> list[int]:
+        return [await asyncio.create_task(cell()) for _ in range(2)]
+
+    assert asyncio.run(cells()) == [42, 42]
+
+
 async def test_S_04_in_a_callback_it_is_refused_instead_of_dead_locking(rig: Rig) -> None:
     refused: list[str] = []
 

@@ -218,7 +218,7 @@ async def test_a_system_of_one_guest_ends_with_it_however_it_is_left() -> None:
     assert system_here() is None
     async with open_node("second", seed=7) as node:
         assert system_of(node).seed == 7
-        assert list(system_of(node).nodes) == [("guests", "second")]
+        assert list(system_of(node).nodes) == [("/unsupervised", "second")]
     assert asyncio.all_tasks() == {asyncio.current_task()}
 
 

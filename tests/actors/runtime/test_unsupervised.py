@@ -8,6 +8,7 @@ import pytest
 
 from actors import Child, Node, Supervisor, System, run
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.record import UNSUPERVISED
 from actors.supervision.reasons import ExitReason
 from actors.system import system_of
 from tests.stage import events
@@ -42,6 +43,20 @@ async def test_guests_end_before_the_tree_the_newest_first_and_one_after_the_oth
         before = system.clock.now()
     assert story == [f"{name}: it stopped: the block was left" for name in ("third", "second", "first", "tree")]
     assert asyncio.get_running_loop().time() - before == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("root", ["guests", "unsupervised", "rig", "replay", "system", "(unsupervised)"])
+async def test_a_tree_of_any_name_is_supervised_and_cleaned_up(root: str) -> None:
+    async with run(Supervisor(root, [Child(Part, name="tree")]), sinks=()) as system:
+        (record,) = system.nodes.values()
+        assert (record.state, record.supervised) == ("running", True)
+        system.crash(Part, RuntimeError("boom"))
+        await asyncio.sleep(0.2)
+        assert story == ["tree: it raised RuntimeError: boom"]
+        assert (record.state, record.incarnation) == ("running", 2)
+        beside = await joined(system, "beside")
+        assert [one.supervised for one in system.nodes.values()] == [True, False]
+        assert system_of(beside).nodes[(UNSUPERVISED, "beside")].state == "running"
 
 
 async def test_one_that_failed_and_that_nobody_has_left_is_known_until_the_system_ends() -> None:

@@ -756,3 +756,12 @@ async def test_K_03_a_concurrent_service_that_takes_more_than_a_second_is_told_o
     lines = [line for line in rig.logs if line.level == 30]
     assert [line.event for line in lines] == told
     assert all(line.fields["service"] == "/add" and "make it an action" in line.fields["remedy"] for line in lines)
+
+
+@pytest.mark.parametrize("asked", ["ad", "/adds", "/spot1/add"])
+async def test_a_service_of_nearly_that_name_is_told(rig: Rig, asked: str) -> None:
+    await rig.start(Adder)
+    with pytest.raises(ServiceUnavailable, match=r"check the name and namespace; did you mean '/add'\?$"):
+        await rig.call(Service(AddTwoInts, asked), two(1, 2))
+    with pytest.raises(ServiceUnavailable, match=r"check the name and namespace$"):
+        await rig.call(Service(AddTwoInts, "something_else"), two(1, 2))

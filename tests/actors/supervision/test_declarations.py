@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from collections.abc import Callable
 from random import Random
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from actors import Node
 from actors.errors import DeclarationError
 from actors.supervision.declarations import (
     Backoff,
@@ -122,8 +124,42 @@ def test_OTP_S08_only_children_can_be_children(stranger: Any) -> None:
 
 
 def test_OTP_S08_a_class_in_the_place_of_a_child_is_told_how() -> None:
-    with pytest.raises(DeclarationError, match=r"wrap it: Child\(GpsDriver\)"):
+    with pytest.raises(DeclarationError, match=r"write Child\(GpsDriver\)"):
         Supervisor("robot", children=[GpsDriver])  # type: ignore[list-item]
+
+
+BIG = Supervisor("big", children=[Child(GpsDriver, name=f"gps_{number}", args=("x" * 50,)) for number in range(200)])
+
+
+@pytest.mark.parametrize(
+    ("make", "remedy"),
+    [
+        (lambda: Child(BIG), r"Child\(Supervisor\('big'\)\): a Supervisor is a child as it is"),  # type: ignore[arg-type]
+        (lambda: Child(Child(GpsDriver)), "a Child is a child as it is"),  # type: ignore[arg-type]
+        (lambda: Child(Node()), r"write Child\(Node\)"),  # type: ignore[arg-type]
+        (lambda: Supervisor("x", [Node()]), r"write Child\(Node\)"),  # type: ignore[list-item]
+        (lambda: Supervisor("x", BIG), r"children must be a list, write children=\[Supervisor\('big'"),  # type: ignore[arg-type]
+        (lambda: Supervisor("x", [BIG, BIG]), "duplicate id 'big'"),
+        (lambda: Supervisor(BIG), "name must be a text"),  # type: ignore[arg-type]
+        (lambda: Supervisor("x", strategy=BIG), "strategy must be one_for_one, "),  # type: ignore[arg-type]
+        (lambda: DynamicSupervisor("x", BIG), "template must be a Child"),  # type: ignore[arg-type]
+        (lambda: DynamicSupervisor("x", GpsDriver), r"write Child\(GpsDriver\)"),  # type: ignore[arg-type]
+        (lambda: Child(GpsDriver, name=BIG), "name must be a text"),  # type: ignore[arg-type]
+        (lambda: Child(GpsDriver, parameters=BIG), "parameters must be a mapping"),  # type: ignore[arg-type]
+    ],
+)
+def test_a_tree_in_the_wrong_place_is_told_in_one_short_line(make: Callable[[], object], remedy: str) -> None:
+    with pytest.raises(DeclarationError, match=remedy) as told:
+        make()
+    assert len(str(told.value)) < 320
+    assert "\n" not in str(told.value)
+
+
+def test_the_children_may_be_the_second_argument() -> None:
+    children = [Child(GpsDriver)]
+    assert Supervisor("robot", children) == Supervisor("robot", children=children)
+    assert repr(Supervisor("robot", children)) == "Supervisor('robot', children=(Child(GpsDriver, name='gps_driver'),))"
+    assert repr(Supervisor("robot")) == "Supervisor('robot')"
 
 
 def test_OTP_S09_ids_are_unique() -> None:

@@ -57,6 +57,17 @@ async def test_OTP_I01_giving_up(strategy: Strategy) -> None:
 
 
 @virtual
+async def test_a_supervisor_that_allows_no_restart_tells_of_the_end_and_not_of_a_number() -> None:
+    world = World()
+    async with running(world, Supervisor("root", children=[child("a")], intensity=Intensity(0, within=1.0))):
+        world.crash("a", OSError("unplugged"))
+        with pytest.raises(
+            SupervisorGaveUp, match=r"^supervisor root gave up: a has ended, .*: it raised OSError: unplugged$"
+        ):
+            await world.host
+
+
+@virtual
 async def test_OTP_I01_an_orderly_end_can_be_the_last_straw_too() -> None:
     world = World()
     async with running(world, Supervisor("root", intensity=Intensity(0), children=[child("a")])):

@@ -198,7 +198,7 @@ def test_a_failing_test_shows_what_happened_in_its_system(pytester: pytest.Pytes
             "rig: seed=7 t=1.000000 s; the last 4 log lines:",
             "*0.000] debug system: started brittle child='system/brittle'",
             "*1.000] warning /brittle: creaking force=7",
-            "*1.000] warning system: child terminated child='system/brittle' reason='it raised OSError: snapped'*",
+            "*1.000] error system: child terminated child='system/brittle' reason='it raised OSError: snapped'*",
             '* raise OSError("snapped")',
             "*1.000] info system: restarted brittle (life 2) at once child='system/brittle'",
         ]

@@ -584,6 +584,24 @@ def from_a_thread(work: Any) -> list[BaseException]:
     return caught
 
 
+async def test_a_foreign_thread_that_sends_is_refused_at_once_also_where_a_full_subscription_makes_it_wait(
+    rig: Rig,
+) -> None:
+    class Slow(Node):
+        """Handles a number a second, and keeps one."""
+
+        @NUMBERS.on(qos=QoS(history=History.KEEP_ALL, limit=1))
+        async def take(self, message: Int32) -> None:
+            await self.clock.sleep(1.0)
+
+    await rig.start(Talker, Slow)
+    talker = rig.node(Talker)
+    for value in range(2):
+        await talker.out.send(number(value))
+    (error,) = from_a_thread(lambda: asyncio.run(talker.out.send(number(3))))
+    assert isinstance(error, WrongThread)
+
+
 async def test_a_foreign_thread_is_refused_and_told_of_threadsafe(rig: Rig) -> None:
     await rig.start(Talker, Collector)
     talker = rig.node(Talker)
@@ -671,7 +689,7 @@ async def test_a_publisher_of_a_node_that_has_ended_refuses(rig: Rig) -> None:
     talker = rig.node(Talker)
     rig.crash(Talker)
     await rig.settled()
-    with pytest.raises(Ended, match="/talker has ended: it can no longer publish on /numbers"):
+    with pytest.raises(Ended, match=r"/talker can no longer publish on /numbers: .* its node has ended"):
         talker.out(number(1))
     for use in (
         lambda: talker.publisher(NUMBERS),
@@ -895,3 +913,13 @@ async def test_Q_14_of_ten_commands_that_come_while_a_reader_of_depth_1_is_busy_
         await rig.quiet()
     await rig.advance(5.0)
     assert rig.node(Driver).taken == [0, 9]
+
+
+async def test_a_wait_on_a_misspelt_topic_tells_the_nearest_on_which_somebody_publishes(rig: Rig) -> None:
+    await rig.start(Talker)
+    for asked in ("numbes", "/spot1/numbers"):
+        with pytest.raises(CallTimeout, match=r"\(0 matching publishers in this system\); did you mean '/numbers'\?$"):
+            await rig.me.subscribe(Topic(Int32, asked)).next(timeout=1.0)
+    for asked in ("numbers", "quite_different"):
+        with pytest.raises(CallTimeout, match=r"matching publishers in this system\)$"):
+            await rig.me.subscribe(Topic(Int32, asked)).next(timeout=1.0)
