@@ -58,8 +58,10 @@ def run(
     ends by itself meanwhile, because its restarts are used up, `system.wait()` raises `SupervisorGaveUp`; a block that waits elsewhere is
     canceled, and the ``async with`` statement raises the error. Canceling the block, even repeatedly, does not cut the stop short.
 
-    SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) do the same in all systems of the loop: the tree stops in order
-    and `wait()` returns; a second signal within 2 s kills it. `sys.exit()` in a node stops the tree, too, and leaving raises it.
+    SIGINT, SIGTERM and SIGHUP (main thread, real clock, unless ``signals=False``) do the same in all systems of the loop: the tree stops in
+    order and `wait()` returns. Signals within 0.5 s are one; a second one after that, within 2 s, kills the tree. SIGHUP stays ignored if it
+    was, as by `nohup`. If the output is a pipe that nobody reads any more, the tree stops as by SIGPIPE. While the loop hangs, a second
+    signal ends the program at once, with a line that says where. `sys.exit()` in a node stops the tree, too, and leaving raises it.
     `observers`, such as a `FlightRecorder`, are attached to the system before its tree starts.
 
     `parameters` are overrides for nodes of the tree: the path of a ROS 2 parameter file, ``{node: {parameter: value}}`` with the patterns
