@@ -328,20 +328,20 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
 
     Ctrl-C ends the program with exit code 130 and without a traceback.
     """
-    factory: Callable[[], asyncio.AbstractEventLoop]
-    if clock == "virtual":
-        from actors.time.virtual_loop import VirtualLoop
-
-        factory = VirtualLoop
-    elif clock == "real":
-        from actors.runtime.preload import preload
-        from actors.time.real_loop import new_event_loop
-
-        preload()
-        factory = new_event_loop
-    else:
+    if clock not in ("real", "virtual"):
         raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")
+    factory: Callable[[], asyncio.AbstractEventLoop]
     try:
+        if clock == "virtual":
+            from actors.time.virtual_loop import VirtualLoop
+
+            factory = VirtualLoop
+        else:
+            from actors.runtime.preload import preload
+            from actors.time.real_loop import new_event_loop
+
+            preload()
+            factory = new_event_loop
         with asyncio.Runner(loop_factory=factory) as runner:
             return runner.run(main())
     except KeyboardInterrupt:  # raised by the program, or by a task that the runner canceled at its end

@@ -149,9 +149,8 @@ class Signals:
         raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
 
     def _pass_on(self, number: signal.Signals) -> bool:
-        return any(
-            [listener(number) for listener in tuple(self._listeners)]
-        )  # a list, so that every listener is called
+        taken = [listener(number) for listener in tuple(self._listeners)]  # a list, so that every listener is called
+        return any(taken)
 
     # -- the output ---------------------------------------------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ from robot.run.crashes import check_crashes, crash, with_hangs
 from robot.run.errands import UsageError
 from robot.run.hardships import Push
 from robot.run.options import Options, parse
+from robot.starting import interruptible
 
 if TYPE_CHECKING:
     import asyncio
@@ -65,6 +66,8 @@ class Session:
 
         if self.options.clock == "real" and not self.options.processes:
             short_turns()  # its control loop shares this process
+        if self.options.clock == "virtual":
+            interruptible()
         try:
             return execute(self._main, clock=self.options.clock)
         except DeclarationError as error:  # of the machines: they are looked at when the run begins
