@@ -248,8 +248,8 @@ def open_node(
     ignored. Raises `ValueError` if an argument is wrong.
 
     A new system takes part in the graph of other processes by `transport`, as `run` does: by default by the one that the environment
-    variable RMW_IMPLEMENTATION names (see `transport_from_environment`), but on the virtual clock by none. A test run has
-    ``RMW_IMPLEMENTATION=in_process``, unless it is set. A system that is there already stays as it is.
+    variable RMW_IMPLEMENTATION names (see `transport_from_environment`), but on the virtual clock by none. In a test run that is
+    ``in_process``, whatever the shell has. A system that is there already stays as it is.
     """
     child = Child(Node, name=name, namespace=namespace, parameters=parameters, remap=remap, restart=temporary)
     child, level = with_arguments(child, argv)
