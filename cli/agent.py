@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
-import signal
 from collections.abc import Sequence
 from pathlib import Path
 
 from actors.errors import DeclarationError
 from actors.hosts.there import CONNECT, LISTEN, transport_here
 from actors.hosts.tls import PORT, address_of, serve
+from actors.running.signals import listen
 from actors.transport.environment import SECURITY, security_from_environment
 from actors.transport.protocol import WireUnavailable
 from actors.waiting import wake
@@ -21,7 +21,7 @@ __all__ = ["main"]
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run until Ctrl-C or SIGTERM; the exit code."""
+    """Run until a signal; the exit code."""
     parser = argparse.ArgumentParser(
         prog="python -m robot agent",
         description="Takes parts of trees that run on other machines, Child(..., host=NAME), over mutual TLS only.",
@@ -76,22 +76,23 @@ async def _run(options: argparse.Namespace) -> int:
         address, port = address_of(options.at)
         agent = serve(address, port, owners=options.owner, security=security, say=_say, modules=options.modules)
         async with agent as (at, bound):
-            ended = _signal_heeded()  # who reads the line may send the signal at once
+            loop = asyncio.get_running_loop()
+            ended: asyncio.Future[int] = loop.create_future()
+
+            def end(number: int) -> bool:
+                wake(ended, 128 + number)
+                return True
+
+            leave = listen(loop, end)  # before the line: who reads it may send a signal at once
             _say(f"the agent waits at {at}:{bound} for trees of {', '.join(options.owner)}; Ctrl-C ends it")
-            return await ended
+            try:
+                return await ended
+            finally:
+                leave()
     except (WireUnavailable, DeclarationError) as error:
         raise CommandFailed(str(error)) from error
     except OSError as error:
         raise CommandFailed(f"cannot listen at {options.at}: {error.strerror}") from error
-
-
-def _signal_heeded() -> asyncio.Future[int]:
-    """Heed SIGINT and SIGTERM from now on. The future's result is the exit code for the signal that came."""
-    loop = asyncio.get_running_loop()
-    came: asyncio.Future[int] = loop.create_future()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, wake, came, 128 + number)
-    return came
 
 
 def _say(line: str) -> None:

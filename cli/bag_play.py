@@ -146,10 +146,10 @@ async def _play(options: argparse.Namespace, told: PlayOptions, burst: int | Non
         if burst is not None:
             print(f"{await player.burst(burst)} messages played", file=sys.stderr)
         with keys(player, wanted=not options.disable_keyboard_controls):
-            interrupted = await until_signal(_watched(player))
+            signaled = await until_signal(_watched(player))
         progress_over()
         print(f"{player.played} messages played", file=sys.stderr)
-    return Exit.INTERRUPTED.value[0] if interrupted else 0
+    return 0 if signaled is None else Exit.by(signaled).value[0]
 
 
 async def _watched(player: Player) -> None:

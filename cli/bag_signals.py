@@ -4,31 +4,31 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import signal
 from collections.abc import Coroutine
 from typing import Any
+
+from actors.running.signals import listen
 
 __all__ = ["until_signal"]
 
 
-async def until_signal(work: Coroutine[Any, Any, None], seconds: float | None = None) -> bool:
-    """Run `work` to its end, for `seconds`, or until SIGINT or SIGTERM; whether it was a signal. The work is then canceled."""
+async def until_signal(work: Coroutine[Any, Any, None], seconds: float | None = None) -> int | None:
+    """Run `work` to its end, for `seconds`, or until a signal asks for the end, which is returned. The work is then canceled."""
     loop = asyncio.get_running_loop()
     task = loop.create_task(work)
-    signaled = asyncio.Event()
+    came: list[int] = []
 
-    def stop() -> None:
-        signaled.set()
+    def stop(number: int) -> bool:
+        came.append(number)
         task.cancel()
+        return True
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, stop)
+    leave = listen(loop, stop)
     try:
         await asyncio.wait([task], timeout=seconds)
         task.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await task
     finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            loop.remove_signal_handler(number)
-    return signaled.is_set()
+        leave()
+    return came[0] if came else None

@@ -72,6 +72,19 @@ class Exit(Enum):
     """Ctrl-C."""
     TERMINATED = (143, 15)
     """SIGTERM."""
+    HUNG_UP = (129, 129)
+    """SIGHUP: the terminal was closed."""
+
+    @classmethod
+    def by(cls, number: int) -> Exit:
+        """How a command ended that a signal has ended in order; SIGPIPE is that nobody reads its output any more."""
+        ends = {
+            signal.SIGINT: cls.INTERRUPTED,
+            signal.SIGTERM: cls.TERMINATED,
+            signal.SIGHUP: cls.HUNG_UP,
+            signal.SIGPIPE: cls.DONE,
+        }
+        return ends[signal.Signals(number)]
 
 
 class CommandFailed(Exception):

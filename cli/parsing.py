@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import signal
 import sys
 import threading
@@ -102,28 +103,34 @@ def _usage(parser: argparse.ArgumentParser) -> str:
 
 
 async def until_signal(verb: Coroutine[Any, Any, int | Exit]) -> int | Exit:
-    """Run a verb. SIGINT or SIGTERM cancels it, so that it takes its leave of the graph; a second one ends the process at once."""
+    """Run a verb. A signal, or the end of whoever reads its output, cancels it, so that it takes its leave of the graph; a second signal,
+    half a second or more after the first, ends the process at once."""
     import asyncio
 
-    task, loop = asyncio.current_task(), asyncio.get_running_loop()
+    task = asyncio.current_task()
     assert task is not None
     came: list[int] = []
 
-    def end(number: int) -> None:
+    def end(number: int) -> bool:
+        if came:
+            os._exit(128 + number)
         came.append(number)
-        loop.remove_signal_handler(number)
-        signal.signal(number, signal.SIG_DFL)
         task.cancel()
+        return True
 
+    leave: Callable[[], None] = lambda: None  # noqa: E731
     if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            loop.add_signal_handler(number, end, number)
+        from actors.running.signals import listen
+
+        leave = listen(asyncio.get_running_loop(), end)
     try:
         return await verb
     except asyncio.CancelledError:
         if not came:
             raise
-        return Exit.INTERRUPTED if came[0] == signal.SIGINT else Exit.TERMINATED
+        return Exit.by(came[0])
+    finally:
+        leave()
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

@@ -11,6 +11,7 @@ from actors.transport.environment import security_from_environment
 from actors.transport.protocol import WireUnavailable
 from actors.transport.zenoh.router import router
 from cli.command import CommandFailed
+from cli.parsing import until_signal
 
 __all__ = ["main"]
 
@@ -32,7 +33,7 @@ def main(argv: Sequence[str]) -> int:
     )
     parser.add_argument("--connect", action="append", default=[], metavar="ENDPOINT", help="another router to join")
     parser.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
-    return asyncio.run(_run(parser.parse_args(argv)))
+    return asyncio.run(until_signal(_run(parser.parse_args(argv))))
 
 
 async def _run(options: argparse.Namespace) -> int:

@@ -120,7 +120,9 @@ def _run_program(program: Program, options: argparse.Namespace) -> int:
 
 
 def _run_process(words: Sequence[str]) -> int:
-    """Run a program; SIGINT and SIGTERM go to it. Its exit code, or 128 and the number of the signal that ended it."""
+    """Run a program; the signals that ask for an end go to it. Its exit code, or 128 and the number of the signal that ended it."""
+    from actors.running.signals import ending_signals
+
     process: subprocess.Popen[bytes] | None = None
     early: list[int] = []
 
@@ -132,7 +134,7 @@ def _run_process(words: Sequence[str]) -> int:
             process.send_signal(number)
 
     # First the handlers: a signal that came between the start of the program and its handler would leave the program behind.
-    before = {number: signal.signal(number, forward) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, forward) for number in ending_signals()}
     try:
         process = subprocess.Popen(words)
         for number in early:

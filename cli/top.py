@@ -15,7 +15,7 @@ from actors.names.names import is_hidden
 from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
 from actors.typing import NodeView
 from cli.graph import Seen, add_graph_options, seen
-from cli.parsing import count
+from cli.parsing import count, until_signal
 
 __all__ = ["Host", "Lease", "NodeRow", "Process", "Watch", "main", "table"]
 
@@ -92,7 +92,7 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("--json", action="store_true", help="a line of JSON instead of a table")
     parser.add_argument("-a", "--all", action="store_true", help="also hidden nodes, whose names begin with _")
     add_graph_options(parser)
-    return asyncio.run(_top(parser.parse_args(argv)))
+    return asyncio.run(until_signal(_top(parser.parse_args(argv))))
 
 
 async def _top(options: argparse.Namespace) -> int:

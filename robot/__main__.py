@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
 
+from robot.starting import end_at_signals, interruptible
+
+if __name__ == "__main__":
+    end_at_signals()  # what is imported takes a while
+
+TYPE_CHECKING = False  # as that of `typing`, which takes a while to import
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
     from actors import System
 
 OWN = {
@@ -45,12 +51,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         from cli.command import run_group as run_executable
 
         return run_executable("run", rest)
-    if command in OWN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
     if command == "run":
         from robot.run.command import main as run_main
 
         return run_main(rest, _serve_web)
+    if command in OWN:
+        interruptible()
     if command == "evaluate":
         from robot.evaluate.command import main as evaluate_main
 
@@ -79,17 +85,17 @@ async def _serve_web(system: System, **options: Any) -> None:
 def console() -> None:
     """The program `robactor`: run one command, and exit.
 
-    Until a command is ready to end in order, Ctrl-C ends it at once and without a word. A command that looks at the graph exits without
+    Until a command is ready to end in order, a signal ends it at once and without a word. A command that looks at the graph exits without
     the interpreter's own end: threads that are still opening a network connection do not survive that.
     """
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    end_at_signals()
     code = main()
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:  # who read our output has gone
+        os._exit(code)
     if "cli.command" in sys.modules:
-        try:
-            sys.stdout.flush()
-            sys.stderr.flush()
-        except OSError:  # whoever read our output has gone
-            pass
         os._exit(code)
     sys.exit(code)
 

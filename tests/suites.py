@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np  # noqa: F401
 import pytest
 
+from actors.testing import VirtualLoop  # noqa: F401
+
 # pytester forgets what its suites import first: half of a package would stay, and numpy can be loaded only once
 
 __all__ = ["run_pytest"]

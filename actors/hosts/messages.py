@@ -70,7 +70,7 @@ class Asked(msgspec.Struct, frozen=True):
 
 
 class Signaled(msgspec.Struct, frozen=True):
-    """Send SIGTERM to a process, or SIGKILL."""
+    """Terminate a process (`life.Process`), or kill it."""
 
     number: int
     kill: bool

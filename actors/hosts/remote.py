@@ -71,7 +71,7 @@ class RemoteProcess:
             self._there.watch(False)
 
     def terminate(self) -> None:
-        """Have SIGTERM sent to it."""
+        """Have its end asked for."""
         self._signal(False)
 
     def kill(self) -> None:

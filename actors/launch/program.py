@@ -151,6 +151,8 @@ class ProgramNode(Node):
         self.stop("the process has finished cleanly")
 
     async def on_stop(self, reason: ExitReason) -> None:
+        if not hasattr(self, "child"):
+            return  # the stop came in the midst of the start
         limits = ((signal.SIGINT, self.process.sigterm_timeout), (signal.SIGTERM, self.process.sigkill_timeout))
         for number, seconds in limits:
             if self.child.returncode is not None:

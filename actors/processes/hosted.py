@@ -140,9 +140,9 @@ class HostedTree:
                 supervisor.stop(reason)
 
     def terminate(self) -> None:
-        """Do what SIGTERM asks for: end the child in order; if that is under way already, without a clean-up."""
+        """Do what `Process.terminate` asks for: end the child in order; if that is under way already, without a clean-up."""
         if self._stop_asked is None:
-            self.stop("SIGTERM")
+            self.stop("terminated")
         else:
             self.system.kill()
 

@@ -14,7 +14,7 @@ from actors.supervision.refs import ChildState
 __all__ = ["LAST_SECONDS", "TERMINATION_SECONDS", "Home", "Launch", "Process", "ProcessLife"]
 
 TERMINATION_SECONDS: Final = 0.3
-"""Seconds between SIGTERM and SIGKILL for a process that has not stopped in its time."""
+"""Seconds between `terminate` and SIGKILL for a process that has not stopped in its time."""
 LAST_SECONDS: Final = 1.0
 """Seconds that a process may take to exit after its child has ended; then it is killed."""
 
@@ -40,7 +40,7 @@ class Process(Protocol):
         ...
 
     def terminate(self) -> None:
-        """Ask the process for its end by SIGTERM."""
+        """Ask the process for its end; if it ends already, for one without a clean-up."""
         ...
 
     def kill(self) -> None:
@@ -180,7 +180,7 @@ class ProcessLife:
             self._home.take(event)
 
     def _put_down(self) -> None:
-        """End the process: by SIGKILL, but after an orderly end that took too long first by SIGTERM."""
+        """End the process: by SIGKILL, but after an orderly end that took too long first by `terminate`."""
         self._doomed = True
         process = self._process
         if process is None:

@@ -35,6 +35,7 @@ from actors.processes.messages import (
 )
 from actors.processes.pickling import unpack
 from actors.processes.preparation import prepare
+from actors.processes.signals import PARENT, leave_to_parent
 from actors.runtime.stall import work_of
 from actors.supervision.reasons import Failed
 from actors.time.real_loop import new_event_loop
@@ -49,11 +50,9 @@ _PR_SET_PDEATHSIG: Final = 1
 
 def main(arguments: Sequence[str]) -> int:
     """Read the order from the channel, and run it to its end."""
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # Ctrl-C reaches all processes of a terminal: the parent stops this one, in its turn
+    leave_to_parent()
     fenced = len(arguments) > 3
-    end_with_parent(signal.SIGKILL if fenced else signal.SIGHUP)
+    end_with_parent(signal.SIGKILL if fenced else PARENT)
     with socket.socket(fileno=int(arguments[0])) as channel:
         try:
             prepare(read_frame(channel))
@@ -105,6 +104,7 @@ class Served:
         self._period = beat_seconds(order.spec.hang)
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
+        self._parent = os.getppid()
         self._lost = 0
         self._told = -inf
         """When the parent was last told of changes that nothing else tells of."""
@@ -120,8 +120,7 @@ class Served:
         """Run the order to its end, and return when the parent has been told of it."""
         loop = self._loop
         await loop.create_connection(lambda: self._channel, sock=self._socket)
-        loop.add_signal_handler(signal.SIGTERM, self._hosted.terminate)
-        loop.add_signal_handler(signal.SIGHUP, self._hosted.stop, ORPHANED)
+        loop.add_signal_handler(PARENT, self._signaled)
         self._guard.start()
         os.set_blocking(self._notes, False)
         self._beat()
@@ -170,6 +169,13 @@ class Served:
 
     def _asked(self, request: Request) -> None:
         self._hosted.take(request)
+
+    def _signaled(self) -> None:
+        """The parent has asked for the end, or has ended."""
+        if os.getppid() == self._parent:
+            self._hosted.terminate()
+        else:
+            self._hosted.stop(ORPHANED)
 
     def _left(self) -> None:
         """The channel is closed: by this process at its end, or because the parent is gone."""

@@ -30,7 +30,7 @@ class Hosted(Protocol):
     def take(self, request: Request, /) -> None: ...
 
     def terminate(self) -> None:
-        """Do what SIGTERM asks for."""
+        """Do what `Process.terminate` asks for."""
         ...
 
     def kill(self) -> None:
@@ -106,7 +106,7 @@ class SimulatedProcess(Generic[H]):
         """Nothing."""
 
     def terminate(self) -> None:
-        """Send SIGTERM, unless the process has ended."""
+        """Ask for its end, unless it has ended."""
         if not self._task.done():
             self.hosted.terminate()
 

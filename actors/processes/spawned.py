@@ -17,6 +17,7 @@ from actors.processes.errors import ProcessDied, ProcessHung
 from actors.processes.messages import BEAT, Event, Line, Opaque, Order, Request, beat_seconds, next_beat
 from actors.processes.pickling import unpack
 from actors.processes.preparation import environment, preparation
+from actors.processes.signals import PARENT, held_back
 
 __all__ = [
     "NAMED_SECONDS",
@@ -68,15 +69,16 @@ def start(name: str, *, fenced: bool) -> Started:
     ours, theirs = socket.socketpair()
     notes, noting = os.pipe()
     try:
-        popen = subprocess.Popen(  # in this thread, with whose end the system ends the process
-            [
-                *(sys.executable, "-m", "actors.processes.main", str(theirs.fileno()), str(noting), name),
-                *(("fenced",) if fenced else ()),
-            ],
-            pass_fds=(theirs.fileno(), noting),
-            stdin=subprocess.DEVNULL,
-            env=environment(),
-        )
+        with held_back():
+            popen = subprocess.Popen(  # in this thread, with whose end the system ends the process
+                [
+                    *(sys.executable, "-m", "actors.processes.main", str(theirs.fileno()), str(noting), name),
+                    *(("fenced",) if fenced else ()),
+                ],
+                pass_fds=(theirs.fileno(), noting),
+                stdin=subprocess.DEVNULL,
+                env=environment(),
+            )
     except BaseException:
         ours.close()
         os.close(notes)
@@ -185,8 +187,8 @@ class SpawnedProcess:
         self._channel.send(request)
 
     def terminate(self) -> None:
-        """Send SIGTERM, unless the process has ended."""
-        self._popen.send_signal(signal.SIGTERM)
+        """Send `PARENT`, unless the process has ended."""
+        self._popen.send_signal(PARENT)
 
     def kill(self) -> None:
         """Send SIGKILL, unless the process has ended."""

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from actors.logs import LogRecord
     from actors.running.trees import Runnable
     from actors.supervision.declarations import Spec
+    from actors.system import System
 
 __all__ = ["live", "remove_ros_args", "spin"]
 
@@ -36,7 +37,7 @@ WRONG_ARGUMENT = 2
 
 
 def spin(tree: Runnable, *more: Spec | type[Node], argv: Sequence[str] | None = None) -> None:
-    """Run a tree as a program of ROS 2, until it ends, or until Ctrl-C or SIGTERM stops it in order: ``spin(Talker)`` is all of it.
+    """Run a tree as a program of ROS 2, until it ends, or until Ctrl-C, SIGTERM or SIGHUP stops it in order: ``spin(Talker)`` is all of it.
 
     `argv`, by default the words of the command line, are the arguments for `run`. Other processes are reached as the environment variables
     of ROS 2 say (`transport_from_environment`). The log goes to the terminal.
@@ -44,8 +45,9 @@ def spin(tree: Runnable, *more: Spec | type[Node], argv: Sequence[str] | None = 
     A node that is given alone is the program: when it ends by itself, so does the program, and an error of it is not followed by a restart.
     For restarts, give a `Supervisor`.
 
-    Returns when all went well, and raises ``SystemExit`` otherwise: with 1 after a start that failed or an error that ended the program, 2
-    for a wrong argument, each told in a line, 130 after Ctrl-C, and what a node gave to `sys.exit`.
+    Returns when all went well, also when a signal has stopped it in order: by SIGINT `ros2 launch` asks its nodes for their end, and those
+    of ROS 2 end with 0. Raises ``SystemExit`` otherwise: with 1 after a start that failed or an error that ended the program, 2 for a wrong
+    argument, each told in a line, 128 and the number of the second signal that killed it, and what a node gave to `sys.exit`.
     """
     from actors.running.trees import tree_of
     from actors.transport.protocol import WireUnavailable
@@ -54,7 +56,7 @@ def spin(tree: Runnable, *more: Spec | type[Node], argv: Sequence[str] | None = 
     whole = tree_of("spin(...)", tree, *more)
     trees = [whole] if whole is tree or isinstance(whole, DynamicSupervisor) else whole.children
     try:
-        code = execute(lambda: live(trees, words))
+        code = execute(lambda: live(trees, words, signal_is_failure=False))
     except (StartFailed, SupervisorGaveUp) as error:
         _end(error, 1)
     except ProgramExit as error:
@@ -75,8 +77,11 @@ def remove_ros_args(argv: Sequence[str] | None = None) -> list[str]:
     return list(parse(sys.argv if argv is None else argv).user_args)
 
 
-async def live(trees: Sequence[Spec | type[Node]], argv: Sequence[str]) -> int:
-    """Run the trees side by side until they end, and return the exit code. Raises what `run` and `System.wait` raise."""
+async def live(trees: Sequence[Spec | type[Node]], argv: Sequence[str], *, signal_is_failure: bool = True) -> int:
+    """Run the trees side by side until they end, and return the exit code. Raises what `run` and `System.wait` raise.
+
+    Unless `signal_is_failure`, a signal that has stopped them in order makes the exit code 0.
+    """
     from actors.logs import console_sink
     from actors.transport import transport_from_environment
 
@@ -87,10 +92,29 @@ async def live(trees: Sequence[Spec | type[Node]], argv: Sequence[str]) -> int:
             failed.append(record)
 
     tree = _whole([_significant(tree, argv) for tree in trees])
-    transport = transport_from_environment(os.environ)
-    async with run(tree, argv=argv, sinks=(console_sink(sys.stdout), note), transport=transport) as system:
-        await system.wait()
-    return system.exit_code or int(bool(failed))
+    transport, seen, sinks = transport_from_environment(os.environ), _Seen(), (console_sink(sys.stdout), note)
+    try:
+        async with run(tree, argv=argv, sinks=sinks, observers=(seen,), transport=transport) as system:
+            await system.wait()
+    except (KeyboardInterrupt, SystemExit):  # a signal during the start or the stop, or a node's `sys.exit`
+        if signal_is_failure or not seen.stopped_by_signal:
+            raise
+    if not signal_is_failure and seen.stopped_by_signal:
+        return 0
+    return seen.system.exit_code or int(bool(failed))
+
+
+class _Seen:
+    """Sees the system of a run, also one whose start is taken back."""
+
+    def attach(self, system: System) -> None:
+        self.system = system
+
+    @property
+    def stopped_by_signal(self) -> bool:
+        """Whether it has ended in order, because of a signal."""
+        tree = self.system.runtime.tree
+        return tree.signal is not None and not tree.killed and tree.exit_request is None and tree.failure is None
 
 
 def _significant(tree: Spec | type[Node], argv: Sequence[str]) -> Spec:

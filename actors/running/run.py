@@ -58,8 +58,10 @@ def run(
     ends by itself meanwhile, because its restarts are used up, `system.wait()` raises `SupervisorGaveUp`; a block that waits elsewhere is
     canceled, and the ``async with`` statement raises the error. Canceling the block, even repeatedly, does not cut the stop short.
 
-    SIGINT and SIGTERM (main thread, real clock, unless ``signals=False``) do the same in all systems of the loop: the tree stops in order
-    and `wait()` returns; a second signal within 2 s kills it. `sys.exit()` in a node stops the tree, too, and leaving raises it.
+    SIGINT, SIGTERM and SIGHUP (main thread, real clock, unless ``signals=False``) do the same in all systems of the loop: the tree stops in
+    order and `wait()` returns. Signals within 0.5 s are one; a second one after that, within 2 s, kills the tree. SIGHUP stays ignored if it
+    was, as by `nohup`. If the output is a pipe that nobody reads any more, the tree stops as by SIGPIPE. While the loop hangs, a second
+    signal ends the program at once, with a line that says where. `sys.exit()` in a node stops the tree, too, and leaving raises it.
     `observers`, such as a `FlightRecorder`, are attached to the system before its tree starts.
 
     `parameters` are overrides for nodes of the tree: the path of a ROS 2 parameter file, ``{node: {parameter: value}}`` with the patterns
@@ -246,8 +248,8 @@ def open_node(
     ignored. Raises `ValueError` if an argument is wrong.
 
     A new system takes part in the graph of other processes by `transport`, as `run` does: by default by the one that the environment
-    variable RMW_IMPLEMENTATION names (see `transport_from_environment`), but on the virtual clock by none. A test run has
-    ``RMW_IMPLEMENTATION=in_process``, unless it is set. A system that is there already stays as it is.
+    variable RMW_IMPLEMENTATION names (see `transport_from_environment`), but on the virtual clock by none. In a test run that is
+    ``in_process``, whatever the shell has. A system that is there already stays as it is.
     """
     child = Child(Node, name=name, namespace=namespace, parameters=parameters, remap=remap, restart=temporary)
     child, level = with_arguments(child, argv)
@@ -326,20 +328,20 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
 
     Ctrl-C ends the program with exit code 130 and without a traceback.
     """
-    factory: Callable[[], asyncio.AbstractEventLoop]
-    if clock == "virtual":
-        from actors.time.virtual_loop import VirtualLoop
-
-        factory = VirtualLoop
-    elif clock == "real":
-        from actors.runtime.preload import preload
-        from actors.time.real_loop import new_event_loop
-
-        preload()
-        factory = new_event_loop
-    else:
+    if clock not in ("real", "virtual"):
         raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")
+    factory: Callable[[], asyncio.AbstractEventLoop]
     try:
+        if clock == "virtual":
+            from actors.time.virtual_loop import VirtualLoop
+
+            factory = VirtualLoop
+        else:
+            from actors.runtime.preload import preload
+            from actors.time.real_loop import new_event_loop
+
+            preload()
+            factory = new_event_loop
         with asyncio.Runner(loop_factory=factory) as runner:
             return runner.run(main())
     except KeyboardInterrupt:  # raised by the program, or by a task that the runner canceled at its end

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["SECOND_SIGNAL_SECONDS", "RunningTree"]
 
 SECOND_SIGNAL_SECONDS = 2.0
-"""A second SIGINT or SIGTERM within this time, in seconds, kills what is still stopping."""
+"""A second signal within this time, in seconds, kills what is still stopping."""
 
 
 class RunningTree:

@@ -37,9 +37,9 @@ def pytest_configure(config: pytest.Config) -> None:
     # pytest-asyncio asks every project to set this option. It makes no difference to these tests. pytest removes this filter after all
     # plugins are configured.
     warnings.filterwarnings("ignore", 'The configuration option "asyncio_default_fixture_loop_scope" is unset')
-    os.environ.setdefault(
-        "RMW_IMPLEMENTATION", "in_process"
-    )  # no test meets the graph of other processes, unless it means to
+    # Whatever the shell has, where every user of ROS 2 exports it: no test meets the graph of other processes, and moves a robot there,
+    # unless it names a transport itself.
+    os.environ["RMW_IMPLEMENTATION"] = "in_process"
     config.addinivalue_line("markers", "launch_test: this generate_test_description makes the file a launch test")
     config.addinivalue_line("markers", "virtual: run this test on the virtual clock of actors.testing")
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import logging
 from collections.abc import Sequence
+from contextlib import AsyncExitStack
 from http import HTTPStatus
 from itertools import count
 from pathlib import Path
@@ -70,6 +71,8 @@ class WebServer(Node):
         self._numbers = count(1)
         self._clients: dict[int, Client] = {}
         self._refused = 0
+        self._ends = AsyncExitStack()
+        """What is to be ended: a stop may come in the midst of the start."""
 
     # -- life -----------------------------------------------------------------------------------------------------------------
 
@@ -79,8 +82,11 @@ class WebServer(Node):
         self._bags = Bags(system, self._settings.bags)
         self._recordings = Recordings(self, self._bags, self._clients)
         self._audience = Audience(make_hub(self, system, Feeds(self, system), self._clients, self._bags, overview))
-        self._forget = await self._audience.begin()
+        self._ends.push_async_callback(self._bags.stop)
+        self._ends.callback(await self._audience.begin())
         self._server = await self._open()
+        self._ends.push_async_callback(self._server.wait_closed)
+        self._ends.callback(self._server.close, reason="the server stops")
         self._announce()
 
     def _announce(self) -> None:
@@ -90,10 +96,7 @@ class WebServer(Node):
             self.log.info("web page", url=self.url, because=f"port {self._settings.port} is in use")
 
     async def on_stop(self, reason: ExitReason) -> None:
-        self._forget()
-        self._server.close(reason="the server stops")
-        await self._server.wait_closed()
-        await self._bags.stop()
+        await self._ends.aclose()
 
     @property
     def url(self) -> str:

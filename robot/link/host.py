@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import signal
-import sys
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NoReturn
+from typing import TYPE_CHECKING, Final
 
+from actors.processes.signals import leave_to_parent
 from robot.hardware.arm import ArmBusy
 from robot.hardware.body import Body
 from robot.link.firmware import Drives
@@ -173,11 +172,10 @@ class BodyHost:
 
 
 def serve(spec: BodySpec, name: str, parent: int) -> None:
-    """The whole life of a body's process: until it is terminated, or its parent is gone and the robot rests."""
+    """The whole life of a body's process: until it is killed, or its parent is gone and the robot rests."""
     from robot.sim.physics import PhysicsBody
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to all processes of a terminal: the robot sits first
-    signal.signal(signal.SIGTERM, _end)
+    leave_to_parent()  # the robot sits first
     favour("body")
     segment = attached(name, len(spec.scene.things))
     body = PhysicsBody(
@@ -199,8 +197,3 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
             if now - orphaned > (ABANDONED if host.drives.resting else ORPHANED):
                 return
         time.sleep(max(0.0, host.next_round(now) - time.monotonic()))
-
-
-def _end(number: int, frame: object) -> NoReturn:
-    """SIGTERM: nobody needs the body any more."""
-    sys.exit(0)

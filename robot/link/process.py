@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import time
 from multiprocessing import get_context
 from typing import Final
 
+from actors.processes.signals import held_back
 from robot.hardware.body import BodySilent
 from robot.hardware.sensors import Sensors
 from robot.link.host import BodySpec, serve
@@ -20,7 +22,6 @@ __all__ = ["BodyProcess"]
 
 STARTING: Final = 30.0
 """Seconds within which it must have told where it is, on a machine that is busy with other starts."""
-ENDING: Final = 2.0
 POLL: Final = 0.005
 
 
@@ -42,12 +43,14 @@ class BodyProcess:
         actuators: ActuatorDesign | None = None,
         sensors: Sensors | None = None,
     ) -> None:
-        self._segment = create(len(scene.things))
-        spec = BodySpec(scene, seed, delay, arm, ground, actuators, sensors)
-        self._process = get_context("spawn").Process(
-            target=serve, args=(spec, self._segment.name, os.getpid()), name="body", daemon=True
-        )
-        self._process.start()
+        with held_back():  # a signal that ended this process in between would leave the memory behind
+            self._segment = create(len(scene.things))
+            spec = BodySpec(scene, seed, delay, arm, ground, actuators, sensors)
+            self._process = get_context("spawn").Process(
+                target=serve, args=(spec, self._segment.name, os.getpid()), name="body", daemon=True
+            )
+            self._process.start()
+            atexit.register(self.close)  # before that of multiprocessing, which would wait for its end
         self.body = LinkedBody(self._segment.name, scene, seed=seed, arm=arm, sensors=sensors)
 
     @property
@@ -76,11 +79,9 @@ class BodyProcess:
             )
 
     def close(self) -> None:
-        """End the process and remove the shared memory."""
-        self._process.terminate()
-        self._process.join(ENDING)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
+        """End the process, which has nothing to finish, and remove the shared memory."""
+        atexit.unregister(self.close)
+        self._process.kill()
+        self._process.join()
         self._segment.remove()
         self._segment.close()

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from robot.link.ring import Ring
 
-__all__ = ["PREFIX", "Segment", "attached", "create"]
+__all__ = ["PREFIX", "Segment", "SharedMemoryMissing", "attached", "create"]
 
 PREFIX: Final = "robactor-body-"
 """Of the names of all segments; the maker's process id follows."""
@@ -27,6 +27,16 @@ ARM, THING = 15, 3
 _numbers = count()
 _here: dict[str, Segment] = {}
 """The segments that this process has attached: one mapping each, however many children hold a link."""
+
+
+class SharedMemoryMissing(RuntimeError):
+    """There is no shared memory for a body's process; the text says what to do."""
+
+    def __init__(self, size: int, cause: OSError) -> None:
+        super().__init__(
+            f"no shared memory for a body in a process of its own: {cause.strerror}: it needs {size // 1024 + 1} kB in {_SHM} (see df {_SHM}; in "
+            "a container --shm-size=64m); or run the robot in one process"
+        )
 
 
 class Segment:
@@ -72,11 +82,21 @@ class Segment:
 
 
 def create(things: int) -> Segment:
-    """A new segment, all zero. It is removed when this process ends, however it ends."""
+    """A new segment, all zero. It is removed when this process ends, however it ends. Raises `SharedMemoryMissing`."""
     _sweep()
     size = 8 + sum(Ring.size(slots, width) for slots, width in _layout(things))
     name = f"{PREFIX}{os.getpid()}-{next(_numbers)}"
-    segment = Segment(shared_memory.SharedMemory(name, create=True, size=size), things)
+    try:
+        memory = shared_memory.SharedMemory(name, create=True, size=size)
+    except OSError as error:
+        raise SharedMemoryMissing(size, error) from error
+    try:
+        _take(memory, size)
+    except OSError as error:
+        memory.close()
+        memory.unlink()
+        raise SharedMemoryMissing(size, error) from error
+    segment = Segment(memory, things)
     _here[name] = segment
     return segment
 
@@ -86,6 +106,13 @@ def attached(name: str, things: int) -> Segment:
     if name not in _here:
         _here[name] = Segment(_attach(name), things)
     return _here[name]
+
+
+def _take(memory: shared_memory.SharedMemory, size: int) -> None:
+    """Have the system give all of it now: a page that it cannot give later ends the process by SIGBUS. Raises `OSError`."""
+    descriptor: int = getattr(memory, "_fd", -1)  # it has no public name
+    if descriptor >= 0 and hasattr(os, "posix_fallocate"):
+        os.posix_fallocate(descriptor, 0, size)
 
 
 def _layout(things: int) -> list[tuple[int, int]]:

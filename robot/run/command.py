@@ -15,6 +15,7 @@ from robot.run.crashes import check_crashes, crash, with_hangs
 from robot.run.errands import UsageError
 from robot.run.hardships import Push
 from robot.run.options import Options, parse
+from robot.starting import interruptible
 
 if TYPE_CHECKING:
     import asyncio
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from actors.hosts import Hosts
     from actors.transport import Transport
     from robot.assembly import Robot
-    from robot.hardware.body import Body, BodySilent
+    from robot.hardware.body import Body
     from robot.planning.grid import Grid
     from robot.run.flight import Flight
     from robot.run.judge import Score
@@ -65,23 +66,22 @@ class Session:
 
         if self.options.clock == "real" and not self.options.processes:
             short_turns()  # its control loop shares this process
+        if self.options.clock == "virtual":
+            interruptible()
         try:
             return execute(self._main, clock=self.options.clock)
         except DeclarationError as error:  # of the machines: they are looked at when the run begins
             raise UsageError(str(error)) from error
-        except (SupervisorGaveUp, StartFailed) as error:
-            print(f"robot run: {error}", file=sys.stderr)
-            return 3
-        except BodySilent as error:
-            print(f"robot run: {self._why_silent(error)}", file=sys.stderr)
+        except (SupervisorGaveUp, StartFailed, BodySilent) as error:
+            print(f"robot run: {self._cause(error)}", file=sys.stderr)
             return 3
         except KeyboardInterrupt:  # before the first await, or on a platform without signal handlers
             return 130
         finally:
             self.robot.close()
 
-    def _why_silent(self, error: BodySilent) -> BaseException:
-        """That the body's process has ended, or else the first that was noticed: whatever asks for the body's last state fails by it, too."""
+    def _cause(self, error: Exception) -> Exception:
+        """That the body's process has ended, by which all else fails; or else the error itself."""
         from robot.hardware.body import BodySilent
 
         if self.robot.process is not None:
@@ -89,13 +89,14 @@ class Session:
                 self.robot.process.check()
             except BodySilent as ended:
                 return ended
-        return error.__context__ if isinstance(error.__context__, BodySilent) else error
+        return error
 
     # -- what can be wrong with it, found before anything runs --------------------------------------------------------------
 
     def _robot(self) -> Robot:
         from robot.assembly import Robot
         from robot.hardware.sensors import Sensors
+        from robot.link.segment import SharedMemoryMissing
         from robot.run.mission import get_mission
         from robot.scenes.worlds import UnknownWorld, get_world
         from robot.sim.physics import BackendMissing
@@ -113,7 +114,7 @@ class Session:
                 sight=options.sight, sensors=Sensors.of(options.sensors), publish_clock=options.publish_clock, processes=options.processes,
                 hosts=None if options.machines is None else options.machines.hosts,
             )  # fmt: skip
-        except BackendMissing as error:
+        except (BackendMissing, SharedMemoryMissing) as error:
             raise UsageError(str(error)) from None
 
     def _parameters(self, chosen: Supervisor) -> dict[str, dict[str, Any]] | None:
@@ -156,11 +157,12 @@ class Session:
 
         from actors import Child, run
         from actors.logs import Level, console_sink, json_sink
+        from robot.hardware.body import BodySilent
         from robot.run.flight import Flight
         from robot.run.judge import Judge, Score
         from robot.run.mission import failure
         from robot.run.report import last_sample, make_report
-        from robot.run.status import Status, StatusLine, final_parts
+        from robot.run.status import Part, Status, StatusLine, final_parts
         from robot.run.web import start
 
         options, began = self.options, time.monotonic()
@@ -193,11 +195,16 @@ class Session:
                     web.cancel()
                     report = make_report(system, self.body, score, self._header())
         finally:
-            line.end(final_parts(self.body.truth(), score, report.get("simulated_seconds", 0.0)))
+            parts: list[Part] = []
+            last: dict[str, Any] | None = None
+            try:
+                parts = final_parts(self.body.truth(), score, report.get("simulated_seconds", 0.0))
+                last, failed = last_sample(self.body), failure(options, score, self.body)
+            except BodySilent as error:
+                failed = str(self._cause(error))
+            line.end(parts)
             report |= flight.conclude(quiet=options.log_format == "json")
-            report |= {"last": last_sample(self.body), "wall_seconds": round(time.monotonic() - began, 3)}
-            failed = failure(options, score, self.body)
-            report["failure"] = failed
+            report |= {"last": last, "wall_seconds": round(time.monotonic() - began, 3), "failure": failed}
             self._conclude(score, report)
             failed = self._write(report) or failed
         if failed is None or system.exit_code != 0:
@@ -237,18 +244,19 @@ class Session:
         from robot.nodes.carrier import Carrier
         from robot.nodes.patrol import Patrol
 
-        duration = self.options.duration
+        duration, clock = self.options.duration, system.clock
+        began = clock.now()  # a start takes time on the real clock
         pushes = [
-            system.loop.call_at(system.clock.loop_time(push.at), self._push, push) for push in self.options.pushes
+            system.loop.call_at(clock.loop_time(began + push.at), self._push, push) for push in self.options.pushes
         ]
         crashes = {
-            one: system.loop.call_at(system.clock.loop_time(one.at), crash, system, one.node)
+            one: system.loop.call_at(clock.loop_time(began + one.at), crash, system, one.node)
             for one in self.options.crashes
         }
         ended = asyncio.ensure_future(system.wait())
         try:
             while not ended.done():
-                left = 0.1 if duration is None else min(0.1, duration - system.clock.now())
+                left = 0.1 if duration is None else min(0.1, began + duration - clock.now())
                 if left <= 0.0:
                     break
                 await asyncio.wait([ended], timeout=left)
@@ -269,7 +277,7 @@ class Session:
                 timer.cancel()
             for one, timer in crashes.items():
                 timer.cancel()  # later it would hit a robot that is sitting down
-                if system.clock.now() < one.at:
+                if clock.now() < began + one.at:
                     system.log.warning("crash not made: the run had ended", asked=f"{one.node}@{one.at:g}")
 
     def _push(self, push: Push) -> None:

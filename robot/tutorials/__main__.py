@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import sys
+
+from robot.starting import end_at_signals
+
+if __name__ == "__main__":
+    end_at_signals()  # what is imported takes a while
+
 import ast
 import importlib
 import pkgutil
-import sys
 from collections.abc import Sequence
 from importlib.resources import files
 

@@ -28,6 +28,7 @@ async def lines_until(process: asyncio.subprocess.Process, wanted: bytes) -> Non
         (signal.SIGINT, ("--ros2-exit-codes",), 2),
         (signal.SIGTERM, (), 143),
         (signal.SIGTERM, ("--ros2-exit-codes",), 15),
+        (signal.SIGHUP, (), 129),
     ],
 )
 async def test_a_signal_ends_a_command_in_order_and_without_a_word(
@@ -39,6 +40,7 @@ async def test_a_signal_ends_a_command_in_order_and_without_a_word(
         )
         await lines_until(process, b"hello")
         process.send_signal(number)
+        process.send_signal(number)  # as `timeout` does
         async with asyncio.timeout(30):
             _, error = await process.communicate()
         assert (process.returncode, error) == (code, b"")

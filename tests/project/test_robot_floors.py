@@ -31,6 +31,7 @@ FLOORS = (
     "interfaces",
     "png",
     "geometry",
+    "starting",
 )
 """The rooms from top to bottom. The face, ``robot/__init__.py``, stands above all of them, and nothing imports it."""
 

@@ -14,6 +14,7 @@ from typing import Any
 from actors import Child, ExitReason, Node, Skip, Stop, System, run
 from actors.logs import LogRecord
 from actors.node.node import ErrorVerdict
+from actors.processes.signals import PARENT
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 
 __all__ = ["PATIENCE", "Diary", "Scripted", "alive", "in_order", "running", "until"]
@@ -48,7 +49,7 @@ class Scripted(Node):
 
     `start`: seconds of its start phase; `refuse`: in how many of its first lives it fails to start; `skip`: it declines to start; `after`:
     seconds until it ends by itself, by raising, or in order with `stops`; `lives`: only in so many first lives; `cleanup`: seconds of its
-    `on_stop`; `deaf`: it ignores SIGTERM, and its `on_stop` never ends.
+    `on_stop`; `deaf`: it ignores the signal of its parent, and its `on_stop` never ends.
     """
 
     def __init__(self, diary: str, plan: dict[str, Any]) -> None:
@@ -64,7 +65,7 @@ class Scripted(Node):
         self.write("start")
         plan = self.plan
         if plan.get("deaf"):
-            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            signal.signal(PARENT, signal.SIG_IGN)
         await asyncio.sleep(plan.get("start", 0.0))
         if plan.get("skip"):
             raise Skip("not today")

@@ -25,6 +25,7 @@ from actors.processes.channel import Channel, framed
 from actors.processes.main import main, read_frame, serve
 from actors.processes.messages import BEAT, Line, NodeFacts, Nodes, Order, Over, Ready, StopAsked
 from actors.processes.preparation import preparation
+from actors.processes.signals import PARENT
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.processes.kit import until
 
@@ -77,8 +78,7 @@ async def served(given: Order) -> AsyncGenerator[Parent]:
         yield parent
         await run
     finally:
-        for signal_number in (signal.SIGTERM, signal.SIGHUP):
-            asyncio.get_running_loop().remove_signal_handler(signal_number)
+        asyncio.get_running_loop().remove_signal_handler(PARENT)
         os.close(notes)
         os.close(noting)
 
@@ -141,11 +141,15 @@ async def test_when_the_channel_closes_the_child_ends_in_order() -> None:
         parent.channel.close()
 
 
-@pytest.mark.parametrize(("number", "why"), [(signal.SIGTERM, "SIGTERM"), (signal.SIGHUP, mains.ORPHANED)])
-async def test_a_signal_ends_the_child_in_order(number: signal.Signals, why: str) -> None:
+@pytest.mark.parametrize(("ended", "why"), [(False, "terminated"), (True, mains.ORPHANED)])
+async def test_the_signal_of_its_parent_ends_the_child_in_order(
+    ended: bool, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     async with served(order(Child(Busy, process=True))) as parent:
         await until(lambda: Ready() in parent.events)
-        os.kill(os.getpid(), number)
+        if ended:
+            monkeypatch.setattr(os, "getppid", lambda: 1)
+        os.kill(os.getpid(), PARENT)
         await until(lambda: parent.events[-1] == "lost")
         assert parent.events[-2] == Over(Stopped(why))
 
@@ -184,7 +188,7 @@ class Unknown(Node):
 def run_main(frames: bytes, monkeypatch: pytest.MonkeyPatch) -> tuple[int, list[Any]]:
     """Run the program with these frames in its channel; its exit code, and what it tells."""
     monkeypatch.setattr("actors.processes.main.end_with_parent", lambda by: None)
-    before = signal.getsignal(signal.SIGINT)
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     ours, theirs = socket.socketpair()
     notes, noting = os.pipe()
     ours.sendall(frames)
@@ -192,7 +196,8 @@ def run_main(frames: bytes, monkeypatch: pytest.MonkeyPatch) -> tuple[int, list[
     try:
         code = main([str(theirs.detach()), str(noting), "top/busy"])
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
         os.close(notes)
         os.close(noting)
     told: list[Any] = []
@@ -233,10 +238,10 @@ def test_the_system_is_asked_to_tell_of_the_parents_end(monkeypatch: pytest.Monk
 
     before = asked()
     try:
-        mains.end_with_parent(signal.SIGHUP)
-        assert asked() == signal.SIGHUP
+        mains.end_with_parent(PARENT)
+        assert asked() == PARENT
     finally:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, before, 0, 0, 0)
     monkeypatch.setattr(sys, "platform", "darwin")
-    mains.end_with_parent(signal.SIGHUP)
+    mains.end_with_parent(PARENT)
     assert asked() == before

@@ -24,6 +24,7 @@ from actors.processes import spawned
 from actors.processes.channel import framed
 from actors.processes.flights import makers, save
 from actors.processes.messages import BEAT, Line, Order, Ready, StopAsked, beat_seconds, next_beat
+from actors.processes.signals import PARENT
 from actors.processes.spawned import SpawnedProcess, spawn
 from actors.transport.zenoh import ZenohTransport
 from tests.actors.processes.kit import alive, until
@@ -135,7 +136,7 @@ async def test_a_process_that_beats_again_in_time_lives(monkeypatch: pytest.Monk
     assert alive(process.id)
     process.terminate()
     running.close()
-    assert await ended(running) == "signal SIGTERM"
+    assert await ended(running) == "signal SIGUSR1"
 
 
 async def test_a_parent_whose_own_loop_stands_still_blames_nobody() -> None:
@@ -213,7 +214,7 @@ async def test_a_whole_process_from_its_launch_to_its_orderly_end() -> None:
         assert second != process
     assert not alive(process)
     assert not alive(second)
-    assert signal.getsignal(signal.SIGHUP) == signal.SIG_DFL  # what a process does with signals, its parent does not
+    assert signal.getsignal(PARENT) == signal.SIG_DFL  # what a process does with signals, its parent does not
 
 
 async def test_the_flight_record_of_a_process_whose_child_fails_is_written_and_named(

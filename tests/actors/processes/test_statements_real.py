@@ -295,7 +295,7 @@ async def test_OTP_D02_a_process_that_cleans_up_for_too_long_is_terminated_and_t
     assert system.reports[-1].reason == Killed(0.2)
 
 
-async def test_OTP_D02_a_process_that_ignores_SIGTERM_is_killed(diary: Diary) -> None:
+async def test_OTP_D02_a_process_that_does_not_hear_is_killed(diary: Diary) -> None:
     children = in_order(diary, "a", "b", b={"deaf": True}, options={"b": {"stop": 0.2, "hang": math.inf}})
     async with running(Supervisor("top", children=children)) as system:
         pass

@@ -253,7 +253,18 @@ async def test_when_the_parent_is_killed_all_processes_end_their_nodes_in_order_
             os.kill(pid, signal.SIGKILL)
 
 
-async def test_ctrl_c_reaches_all_processes_and_they_stop_in_order(diary: Diary, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        (signal.SIGINT,),
+        (signal.SIGTERM, signal.SIGTERM),  # as `timeout` does
+        (signal.SIGHUP, signal.SIGCONT),  # as a terminal that is closed does
+    ],
+    ids=lambda numbers: numbers[0].name,
+)
+async def test_a_signal_to_all_processes_is_for_the_parent_which_stops_them_in_order(
+    numbers: tuple[signal.Signals, ...], diary: Diary, tmp_path: Path
+) -> None:
     program = tmp_path / "program.py"
     program.write_text(PROGRAM.replace(', "deaf", deaf={"deaf": True}', ""))
     parent = subprocess.Popen(  # noqa: ASYNC220
@@ -265,9 +276,10 @@ async def test_ctrl_c_reaches_all_processes_and_they_stop_in_order(diary: Diary,
     try:
         await until(lambda: "ready c" in diary.lines("ready"))
         pids = [diary.processes(name)[0] for name in "abc"]
-        os.killpg(parent.pid, signal.SIGINT)
+        for number in numbers:
+            os.killpg(parent.pid, number)
         await until(lambda: parent.poll() is not None)
-        assert parent.returncode in (130, -signal.SIGINT)
+        assert parent.returncode == (-signal.SIGINT if numbers[0] == signal.SIGINT else 128 + numbers[0])
         assert diary.lines("stop", "end") == ["stop c", "end c", "stop b", "end b", "stop a", "end a"]
         assert not any(alive(pid) for pid in pids)
     finally:

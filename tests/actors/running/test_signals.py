@@ -9,14 +9,16 @@ from collections.abc import Iterator
 import pytest
 
 from actors import Child, Node, Supervisor, background, run
+from actors.running import signals
 from actors.running.signals import exit_on_sigterm, listen
 
-NUMBERS = [(signal.SIGINT, KeyboardInterrupt, 130), (signal.SIGTERM, SystemExit, 143)]
+NUMBERS = [(signal.SIGINT, KeyboardInterrupt, 130), (signal.SIGTERM, SystemExit, 143), (signal.SIGHUP, SystemExit, 129)]
 
 
 @pytest.fixture(autouse=True)
-def _signals_as_they_were() -> Iterator[None]:
+def _signals_as_they_were(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     before = [signal.getsignal(number) for number, _, _ in NUMBERS]
+    monkeypatch.setattr(signals, "ONE_SIGNAL_SECONDS", 0.02)  # less than `turns` take
     yield
     assert [signal.getsignal(number) for number, _, _ in NUMBERS] == before
 
@@ -127,7 +129,9 @@ def test_a_handler_that_python_does_not_know_is_not_put_back(monkeypatch: pytest
     asyncio.run(main())
     for (number, _, _), handler in zip(NUMBERS, before, strict=True):
         signal.signal(number, handler)
-    assert put == [signal.default_int_handler, signal.SIG_DFL], "what asyncio does when it lets go of them"
+    assert put == [signal.default_int_handler, signal.SIG_DFL, signal.SIG_DFL], (
+        "what asyncio does when it lets go of them"
+    )
 
 
 # -- a block that goes on when its tree has ended -----------------------------------------------------------------------
@@ -180,6 +184,7 @@ def test_one_that_swallows_that_too_is_ended_by_the_next_signal(
                 await asyncio.sleep(3600.0)
             except asyncio.CancelledError:
                 story.append("swallowed")
+            await turns()
             raise_soon(number)
             await asyncio.sleep(3600.0)
 

@@ -182,7 +182,11 @@ spin(Child(Greeter, args=(whom,)))
 """
 
 
-def test_a_program_takes_the_words_of_its_command_line_and_ends_by_ctrl_c(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_program_takes_the_words_of_its_command_line_and_ends_in_order_by_a_signal(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    """`ros2 launch` sends SIGINT, and calls every node dead that does not exit with 0 then."""
     path = tmp_path / "greet.py"
     path.write_text(PROGRAM)
     words = [sys.executable, str(path), "world", "--ros-args", "-p", "text:=adieu"]
@@ -191,6 +195,40 @@ def test_a_program_takes_the_words_of_its_command_line_and_ends_by_ctrl_c(tmp_pa
     with subprocess.Popen(words, env=environment, **pipes) as running:
         assert running.stdout is not None and running.stderr is not None
         said = next(line for line in running.stdout if line.startswith("/"))
-        running.send_signal(signal.SIGINT)
+        running.send_signal(number)
         told = running.stderr.read()
-        assert (said, running.wait(30), told) == ("/greeter adieu world\n", 130, "")
+        assert (said, running.wait(30), told) == ("/greeter adieu world\n", 0, "")
+
+
+SLOW = """
+import asyncio, os, signal, sys
+from actors import Child, Node, spin
+
+def soon(seconds):
+    asyncio.get_running_loop().call_later(seconds, os.kill, os.getpid(), signal.SIGINT)
+
+class Slow(Node):
+    async def on_start(self):
+        soon(0.0)
+        if "start" in sys.argv:
+            await asyncio.sleep(3600)
+
+    async def on_stop(self, reason):
+        print("stops", flush=True)
+        if "stuck" in sys.argv:
+            soon(0.6)
+            await asyncio.sleep(3600)
+
+spin(Child(Slow, stop=3600.0))
+"""
+
+
+@pytest.mark.parametrize(("how", "code"), [("start", 0), ("stop", 0), ("stuck", 130)])
+def test_only_a_signal_that_kills_is_a_failure(how: str, code: int, tmp_path: Path) -> None:
+    path = tmp_path / "slow.py"
+    path.write_text(SLOW)
+    environment = {**os.environ, "RMW_IMPLEMENTATION": "in_process"}
+    words = [sys.executable, str(path), how]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
+    said = [line for line in done.stdout.splitlines() if "[" not in line]  # the log
+    assert (done.returncode, said, done.stderr) == (code, ["stops"], "")

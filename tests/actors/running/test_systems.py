@@ -429,7 +429,8 @@ class Part(Node):
 class Stuck(Node):
     async def on_stop(self, reason):
         say("stuck")
-        os.kill(os.getpid(), signal.SIGINT)
+        for later in (0.0, 0.6):  # the first is the same signal as the one that stops the tree
+            asyncio.get_running_loop().call_later(later, kill_me, signal.SIGINT)
         await asyncio.sleep(3600.0)
         say("never")
 

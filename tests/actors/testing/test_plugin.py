@@ -46,6 +46,28 @@ def suite(
     return run_pytest(pytester, *arguments)
 
 
+def test_no_test_meets_other_processes_unless_it_names_a_transport_whatever_the_shell_has(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")
+    body = """
+        import os
+        from actors import open_node
+        from actors.system import system_of
+        from actors.transport import transport_from_environment
+
+        async def test_alone():
+            async with open_node("alone") as node:
+                assert not system_of(node).runtime.observers.opening, "nothing is opened beside the node"
+            assert transport_from_environment(os.environ) is None
+
+        def test_by_name(monkeypatch):
+            monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_zenoh_cpp")
+            assert transport_from_environment(os.environ) is not None
+    """
+    suite(pytester, body).assert_outcomes(passed=2)
+
+
 def test_time_is_virtual_for_a_rig_directly_or_through_a_fixture_and_for_the_mark_only(
     pytester: pytest.Pytester,
 ) -> None:

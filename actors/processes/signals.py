@@ -1,0 +1,43 @@
+"""The signals that a process of a tree leaves to its parent.
+
+Ctrl-C, a closed terminal, `timeout` and service managers send them to all processes of a group at once. The tree can end in order only if
+the processes wait for their turn.
+"""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final
+
+__all__ = ["PARENT", "held_back", "leave_to_parent"]
+
+PARENT: Final = signal.SIGUSR1
+"""The signal by which the parent asks for the end, and the system tells that the parent has ended."""
+_LEFT: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@contextmanager
+def held_back() -> Iterator[None]:
+    """A process that this thread starts within the block begins with these signals blocked, until it calls `leave_to_parent`. A signal for
+    this thread waits for the end of the block."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _LEFT)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def leave_to_parent() -> None:
+    """Do nothing at these signals from now on. Programs that this process starts take them as usual, except for SIGINT. Main thread only."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` has it
+            signal.signal(number, _nothing)
+            signal.siginterrupt(number, False)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _LEFT)
+
+
+def _nothing(number: int, frame: object) -> None:
+    """A handler, unlike SIG_IGN, is not inherited by programs that this process starts."""
