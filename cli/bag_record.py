@@ -12,6 +12,7 @@ from pathlib import Path
 
 from actors import Child, temporary
 from actors.bag import BagError, Recorder, RecordOptions
+from actors.errors import described
 from actors.interfaces import load_folder
 from actors.logs import WARN, LogRecord
 from actors.replay.publishing import topic_of
@@ -152,7 +153,7 @@ async def _record(options: argparse.Namespace, path: Path, told: RecordOptions) 
             parameters={"use_sim_time": True} if options.use_sim_time else {},
             restart=temporary,
         )
-        await graph.system.join(child)
+        joined = await graph.system.join(child)
         recorder = graph.system.node(Recorder)
         print(f"Recording into {path}; Ctrl-C ends it", file=sys.stderr, flush=True)
         await until_signal(_watched(recorder), options.duration)
@@ -160,6 +161,8 @@ async def _record(options: argparse.Namespace, path: Path, told: RecordOptions) 
         progress_over()
     if recorder.failure is not None:
         raise BagError(f"{path}: {recorder.failure.strerror or recorder.failure}; {_summary(recorder)}")
+    if joined.error is not None:
+        raise BagError(f"{path}: the recorder has failed: {described(joined.error)}; {_summary(recorder)}")
     print(f"{path}: {_summary(recorder)}", file=sys.stderr)
     return 0
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.bag.contents import BagError, BagTopic
 from actors.interfaces.errors import InterfaceError
-from actors.interfaces.loading import load
+from actors.interfaces.learning import define, read
 from actors.interfaces.naming import full_name
 from actors.interfaces.registry import find, get_message
 
@@ -40,23 +40,4 @@ def _define(topic: BagTopic) -> None:
     for other in others:
         head, _, text = other.partition("\n")
         texts[full_name(head.removeprefix(HEAD).strip())] = text
-    texts = {name: text for name, text in texts.items() if find(name) is None} | {full_name(topic.type): first}
-    while texts:
-        defined = [name for name, text in texts.items() if _defines(name, text, texts)]
-        if not defined:
-            name, text = texts.popitem()
-            load(text, name)  # raises, and tells why
-        for name in defined:
-            del texts[name]
-
-
-def _defines(name: str, text: str, others: dict[str, str]) -> bool:
-    """Define a type, unless it needs one of the others first."""
-    package = name.partition("/")[0]
-    for line in text.splitlines():
-        base = line.partition("#")[0].strip().partition(" ")[0].partition("[")[0]
-        needed = (base if "/" in base else f"{package}/{base}").replace("/", "/msg/")
-        if needed in others and needed != name:
-            return False
-    load(text, name)
-    return True
+    define(read(texts | {full_name(topic.type): first}))

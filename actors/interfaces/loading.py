@@ -37,7 +37,7 @@ def load(source: str | os.PathLike[str], name: str | None = None) -> type[Any]:
     """
     if name is not None:
         package, kind, leaf = full_name(name).split("/")
-        return _define(parse(os.fspath(source), package, leaf, _as_kind(kind, name)), None)
+        return define(parse(os.fspath(source), package, leaf, _as_kind(kind, name)), None)
     path = Path(source)
     parent = path.parent.name if path.parent.name not in KINDS else path.parent.parent.name
     return load_file(path, parent)
@@ -48,7 +48,7 @@ def load_file(path: str | os.PathLike[str], package: str) -> type[Any]:
     file = Path(path)
     kind = _as_kind(file.suffix.removeprefix("."), os.fspath(path))
     text = file.read_text(encoding="utf-8-sig")
-    return _define(parse(text, package, file.stem, kind, os.fspath(path)), os.fspath(path))
+    return define(parse(text, package, file.stem, kind, os.fspath(path)), os.fspath(path))
 
 
 def load_folder(path: str | os.PathLike[str]) -> list[type[Any]]:
@@ -99,7 +99,8 @@ def _as_kind(kind: str, where: str) -> Kind:
     raise DefinitionError("invalid_type_name", f"{where}: expected a .msg, .srv or .action definition")
 
 
-def _define(definition: Definition, file: str | None) -> type[Any]:
+def define(definition: Definition, file: str | None) -> type[Any]:
+    """The type of a definition, which comes from this file if it comes from one. Nested types must be known. Raises as `load`."""
     package, kind, name = definition.name.split("/")
     parts = [_message_class(part, package, kind, definition, file) for part in definition.parts]
     if kind == "msg":

@@ -13,9 +13,13 @@ Kind: TypeAlias = Literal["msg", "srv", "action"]
 """The kinds of interfaces, by the folders in which a package keeps their definitions."""
 KINDS: Final[tuple[Kind, ...]] = ("msg", "srv", "action")
 
-_LOWER = re.compile(r"[a-z](_?[a-z0-9]+)*")
+_LONGEST: Final = 255
+"""Characters of one part of a name at most: a definition lies in a file and a folder of these names."""
+
+# Each matches in time that grows with the length of the text alone: where an underscore stands, one way leads on.
+_LOWER = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
 _CAMEL = re.compile(r"[A-Z][A-Za-z0-9]*")
-_UPPER = re.compile(r"[A-Z](_?[A-Z0-9]+)*")
+_UPPER = re.compile(r"[A-Z][A-Z0-9]*(?:_[A-Z0-9]+)*")
 
 PART_KINDS: Final[dict[str, Kind]] = {
     "Request": "srv",
@@ -29,23 +33,27 @@ PART_KINDS: Final[dict[str, Kind]] = {
 
 
 def is_package_name(text: str) -> bool:
-    """Lower case, digits and single inner underscores, a letter first."""
-    return _LOWER.fullmatch(text) is not None
+    """Lower case, digits and single inner underscores, a letter first; at most 255 characters, as each part of a name."""
+    return _is(_LOWER, text)
 
 
 def is_field_name(text: str) -> bool:
     """The same rule as for packages."""
-    return _LOWER.fullmatch(text) is not None
+    return _is(_LOWER, text)
 
 
 def is_interface_name(text: str) -> bool:
     """A message, service or action: letters and digits, an upper-case letter first, no underscore."""
-    return _CAMEL.fullmatch(text) is not None
+    return _is(_CAMEL, text)
 
 
 def is_constant_name(text: str) -> bool:
     """Upper case, digits and single inner underscores, a letter first."""
-    return _UPPER.fullmatch(text) is not None
+    return _is(_UPPER, text)
+
+
+def _is(pattern: re.Pattern[str], text: str) -> bool:
+    return len(text) <= _LONGEST and pattern.fullmatch(text) is not None
 
 
 def full_name(name: str, kind: Kind = "msg") -> str:
@@ -57,9 +65,9 @@ def full_name(name: str, kind: Kind = "msg") -> str:
     parts = name.split("/")
     if len(parts) == 2:
         parts.insert(1, kind)
-    if len(parts) != 3 or not all(parts) or parts[1] not in KINDS:
+    if len(parts) != 3 or parts[1] not in KINDS or not all(0 < len(part) <= _LONGEST for part in parts):
         raise UnknownInterface(
-            f"{name!r} is not the name of a type; write package/{kind}/Name, as in std_msgs/msg/String"
+            f"{name!r:.300} is not the name of a type; write package/{kind}/Name, as in std_msgs/msg/String"
         )
     return "/".join(parts)
 

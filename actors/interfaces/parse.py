@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 from textwrap import dedent
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 import msgspec
 
@@ -38,6 +38,8 @@ PARTS: dict[Kind, tuple[str, ...]] = {
     "action": ("_Goal", "_Result", "_Feedback"),
 }
 SEPARATOR = "---"
+_LONGEST_NUMBER: Final = 100
+"""Characters of an integer at most; 64 bits need 66, as 0b... ."""
 
 
 class DefinitionError(InterfaceError, ValueError):
@@ -98,9 +100,13 @@ def parse(text: str, package: str, name: str, kind: Kind, file: str | None = Non
         DefinitionError: with file, line and reason.
     """
     if not is_package_name(package):
-        raise DefinitionError("invalid_type_name", f"{package!r} is not a package name ({_LOWER_RULE})", None, file)
+        raise DefinitionError(
+            "invalid_type_name", f"{package!r:.200} is not a package name ({_LOWER_RULE})", None, file
+        )
     if not is_interface_name(name):
-        raise DefinitionError("invalid_type_name", f"{name!r} is not a name for a type ({_CAMEL_RULE})", None, file)
+        raise DefinitionError(
+            "invalid_type_name", f"{name!r:.200} is not a name for a type ({_CAMEL_RULE})", None, file
+        )
     parts: list[MessageDefinition] = []
     for suffix, (offset, lines) in zip(PARTS[kind], _split(text, kind, file), strict=True):
         parts.append(_parse_part(lines, package, f"{package}/{kind}/{name}{suffix}", offset, file))
@@ -141,6 +147,7 @@ def _parse_part(lines: list[str], package: str, name: str, offset: int, file: st
     constants: list[ConstantDefinition] = []
     comments: list[list[str]] = []  # of each element, in step with `elements`
     elements: list[FieldDefinition | ConstantDefinition] = []
+    names: set[tuple[bool, str]] = set()
     start = next((index for index, line in enumerate(lines) if not line.startswith("#")), len(lines))
     waiting: list[str] = []
     for number, raw in enumerate(lines[start:], offset + start + 1):
@@ -157,9 +164,11 @@ def _parse_part(lines: list[str], package: str, name: str, offset: int, file: st
         try:
             element = _parse_line(code, package, number)
         except DefinitionError as error:
-            raise DefinitionError(error.code, f"{error.reason} in {code!r}", number, file) from None
-        if any(type(other) is type(element) and other.name == element.name for other in elements):
-            raise DefinitionError("duplicate_name", f"{element.name!r} is there twice", number, file)
+            raise DefinitionError(error.code, f"{error.reason} in {code!r:.300}", number, file) from None
+        name_of_kind = isinstance(element, FieldDefinition), element.name
+        if name_of_kind in names:
+            raise DefinitionError("duplicate_name", f"{element.name!r:.200} is there twice", number, file)
+        names.add(name_of_kind)
         elements.append(element)
         comments.append(waiting)
         waiting = []
@@ -188,17 +197,19 @@ def _parse_line(code: str, package: str, number: int) -> FieldDefinition | Const
     if equals:
         name, value = name.rstrip(), value.lstrip()
         if type_text not in PRIMITIVES:
-            raise DefinitionError("invalid_type", f"a constant cannot be of type {type_text!r}, only a plain primitive")
+            raise DefinitionError(
+                "invalid_type", f"a constant cannot be of type {type_text!r:.200}, only a plain primitive"
+            )
         if not is_constant_name(name):
             raise DefinitionError(
-                "invalid_member_name", f"{name!r} is not a name for a constant (upper case; '=' makes a constant)"
+                "invalid_member_name", f"{name!r:.200} is not a name for a constant (upper case; '=' makes a constant)"
             )
         kind = FieldType(type_text)
         return ConstantDefinition(name, kind, parse_value(kind, value), (), None, number)
     kind = parse_type(type_text, package)
     name, _, default = rest.partition(" ")
     if not is_field_name(name):
-        raise DefinitionError("invalid_member_name", f"{name!r} is not a name for a field ({_LOWER_RULE})")
+        raise DefinitionError("invalid_member_name", f"{name!r:.200} is not a name for a field ({_LOWER_RULE})")
     default = default.lstrip()
     return FieldDefinition(name, kind, parse_value(kind, default) if default else None, (), None, number)
 
@@ -214,16 +225,16 @@ def parse_type(text: str, package: str | None) -> FieldType:
     if text.endswith("]"):
         element, bracket, inner = text[:-1].rpartition("[")
         if not bracket:
-            raise DefinitionError("invalid_type", f"type {text!r} ends with ']' but has no '['")
+            raise DefinitionError("invalid_type", f"type {text!r:.200} ends with ']' but has no '['")
         array = "unbounded"
         if inner:
             array = "bounded" if inner.startswith("<=") else "fixed"
-            size = _positive(inner.removeprefix("<="), f"array type {text!r}")
+            size = _positive(inner.removeprefix("<="), f"array type {text!r:.200}")
         text = element
     base, bound = text, 0
     for name in sorted(STRINGS):
         if text.startswith(f"{name}<="):
-            base, bound = name, _positive(text[len(name) + 2 :], f"string type {text!r}")
+            base, bound = name, _positive(text[len(name) + 2 :], f"string type {text!r:.200}")
     if base not in PRIMITIVES and base not in {"time", "duration"}:
         base = _message_name(base, package)
     return FieldType(base, bound, array, size)
@@ -231,11 +242,11 @@ def parse_type(text: str, package: str | None) -> FieldType:
 
 def _positive(text: str, what: str) -> int:
     try:
-        number = int(text)
+        number = int(text) if len(text) <= _LONGEST_NUMBER else 0
     except ValueError:
         number = 0
     if number <= 0:
-        raise DefinitionError("invalid_type", f"{what}: {text!r} is not a positive number")
+        raise DefinitionError("invalid_type", f"{what}: {text!r:.200} is not a positive number")
     return number
 
 
@@ -244,7 +255,7 @@ def _message_name(text: str, package: str | None) -> str:
     if len(parts) == 1 and package is not None:
         parts.insert(0, package)
     if len(parts) != 2 or not is_package_name(parts[0]) or not is_interface_name(parts[1]):
-        raise DefinitionError("invalid_type_name", f"{text!r} is neither a primitive type nor 'package/Name'")
+        raise DefinitionError("invalid_type_name", f"{text!r:.200} is neither a primitive type nor 'package/Name'")
     return f"{parts[0]}/msg/{parts[1]}"
 
 
@@ -259,7 +270,9 @@ def parse_value(kind: FieldType, text: str) -> Any:
     if not kind.is_array:
         return _parse_primitive(kind, text)
     if not (text.startswith("[") and text.endswith("]") and len(text) > 1):
-        raise DefinitionError("invalid_value", f"the default of {kind} is written in brackets, as [1, 2], not {text!r}")
+        raise DefinitionError(
+            "invalid_value", f"the default of {kind} is written in brackets, as [1, 2], not {text!r:.200}"
+        )
     inner = text[1:-1]
     items = _string_items(inner) if kind.base in STRINGS else inner.split(",") if inner else []
     if (kind.array == "fixed" and len(items) != kind.size) or (kind.array == "bounded" and len(items) > kind.size):
@@ -272,7 +285,7 @@ def _parse_primitive(kind: FieldType, text: str) -> Any:
     if kind.base == "bool":
         value = {"true": True, "1": True, "false": False, "0": False}.get(text.lower())
         if value is None:
-            raise DefinitionError("invalid_value", f"{text!r} is not a bool (true, false, 1 or 0)")
+            raise DefinitionError("invalid_value", f"{text!r:.200} is not a bool (true, false, 1 or 0)")
         return value
     if kind.base in STRINGS:
         return _parse_string(kind, text)
@@ -281,7 +294,7 @@ def _parse_primitive(kind: FieldType, text: str) -> Any:
             return float(text)
         number = _integer(text)
     except ValueError:
-        raise DefinitionError("invalid_value", f"{text!r} is not a value of {kind.base}") from None
+        raise DefinitionError("invalid_value", f"{text!r:.200} is not a value of {kind.base}") from None
     low, high = INTEGER_RANGES[kind.base]
     if not low <= number <= high:
         raise DefinitionError("invalid_value", f"{number} is out of range for {kind.base} ({low}..{high})")
@@ -289,6 +302,8 @@ def _parse_primitive(kind: FieldType, text: str) -> Any:
 
 
 def _integer(text: str) -> int:
+    if len(text) > _LONGEST_NUMBER:
+        raise ValueError
     try:
         return int(text)
     except ValueError:
@@ -304,31 +319,42 @@ def _parse_string(kind: FieldType, text: str) -> str:
             text = text.replace("\\" + quote, quote)
             break
     if kind.string_bound and len(text) > kind.string_bound:
-        raise DefinitionError("invalid_value", f"{text!r} is longer than {kind.string_bound} characters")
+        raise DefinitionError("invalid_value", f"{text!r:.200} is longer than {kind.string_bound} characters")
     return text
+
+
+_QUOTED: Final = {quote: re.compile(rf"{quote}(?:\\.|[^\\{quote}])*+{quote}") for quote in "\"'"}
 
 
 def _string_items(text: str) -> list[str]:
     """The elements of a list of strings: quoted ones may contain commas, bare ones end at the next comma."""
     items: list[str] = []
-    text = text.lstrip(" ")
-    while text:
-        if text[0] == ",":
-            raise DefinitionError("invalid_value", f"an element is missing before {text!r}")
-        if text[0] in "\"'":
-            found = re.match(rf"{text[0]}((?:\\.|[^\\{text[0]}])*){text[0]}", text)
+    at = _after_blanks(text, 0)
+    while at < len(text):
+        if text[at] == ",":
+            raise DefinitionError("invalid_value", f"an element is missing before {text[at:]!r:.200}")
+        if text[at] in _QUOTED:
+            found = _QUOTED[text[at]].match(text, at)
             if found is None:
-                raise DefinitionError("invalid_value", f"the quote that opens {text!r} is not closed")
-            items.append(found.group(0))
-            text = text[found.end() :].lstrip(" ")
+                raise DefinitionError("invalid_value", f"the quote that opens {text[at:]!r:.200} is not closed")
+            items.append(found[0])
+            at = _after_blanks(text, found.end())
         else:
-            item, comma, text = text.partition(",")
-            items.append(item)
-            text = comma + text
-        if text and text[0] != ",":
-            raise DefinitionError("invalid_value", f"expected a comma before {text!r}")
-        text = text[1:].lstrip(" ")
+            end = text.find(",", at)
+            end = len(text) if end < 0 else end
+            items.append(text[at:end])
+            at = end
+        if at < len(text) and text[at] != ",":
+            raise DefinitionError("invalid_value", f"expected a comma before {text[at:]!r:.200}")
+        at = _after_blanks(text, at + 1)
     return items
+
+
+def _after_blanks(text: str, at: int) -> int:
+    """The index of the first character from `at` on that is no blank; the end if there is none."""
+    while at < len(text) and text[at] == " ":
+        at += 1
+    return at
 
 
 def _condense(lines: list[str]) -> list[str]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors.contracts.contracts import Service
 from actors.errors import ActorError
+from actors.interfaces.errors import InterfaceError
 from actors.interfaces.foreign import ForeignType
 
 if TYPE_CHECKING:
@@ -22,18 +23,25 @@ PATIENCE = 2.0
 async def fetch(node: Node, name: str, parts: Iterable[tuple[str, str]], owners: Iterable[str]) -> bool:
     """Ask the nodes `owners`, one after the other, for a type, and define it here. Returns whether one of them knew it.
 
-    `parts` are the types to ask for, with their hashes: the type itself, or for an action those of its services and feedback. Raises
-    `InterfaceError` for a description that is none.
+    `parts` are the types to ask for, with their hashes: the type itself, or for an action those of its services and feedback. What they say is
+    read outside of the event loop. Raises `InterfaceError` if it was described, but each time by what is no description.
     """
-    from actors.interfaces.learning import define
+    from actors.interfaces.learning import define, definitions_of
 
     wanted = list(parts)
+    wrong: InterfaceError | None = None
     for owner in dict.fromkeys(owners):
         answers = [await _asked(node, owner, part, type_hash) for part, type_hash in wanted]
-        described = [answer for answer in answers if answer is not None]
-        if described and len(described) == len(wanted):
-            define(name, described)
-            return True
+        given = [answer for answer in answers if answer is not None]
+        if given and len(given) == len(wanted):
+            try:
+                define(await node.offload(definitions_of, name, given, thread=True))
+            except InterfaceError as error:
+                wrong = error
+            else:
+                return True
+    if wrong is not None:
+        raise wrong
     return False
 
 

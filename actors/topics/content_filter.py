@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Callable, Sequence
-from functools import reduce
+from functools import lru_cache, reduce
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
@@ -231,8 +231,17 @@ def _between(value: _Value, low: _Value, high: _Value) -> _Test:
 
 
 def _like(value: _Value, pattern: _Value) -> _Test:
-    def fits(text: Any, wanted: Any) -> bool:
-        parts = {"%": ".*", "_": "."}
-        return re.fullmatch("".join(parts.get(one) or re.escape(one) for one in wanted), text, re.DOTALL) is not None
+    return _compared(lambda text, wanted: _pattern(wanted).fullmatch(text) is not None, value, pattern)
 
-    return _compared(fits, value, pattern)
+
+@lru_cache
+def _pattern(wanted: Any) -> re.Pattern[str]:
+    """What LIKE takes. Each part after a ``%`` is looked for once, from where the one before it was found first: texts come from others, and
+    many ways to split one up would take its length to the power of their number."""
+    if not isinstance(wanted, str):
+        raise TypeError
+    first, *others = ("".join("." if one == "_" else re.escape(one) for one in part) for part in wanted.split("%"))
+    if not others:
+        return re.compile(first, re.DOTALL)
+    between = "".join(f"(?>.*?{part})" for part in others[:-1] if part)
+    return re.compile(f"{first}{between}.*{others[-1]}", re.DOTALL)

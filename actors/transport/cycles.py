@@ -1,12 +1,17 @@
 """Call cycles over several processes: each is found by the process in which it is closed, or by a question that follows it.
 
 A request that reaches a node which waits, in the end, for a node of the request's own chain is refused at once. If the wait leads to another
-process, that process is asked: it goes on from there, and so on. Whoever finds a node of the chain at the end of its own waits fails the call
-that closes the cycle. The request that arrives last in a cycle finds all others waiting, so every cycle is found.
+process, that process is asked: it goes on from there, and so on. A process that finds a node of the chain at the end of its own waits fails the
+call that closes the cycle. The request that arrives last in a cycle finds all others waiting, so every cycle is found.
+
+Anybody can ask about any chain. So a process believes nothing but the waits of its own nodes: where a chain of others ends at one of these, it
+asks on its own along what that node waits for. Its question has a secret number, which only the processes get to know that are waited for. If it
+comes back, there is a cycle.
 """
 
 from __future__ import annotations
 
+import secrets
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import CallCycle
@@ -15,7 +20,7 @@ from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, Waiting, parse_extension, write_extension
 
 if TYPE_CHECKING:
-    from actors.services.peers import Caller
+    from actors.services.peers import Caller, OpenCall
     from actors.transport.local_side import LocalSide
     from actors.transport.protocol import Handle, Query
 
@@ -28,12 +33,14 @@ _PATIENCE: Final = 5.0
 class Cycles:
     """The part of one system in finding them.
 
-    Invariant: between `open` and `close` it answers the questions of other processes about the nodes of this one.
+    Invariants: between `open` and `close` it answers the questions of other processes about the nodes of this one. `_own` holds the secret
+    numbers of the questions about calls that are open.
     """
 
     def __init__(self, side: LocalSide) -> None:
         self._side = side
         self._handle: Handle | None = None
+        self._own: dict[OpenCall, int] = {}
 
     def open(self) -> None:
         """Answer questions, from now on."""
@@ -106,8 +113,22 @@ class Cycles:
             return
         if not waits.cycle:
             self._follow((*chain, *waits.nodes), waits.last.server)
-        else:
+        elif (chain[0].session, chain[0].node_id) == (self._side.transport.session, self._own.get(waits.last)):
             waits.last.future.set_exception(CallCycle(waits.cycle))
+        else:
+            self._verify(waits.last, waits.last.server.node if waits.nodes else node)
+
+    def _verify(self, call: OpenCall, node: Caller) -> None:
+        """Others say that `node` waits for itself, by way of `call`: ask along what it waits for."""
+        waits = waits_of(self, node, ())
+        if waits is None:
+            return
+        number = self._own.get(call)
+        if number is None:
+            number = self._own[call] = secrets.randbits(64)
+            call.future.add_done_callback(lambda _: self._own.pop(call))
+        head = Waiting(session=self._side.transport.session, node_id=number, name="")
+        self._follow((head, *waits.nodes), waits.last.server)
 
     def _key(self, session: str) -> str:
         return f"@robactor/{self._side.domain_id}/{session}/waits"

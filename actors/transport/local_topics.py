@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from actors.transport.remote_graph import RemoteNode
 
 __all__ = ["LocalPublisher", "Topics", "delivery_of"]
+
+_MOST_LEFT: Final = 1000
+"""Publishers whose numbers are remembered while they are not there."""
 
 
 class LocalPublisher(PublisherPeer, Protocol):
@@ -66,6 +69,8 @@ class _Sender:
         self._attachment = attachment_writer(endpoint.gid)
         self._sent = 0
         self.sent_bytes = 0
+        self._unsent = publisher.count
+        """What the publisher had published when nobody listened any more."""
         self._listening = False
         self._expires = nanoseconds(publisher.qos.lifespan) is not None
         if publisher.qos.transient_local:
@@ -89,6 +94,11 @@ class _Sender:
         if wanted != self._listening and not self.publisher.qos.transient_local:
             self._listening = wanted
             (self.publisher.attach if wanted else self.publisher.detach)(self.send)
+            # What is published while nobody listens has its numbers, too: one who was out of reach learns from them what he has missed.
+            if wanted:
+                self._sent += self.publisher.count - self._unsent
+            else:
+                self._unsent = self.publisher.count
 
     def close(self) -> None:
         self.publisher.detach(self.send)
@@ -139,6 +149,8 @@ class Topics:
         self._remote: dict[str, RemotePublisher | RemoteSubscription] = {}
         """By token."""
         self._by_gid: dict[bytes, RemotePublisher] = {}
+        self._left: dict[bytes, dict[SubscriptionPeer, int]] = {}
+        """By the GID of a publisher that is not there any more, and may only be out of reach: what each subscription had received last."""
 
     # -- publishers of this process -----------------------------------------------------------------------------------------
 
@@ -214,6 +226,8 @@ class Topics:
         group = self._fed_by.pop(subscription, None)
         if group is None:
             return
+        for received in self._left.values():
+            received.pop(subscription, None)
         receiver = self._receivers[group]
         receiver.subscriptions.pop(subscription).close()
         receiver.takers = tuple(receiver.subscriptions)
@@ -251,8 +265,9 @@ class Topics:
         entry = self._graph.topic(token.name)
         type = ForeignType(token.type, token.type_hash)
         if token.kind is EndpointKind.PUBLISHER:
-            publisher = RemotePublisher(node, entry, type, token.qos, self._side)
-            self._remote[text] = self._by_gid[gid_of(text)] = publisher
+            gid = gid_of(text)
+            publisher = RemotePublisher(node, entry, type, token.qos, self._side, self._left.pop(gid, None))
+            self._remote[text] = self._by_gid[gid] = publisher
             entry.add_publisher(publisher)
         else:
             subscription = RemoteSubscription(node, entry, type, token.qos, self._target_of, self._sent_by)
@@ -264,7 +279,12 @@ class Topics:
         endpoint = self._remote.pop(text)
         entry = self._graph.topic(token.name)
         if isinstance(endpoint, RemotePublisher):
-            del self._by_gid[gid_of(text)]
+            gid = gid_of(text)
+            del self._by_gid[gid]
+            if received := endpoint.received:
+                self._left[gid] = received
+                if len(self._left) > _MOST_LEFT:
+                    del self._left[next(iter(self._left))]
             entry.remove_publisher(endpoint)
         else:
             entry.remove_subscription(endpoint)

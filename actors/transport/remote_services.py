@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.errors import CallTimeout, NotRunning, ServiceFailed
 from actors.interfaces import registry
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from actors.transport.remote_graph import RemoteNode
 
 __all__ = ["RemoteServer", "Server", "failure_of"]
+
+_LONGEST: Final = {"type_description_interfaces/srv/GetTypeDescription": 2 << 20}
+"""The longest replies, in bytes, of services that are asked of nodes that nobody here has chosen. What is longer is not read."""
 
 
 class Server(Protocol):
@@ -135,8 +138,11 @@ class RemoteCall:
         if not isinstance(answer, Replied):
             self.future.set_exception(failure_of(self.server, answer) or self.late())
             return
-        service: Any = registry.known(self.server.type.__ros_type__)
+        name = self.server.type.__ros_type__
+        service: Any = registry.known(name)
         try:
+            if len(answer.payload) > (most := _LONGEST.get(name, len(answer.payload))):
+                raise CdrError(f"a reply of {len(answer.payload)} bytes, more than {most}")
             self.future.set_result(decode(service.Response, answer.payload))
         except CdrError as error:
             self.future.set_exception(ServiceFailed(self.server.host, "CdrError", str(error)))

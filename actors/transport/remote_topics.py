@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.inbox.expiring import ExpiringMessage
@@ -12,6 +12,7 @@ from actors.interfaces.foreign import ForeignType
 from actors.qos.policies import Liveliness
 from actors.topics.arrival import Arrival, UndecodedTarget
 from actors.topics.endpoint import nanoseconds
+from actors.transport.numbers import Numbers
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
@@ -32,16 +33,16 @@ _MOST_KEPT: Final = 10_000
 class _Match:
     """A matched subscription of this process, with what it has received of one publisher."""
 
-    __slots__ = ("last", "target", "undecoded", "unread")
+    __slots__ = ("numbers", "target", "undecoded", "unread")
 
-    def __init__(self, target: Target) -> None:
+    def __init__(self, target: Target, last: int | None) -> None:
+        self.numbers = Numbers(last)
+        """Those of the messages that it has received."""
         self.target = target
         self.undecoded = target.undecoded if isinstance(target, UndecodedTarget) else None
         """What is called in place of `target` if the subscription needs no object."""
-        self.last: int | None = None
-        """The number of the last message that it has received; None before the first."""
         self.unread = 0
-        """How many have come since then that could not be decoded, and so have been counted as lost."""
+        """How many have come since the last one that could not be decoded, and so have been counted as lost."""
 
 
 class RemotePublisher:
@@ -49,22 +50,32 @@ class RemotePublisher:
 
     What arrives is delivered to the matched subscriptions of this process, to each at most once and in order, and decoded at most once: not
     at all while all of them take it as it is (see `UndecodedTarget`). A gap in the numbers is counted as a loss, from the first message that
-    a subscription has received. Liveliness that is manual_by_topic shows in arriving messages only. A lifespan is measured from the time of
+    a subscription has received, also over the time for which the publisher could not be reached: `known` are the numbers of the last messages
+    that subscriptions had received before. Liveliness that is manual_by_topic shows in arriving messages only. A lifespan is measured from the time of
     sending, so the clocks of the two machines have to agree.
 
     Invariants:
 
     * `kept` holds the newest messages by number: as many as a transient local publisher keeps, else one. A message that arrives twice is
       the same object.
-    * `count` is the highest number that has arrived, `carried_bytes` the size of all that has, and `missed` how many numbers were skipped
-      since the first.
+    * `count` is the number of the newest message that has arrived, `carried_bytes` the size of all that has, and `missed` how many numbers
+      were skipped since the first.
     """
 
-    def __init__(self, node: Participant, entry: TopicRegistry, type: ForeignType, qos: QoS, side: LocalSide) -> None:
+    def __init__(
+        self,
+        node: Participant,
+        entry: TopicRegistry,
+        type: ForeignType,
+        qos: QoS,
+        side: LocalSide,
+        known: Mapping[SubscriptionPeer, int] | None = None,
+    ) -> None:
         self.node = node
         self.entry = entry
         self.qos = qos
-        self.count = 0
+        self._numbers = Numbers()
+        self._known = known or {}
         self.carried_bytes = 0
         self.missed = 0
         self.arrival: Arrival | None = None
@@ -87,6 +98,19 @@ class RemotePublisher:
     def here(self) -> bool:
         return False
 
+    @property
+    def count(self) -> int:
+        return self._numbers.last or 0
+
+    @property
+    def received(self) -> dict[SubscriptionPeer, int]:
+        """The number of the last message that each subscription has received."""
+        return {
+            each: match.numbers.last
+            for each, match in self._matched.items()
+            if match and match.numbers.last is not None
+        }
+
     # -- what arrives -------------------------------------------------------------------------------------------------------
 
     def arrived(
@@ -106,7 +130,7 @@ class RemotePublisher:
         takers = [
             (each, match)
             for each in subscriptions
-            if (match := self._match_with(each)) is not None and (match.last is None or match.last < number)
+            if (match := self._match_with(each)) is not None and match.numbers.is_new(number)
         ]
         if not takers:
             return
@@ -123,18 +147,16 @@ class RemotePublisher:
         wrapped = message if self._lifespan is None else self._expiring(message, sent.source_time)
         self.arrival = arrival
         for subscription, match in takers:
-            if match.last is not None and number > match.last + 1 + match.unread:
-                subscription.count_lost(number - match.last - 1 - match.unread)
-            match.last = number
+            if (lost := match.numbers.take(number)) > match.unread:
+                subscription.count_lost(lost - match.unread)
             match.unread = 0
             if match.undecoded is None:
                 match.target(wrapped)
             else:
                 match.undecoded(arrival)
         self.arrival = None
-        if number > self.count:
-            self.missed += number - self.count - 1 if self.count else 0
-            self.count = number
+        if self._numbers.is_new(number):
+            self.missed += self._numbers.take(number)
             if message is not None:
                 for tap in self._taps:
                     tap(message)
@@ -158,12 +180,13 @@ class RemotePublisher:
             return None
         match = self._matched[subscription]
         if match is None:
-            match = self._matched[subscription] = _Match(self.entry.target(self, subscription))
+            target = self.entry.target(self, subscription)
+            match = self._matched[subscription] = _Match(target, self._known.get(subscription))
         return match
 
     def _arrival(self, number: int, payload: bytes, kind: MessageType, sent_ns: int, since: float | None) -> Arrival:
         arrival = self.kept.get(number)
-        if arrival is None:
+        if arrival is None or arrival.cdr != payload:
             arrival = Arrival.received(payload, kind, sent_ns, since)
             if self._keeps == 1:
                 self.kept.clear()

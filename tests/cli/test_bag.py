@@ -156,6 +156,26 @@ async def test_on_a_full_disk_the_command_ends_with_the_reason(
     assert len(words_of(bag)) > 100
 
 
+async def test_a_recorder_that_fails_ends_the_command_with_the_count_and_the_reason(
+    system: System, environment: dict[str, str], tmp_path: Path
+) -> None:
+    failing = (
+        "import sys, actors.bag.recording as r; take = r.Outbox.take\n"
+        "def fail(self, left=[0]): return 1 / left.pop() if left and self._writer.given > 9 else take(self)\n"
+        "r.Outbox.take = fail; from robot.__main__ import main; sys.exit(main(sys.argv[1:]))"
+    )
+    bag = tmp_path / "walk"
+    words = ("bag", "record", "--topics", "/chatter", "-o", str(bag))
+    process = await asyncio.create_subprocess_exec(sys.executable, "-c", failing, *words, env=environment, stderr=-1)
+    assert process.stderr is not None
+    ended = (await asyncio.wait_for(process.stderr.read(), 30.0)).decode()
+    assert await process.wait() == 1
+    said = re.search(r"walk: the recorder has failed: ZeroDivisionError.*; (\d+) messages recorded, 0 lost", ended)
+    assert said is not None, ended
+    assert "Traceback" not in ended
+    assert len(by_rosbags(bag)) == int(said[1])
+
+
 async def test_keys_control_the_player(tmp_path: Path) -> None:
     bag = write(tmp_path / "walk", ["a", "b"], step=1000 * MS)
     async with run(Child(Player, args=(bag, PlayOptions(paused=True))), sinks=()) as system:

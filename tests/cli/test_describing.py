@@ -14,7 +14,7 @@ import pytest_asyncio
 from actors.bag import BagReader
 from actors.interfaces import encode, get_message, load, type_hash
 from actors.interfaces.describing import described
-from actors.interfaces.learning import define
+from actors.interfaces.learning import define, definitions_of
 from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
 from tests.cli.conftest import ROOT, Command
 
@@ -136,7 +136,7 @@ def test_a_type_that_is_defined_by_its_description_has_the_same_hash_and_bytes(s
         type_description=_renamed(answer.type_description, package),
         type_sources=[_renamed(each, package) for each in answer.type_sources],
     )
-    define(f"new_{package}/msg/Gnome", [renamed])
+    define(definitions_of(f"new_{package}/msg/Gnome", [renamed]))
     made = get_message(f"new_{package}/msg/Gnome")
     assert made is not original
     assert [str(field.type).replace("new_", "") for field in made.__ros_fields__] == [

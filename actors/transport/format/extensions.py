@@ -15,6 +15,8 @@ from actors.transport.format.errors import WireFormatError, refuse
 __all__ = ["Extension", "Waiting", "parse_extension", "write_extension"]
 
 _MARK: Final = b"RBA\x01"
+_LONGEST: Final = 1 << 16
+"""Bytes; a chain of a hundred nodes needs some ten thousand."""
 
 
 class Waiting(Message, frozen=True, kw_only=True):
@@ -49,6 +51,8 @@ def parse_extension(data: bytes) -> Extension | None:
     """Parse the bytes after an attachment. Returns None for bytes of other peers; raises WireFormatError for an invalid extension."""
     if not data.startswith(_MARK):
         return None
+    if len(data) > _LONGEST:
+        raise refuse(len(data), "the length of an extension of an attachment", f"it is at most {_LONGEST}")
     try:
         return decode(Extension, data[len(_MARK) :])
     except CdrError as error:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from actors.transport.numbers import Numbers
 from actors.transport.zenoh import objects
 
 __all__ = ["Contacts", "Source"]
@@ -25,7 +26,7 @@ _HALF: Final = 2**31
 class Contacts:
     """Passes on the samples of each publisher in the order of their sequence numbers, each once, none skipped that is kept.
 
-    Invariant: a publisher is either unknown, or its samples wait in `_waiting` for the end of a question, or the number of its last sample is
+    Invariant: a publisher is either unknown, or its samples wait in `_waiting` for the end of a question, or the numbers of its samples are
     in `_last`. Samples without a number are passed on as they come. The history of this session's own publishers, which answer although
     the subscriber is to hear only others, is not passed on.
     """
@@ -35,7 +36,7 @@ class Contacts:
         self._own = own
         self._ask = ask
         self._deliver = deliver
-        self._last: dict[Source, int] = {}
+        self._last: dict[Source, Numbers] = {}
         self._waiting: dict[Source, dict[int, objects.Sample]] = {}
 
     def take(self, sample: objects.Sample) -> None:
@@ -51,10 +52,7 @@ class Contacts:
             return
         if source in self._waiting:
             self._waiting[source][number] = sample
-        elif source in self._last:
-            if 0 < (number - self._last[source]) % (2 * _HALF) < _HALF:
-                self._pass(source, number, sample)
-        elif number == 0:
+        elif source in self._last or number == 0:
             self._pass(source, number, sample)
         else:
             self._waiting[source] = {number: sample}
@@ -72,8 +70,12 @@ class Contacts:
             self._pass(source, number, sample)
 
     def _pass(self, source: Source, number: int, sample: objects.Sample) -> None:
-        self._last.pop(source, None)
-        self._last[source] = number  # the last one heard of is the last one in the order of the dict
+        numbers = self._last.pop(source, None) or Numbers()
+        self._last[source] = numbers  # the last one heard of is the last one in the order of the dict
         if len(self._last) > _KNOWN:
             del self._last[next(iter(self._last))]
-        self._deliver(sample)
+        if numbers.last is not None:
+            number = numbers.last + (number + 1 - numbers.last + _HALF) % (2 * _HALF) - _HALF - 1
+        if numbers.is_new(number + 1):  # Zenoh's begin with 0
+            numbers.take(number + 1)
+            self._deliver(sample)

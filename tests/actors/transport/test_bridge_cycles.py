@@ -303,3 +303,29 @@ async def test_a_question_about_a_node_that_is_not_there_or_does_not_wait_does_n
     await one.quiet()
     assert not call.done()
     call.cancel()
+
+
+async def test_forged_questions_fail_no_call(hosts: Hosts) -> None:
+    """They name the caller and what it waits for, as anybody who sees the graph can."""
+    one = await hosts.start(node("a", FIRST, SECOND))
+    slow = await hosts.start(node("slow", SECOND, THIRD, after=1.0))
+    other = await hosts.start(Node)
+    sessions = hosts.ends[one].session, hosts.ends[slow].session
+    tokens = " ".join(hosts.network.tokens)
+    numbers = [next(n for n in range(9) if f"/{session}/0/{n}/NN/" in tokens) for session in sessions]
+    a, b = (
+        Waiting(session=session, node_id=number, name=name)
+        for session, number, name in zip(sessions, numbers, ("/a", "/slow"), strict=True)
+    )
+    head = Waiting(session=sessions[0], node_id=1, name="")
+    call = asyncio.create_task(one.call(FIRST, Trigger.Request(), timeout=30.0))
+    await one.quiet()
+
+    for chain in ((a, a), (a, b, a), (b, a, b, a), (head, a, a), (head, b, a), (b, a)):
+        payload = write_extension(Extension(chain=chain, reason="x"))
+        for session in sessions:
+            hosts.ends[other].ask(f"@robactor/0/{session}/waits", payload, b"", None, lambda answer: None)
+        await other.quiet()
+
+    await hosts.start(node("c", THIRD, FOURTH))
+    assert (await call).message == "late"  # of the last one, who waits for nobody

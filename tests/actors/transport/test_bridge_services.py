@@ -27,6 +27,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.lifecycle_msgs.srv import GetState
 from actors.interfaces.rcl_interfaces.srv import GetParameters
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
+from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
 from actors.testing import Rig
 from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
@@ -461,6 +462,20 @@ async def test_a_response_that_is_no_message_fails_the_call(hosts: Hosts) -> Non
     with pytest.raises(ServiceFailed, match="CdrError"):
         await rig.call(ADD, two(1, 2))
     shown.close()
+
+
+async def test_a_description_of_a_type_that_is_too_long_is_not_read(hosts: Hosts) -> None:
+    class Owner(Node):
+        async def on_start(self) -> None:
+            self.serve(Service(GetTypeDescription, "~/get_type_description"), self._describe)
+
+        async def _describe(self, request: GetTypeDescription.Request) -> GetTypeDescription.Response:
+            return GetTypeDescription.Response(failure_reason="x" * 3_000_000)
+
+    await hosts.start(Child(Owner, name="owner", parameters={"start_type_description_service": False}))
+    client = await hosts.start(Node)
+    with pytest.raises(ServiceFailed, match="a reply of 3000"):
+        await client.call(Service(GetTypeDescription, "/owner/get_type_description"), GetTypeDescription.Request())
 
 
 # Standard services and topics -----------------------------------------------------------------------------------------------

@@ -74,3 +74,31 @@ async def test_a_cut_link_ends_what_waits_and_after_healing_all_is_as_before() -
     assert values(latched)[-1] == 2
     assert await second.call(ADD, two(1, 2)) == total(3)
     await end(rigs)
+
+
+async def test_what_was_published_while_the_link_was_down_is_counted_as_lost_by_those_who_listened_before() -> None:
+    network = Network()
+    rigs = await hosts_on(network, Node, Node)
+    first, second = rigs
+    probe = second.probe(NUMBERS)
+    late = first.me.publisher(NUMBERS)
+    await first.advance(1.0)
+    late(number(0))
+    await first.advance(1.0)
+    network.cut("host0", "host1")
+    for value in range(1, 300):
+        late(number(value))
+        await first.advance(0.1)
+    network.heal("host0", "host1")
+    await first.advance(30.0)
+    late(number(300))
+    await first.advance(1.0)
+    newcomer = second.probe(NUMBERS)
+    await first.advance(1.0)
+    late(number(301))
+    await first.advance(1.0)
+
+    assert values(probe)[-2:] == [300, 301]
+    assert probe.dropped == 302 - len(values(probe)) > 200
+    assert (values(newcomer), newcomer.dropped) == ([301], 0)
+    await end(rigs)

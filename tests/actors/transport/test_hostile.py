@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from actors import Action, Child, Node, QoS, Topic, publishes
+from actors import Action, Child, Node, QoS, Topic, publishes, qos
 from actors.interfaces import encode
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
@@ -157,3 +157,25 @@ async def test_a_message_that_cannot_be_decoded_and_a_gap_are_each_counted_once(
         outlet.put(payload, write_attachment(Attachment(value, 0, gid_of(token))))
     await rig.quiet()
     assert (values(probe), probe.dropped) == ([1, 4, 6], 3)
+
+
+@pytest.mark.parametrize("history", [qos.DEFAULT, qos.LATCHED], ids=["volatile", "latched"])
+async def test_a_forged_number_does_not_mute_a_publisher(hosts: Hosts, history: QoS) -> None:
+    rig, other = await hosts.start(Node), await hosts.start(Node)
+    out = rig.me.publisher(NUMBERS, qos=history)
+    probe = other.probe(NUMBERS, qos=history)
+    taps: list[object] = []
+    other.system.graph.tap(lambda publisher: taps.append)
+    await rig.quiet()
+    (token,) = (token for token in hosts.network.tokens if "/MP/" in token and "numbers" in token)
+    outlet = hosts.ends[rig].outlet(NUMBERS_KEY, Delivery())
+
+    for value in range(50):
+        out(number(value))
+        if value == 20:
+            outlet.put(encode(number(-1)), write_attachment(Attachment(2**62, 0, gid_of(token))))
+    await rig.quiet()
+
+    assert values(probe) == [*range(21), -1, *range(21, 50)]
+    assert probe.dropped == 0
+    assert len([one for one in taps if one in map(number, range(-1, 50))]) == 51
