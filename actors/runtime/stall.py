@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from actors.inbox.inbox import HOLDING_SECONDS, STEP_SECONDS
 from actors.places import line_of
+from actors.time.lockstep import lockstep_of
 from actors.time.processor import Processor
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ class StallWatch:
         self._harm: tuple[_Block, int, str] | None = None
         """The next report: the block, and of the timer that was delayed worst the number of ticks lost and the node."""
         self._telling: asyncio.TimerHandle | None = None
-        self.processor = Processor(get_native_id())
+        self.processor = Processor(f"self/task/{get_native_id()}")
         """Of the thread of the loop, in which this is made."""
         self._stood = 0.0
         """For how long the process was stopped, or the machine slept, so far, seconds."""
@@ -205,8 +206,8 @@ class StallWatch:
             self._harm = (block, lost, node)
 
     def _measure(self, now: float) -> None:
-        """Measure how much of a core the process gets, unless that has been told."""
-        if self._starving is None and not self._told_starved:
+        """Measure how much of a core the process gets, unless that has been told. A simulated world that is slow is told by who runs it."""
+        if self._starving is None and not self._told_starved and lockstep_of(self._runtime.loop) is None:
             self._starving = (now, process_time(), self.waited(now))
             self._starved = self._runtime.loop.call_later(STARVED_FOR, self.tell_starved)
 

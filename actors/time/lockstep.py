@@ -35,7 +35,9 @@ STOPPED: Final = 1.0
 RAN: Final = 0.05
 """It hardly ran if it had less than this share of a processor."""
 STALLED: Final = 1.0
-"""Seconds of real time after which a world in another process that stands still holds no clock up any more."""
+"""Seconds after which a world in another process that stands still holds no clock up any more."""
+GAP: Final = 0.1
+"""What counts of them at most between two turns of the loop, seconds: the process may have been stopped, too."""
 LEAST_WAIT: Final = 0.001
 """Seconds of the shortest wait for such a world."""
 _NAME: Final = "_actors_lockstep"
@@ -66,9 +68,10 @@ class Lockstep:
         """Seconds by which loop time is behind real time for good."""
         self.stopped = 0.0
         """How much of that was lost while the process did not run at all: it was stopped, or the machine slept."""
-        self._ahead: Callable[[], float] | None = None
-        self._reached, self._moved = -inf, -inf
-        """Up to where the world in the other process was, and since when, in real time."""
+        self._world: Callable[[], tuple[float, float]] | None = None
+        """That in another process; see `follow`."""
+        self._limit, self._stalled, self._looked = -inf, 0.0, 0.0
+        """Up to where time may go by that, for how long it has not moved, and when that was last looked at, in real time."""
         self._held = 0
         self._held_since = self._held_own = self._own = 0.0
         self._select: Callable[[float | None], list[Any]] = selector.select
@@ -87,9 +90,15 @@ class Lockstep:
             setattr(loop, _NAME, found)
         return found
 
-    def follow(self, ahead: Callable[[], float]) -> None:
-        """Keep step with a world in another process, which has told that the clock may go up to `ahead()`."""
-        self._ahead = ahead
+    def follow(self, world: Callable[[], tuple[float, float]]) -> None:
+        """Keep step with a world in another process: `world` tells up to which loop time the clock may go, and what that has `slipped`.
+
+        What this loop is late by then is made up for in one step, as on the real clock: the world has not waited for it.
+        """
+        if self._world is None:  # the world may have slipped long before this process was there
+            self._world = world
+            self._now = self._due = self._present(monotonic())
+        self._world = world
 
     def time(self) -> float:
         """The loop's time, seconds."""
@@ -107,7 +116,7 @@ class Lockstep:
         if timeout is not None:
             self._due = self._now + timeout
             wait = max(0.0, self._due - self._present(monotonic()))
-            if wait > 0.0 and self._ahead is not None:
+            if wait > 0.0 and self._world is not None:
                 wait = max(wait, LEAST_WAIT)
         ready = self._select(wait)
         if not self._is_woken or wait == 0.0:
@@ -130,26 +139,32 @@ class Lockstep:
 
     def _present(self, real: float) -> float:
         """Where loop time would be, at `real` time, if all were done that is due."""
-        present = real - self.slipped
-        if self._ahead is None:
-            return present
-        reached = self._ahead()
-        if reached != self._reached:
-            self._reached, self._moved = reached, real
-        elif real - self._moved > STALLED:
-            return present
-        return min(present, reached)
+        if self._world is None:
+            return real - self.slipped
+        limit, slipped = self._world()
+        if slipped - self.slipped > STOPPED:
+            self.stopped += slipped - self.slipped
+        self.slipped = slipped
+        gap, self._looked = real - self._looked, real
+        self._stalled = self._stalled + min(gap, GAP) if limit == self._limit else 0.0
+        self._limit = limit
+        return real - slipped if self._stalled > STALLED else min(limit, real - slipped)
 
     def _reach(self, due: float) -> None:
         """Go on to the present, but not beyond `due`. What cannot be made up for is lost."""
         real = monotonic()
         own, self._own = self._own, thread_time()
-        self._now = max(self._now, min(self._present(real), due))
-        lost = real - self.slipped - self._now - BEHIND
-        if lost > 0.0:
-            self.slipped += lost
-            if lost > STOPPED and self._own - own < RAN * lost:
-                self.stopped += lost
+        present = self._present(real)
+        self._now = max(self._now, min(present, due))
+        lost = present - self._now - BEHIND
+        if lost <= 0.0:
+            return
+        if self._world is not None:
+            self._now += lost
+            return
+        self.slipped += lost
+        if lost > STOPPED and self._own - own < RAN * lost:
+            self.stopped += lost
 
 
 def lockstep_of(loop: asyncio.AbstractEventLoop) -> Lockstep | None:

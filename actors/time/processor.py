@@ -1,11 +1,11 @@
-"""What a thread gets of the processors: how long it has run, and for how long it has waited to run."""
+"""What a thread gets of the processors: how long it has run, and for how long it has waited to run. Linux tells it."""
 
 from __future__ import annotations
 
 import os
 from typing import NamedTuple
 
-__all__ = ["Processor", "Share"]
+__all__ = ["Processor", "Share", "is_runnable"]
 
 
 class Share(NamedTuple):
@@ -13,15 +13,18 @@ class Share(NamedTuple):
 
     ran: float
     waited: float
-    """While it could have run and other threads, or a limit of its control group, had the processors."""
+    """While it could have run, and other threads or a limit of its control group kept it from that; a wait that goes on is not counted yet."""
 
 
 class Processor:
-    """Reads the `Share` of a thread of this process, as Linux counts it; zeros on other systems, and when the thread has ended."""
+    """Reads the `Share` of a thread: ``self/task/ID`` is one of this process, and a process id the main thread of another.
 
-    def __init__(self, native_id: int) -> None:
+    Zeros where the system does not tell, and when the thread has ended.
+    """
+
+    def __init__(self, thread: str) -> None:
         try:
-            self._file = os.open(f"/proc/self/task/{native_id}/schedstat", os.O_RDONLY | os.O_CLOEXEC)
+            self._file = os.open(f"/proc/{thread}/schedstat", os.O_RDONLY | os.O_CLOEXEC)
         except OSError:
             self._file = -1
 
@@ -38,3 +41,12 @@ class Processor:
         file, self._file = self._file, -1
         if file >= 0:
             os.close(file)
+
+
+def is_runnable(process: int) -> bool:
+    """Whether the main thread of a process runs, or could if it had a processor. False where the system does not tell, and after its end."""
+    try:
+        with open(f"/proc/{process}/stat", "rb") as file:
+            return file.read().rpartition(b")")[2].split(maxsplit=1)[0] == b"R"
+    except (OSError, IndexError):
+        return False
