@@ -43,6 +43,7 @@ USER, PACKAGE, PYTHON, ACTORS = range(4)
 
 _OURS: Final = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
 _PYTHON: Final = os.path.join(os.path.dirname(os.path.abspath(os.__file__)), "")
+_ASYNCIO: Final = os.path.join(_PYTHON, "asyncio", "")
 _CARRIER: Final = os.path.join(_OURS, "inbox", "control.py")
 """The file that raises errors on behalf of others: an error whose innermost line is there was never raised anywhere else."""
 _BRINGER: Final = os.path.join(_OURS, "processes", "life.py")
@@ -85,7 +86,7 @@ def owner_of(file: str) -> int:
 
 def origin_of(error: BaseException) -> Place | None:
     """The line that raised an error; None if it was never raised, or only by `actors`."""
-    place = _users_own(_raised(error))
+    place = _users_own(place for place in _raised(error) if not place.file.startswith(_ASYNCIO))
     return None if place is None or owner_of(place.file) == ACTORS else place
 
 
@@ -164,11 +165,11 @@ def awaited_in(task: asyncio.Task[Any]) -> str:
 def line_of(thread: int) -> str:
     """The line that a thread executes now, as ``file:line in function``; empty if the thread has ended.
 
-    For a thread that runs an event loop it is a line of the code that the loop runs, not the line that runs the loop.
+    For a thread that runs an event loop it is a line of the code that the loop runs, never one of asyncio.
     """
     # `sys._current_frames` is documented, in spite of its underscore, and the only way to the stack of another thread
     innermost = sys._current_frames().get(thread)  # pyright: ignore[reportPrivateUsage]
-    place = _users_own(reversed(list(_outwards(innermost))))
+    place = _users_own(place for place in reversed(list(_outwards(innermost))) if not place.file.startswith(_ASYNCIO))
     return "" if place is None else str(place)
 
 

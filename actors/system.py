@@ -20,6 +20,8 @@ from actors.node.placement import HERE, Placement
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.open_systems import OpenSystems
 from actors.runtime.runtime import OtherProcesses, Runtime
+from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
+from actors.time.lockstep import Simulated
 
 if TYPE_CHECKING:
     from actors.graph.queries import NodeGraph
@@ -28,11 +30,11 @@ if TYPE_CHECKING:
     from actors.runtime.options import RunOptions
     from actors.runtime.record import NodeRecord
     from actors.runtime.unsupervised import UnsupervisedNode
-    from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
+    from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
     from actors.supervision.running import RunningSupervisor
 
-__all__ = ["System", "graph_of", "system_here", "system_of"]
+__all__ = ["System", "graph_of", "keep_step", "system_here", "system_of"]
 
 N = TypeVar("N", bound="Node")
 
@@ -212,6 +214,17 @@ class System:
         from actors.graph.snapshot import take
 
         return take(self.clock.now(), self.nodes.values(), self.graph)
+
+
+def keep_step(tree: Spec) -> None:
+    """Let the running loop keep step with the worlds that nodes of `tree` simulate. To be called before its system is made."""
+    if isinstance(tree, Supervisor):
+        for child in tree.children:
+            keep_step(child)
+    elif isinstance(tree, Child):
+        for one in tree.args:
+            if isinstance(one, Simulated) and not one.real_time:
+                one.keep_step(asyncio.get_running_loop())
 
 
 _open: Final[OpenSystems[System]] = OpenSystems()

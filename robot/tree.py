@@ -122,7 +122,7 @@ def robot_tree(
         "robot",
         strategy=one_for_one,
         intensity=Intensity(3, within=5.0) if processes or away else Intensity(0, within=1.0),
-        children=[*_clock(publish_clock), *(_split(one) if processes else one for one in near), *away],
+        children=[*_clock(publish_clock), *(_split(one, body) if processes else one for one in near), *away],
     )
 
 
@@ -159,9 +159,9 @@ def _reads(child: Child, body: Body) -> bool:
     return any(one is body for one in child.args) or child.factory is ImageCompressor
 
 
-def _split(concern: Supervisor) -> Supervisor:
-    """The concern in a process of its own. Control may hang for 0.1 s: by then the drives have begun to sit the robot down."""
-    care = Child(ProcessCare, name=f"{concern.name}_process", args=(concern.name,))
+def _split(concern: Supervisor, body: Body) -> Supervisor:
+    """The concern in a process of its own, whose clock goes with the body's. Control may hang for 0.1 s: by then the drives have begun to sit the robot down."""
+    care = Child(ProcessCare, name=f"{concern.name}_process", args=(concern.name, body))
     hang = CONTROL_HANG if concern.name == "control" else HANG
     return concern.replace(process=True, hang=hang, children=(care, *concern.children))
 

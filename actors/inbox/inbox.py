@@ -10,9 +10,11 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable
+from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.inbox.control import blame
+from actors.time.lockstep import lockstep_of
 
 if TYPE_CHECKING:
     from actors.inbox.border import Border
@@ -63,6 +65,7 @@ class Inbox:
 
     __slots__ = (
         "border",
+        "clock",
         "control",
         "current",
         "handled",
@@ -84,6 +87,8 @@ class Inbox:
         self, loop: asyncio.AbstractEventLoop, on_step: Callable[[Inbox, str, float], None] | None = None
     ) -> None:
         self.loop = loop
+        self.clock = loop.time if lockstep_of(loop) is None else monotonic
+        """What the time is measured with that an item takes: a loop that keeps step with a world stands still meanwhile."""
         self.items: deque[Item] = deque()
         self.control: list[Item] = []  # rarely more than one, and an empty list is a tenth of a deque
         self.waiter: asyncio.Future[None] | None = None
@@ -198,7 +203,7 @@ class Inbox:
         """Run one item as `serve` does, and measure the time it takes."""
         turned: list[None] | None = None
         awaited = False
-        begun = self.loop.time()
+        begun = self.clock()
         try:
             pending = item.run()
             if pending is not None:
@@ -212,7 +217,7 @@ class Inbox:
         except BaseException as error:
             self._failed(item, error)
         if not isinstance(item, _Mark):
-            seconds = self.loop.time() - begun
+            seconds = self.clock() - begun
             self._meter().took(item.label, seconds)
             if seconds >= STEP_SECONDS and self.on_step is not None:
                 self._took_long(item.label, seconds, awaited, turned)

@@ -30,7 +30,7 @@ from actors.supervision.crossing import HANG_SECONDS
 from actors.supervision.declarations import Child, Intensity, Supervisor, any_significant, temporary
 from actors.supervision.errors import StartFailed
 from actors.supervision.reasons import ExitReason, Stopped, is_abnormal
-from actors.system import System
+from actors.system import System, keep_step
 from actors.transport.bridge import connect
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ class HostedTree:
         self._children: dict[tuple[str, ...], tuple[Child, Child]] = {}
         self._stop_asked: str | None = None
         self._started = False
+        keep_step(self._spec)
         self.system = system = System(
             seed=order.seed,
             sinks=(self._line,),

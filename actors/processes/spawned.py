@@ -18,6 +18,7 @@ from actors.processes.messages import BEAT, Event, Line, Opaque, Order, Request,
 from actors.processes.pickling import unpack
 from actors.processes.preparation import environment, preparation
 from actors.processes.signals import PARENT, held_back
+from actors.time.processor import Processor, is_runnable
 
 __all__ = [
     "NAMED_SECONDS",
@@ -136,7 +137,8 @@ class SpawnedProcess:
     Invariants:
 
     - `ended` is done once the process has exited and its channel is closed, so everything that it told has been taken before.
-    - `_silent` is how long no beat has come, counted by the ticks of this loop: a loop of the parent that stands still blames nobody.
+    - `_silent` is how long no beat has come, counted by the ticks of this loop: a loop of the parent that stands still blames nobody. Nor does
+      time count for which the process had no processor.
       Beats and notes wait in their pipe for the next tick, so that they do not wake this loop.
     """
 
@@ -167,6 +169,8 @@ class SpawnedProcess:
         """Whether the process has exited, and whether its channel is closed."""
         self._timer: asyncio.TimerHandle | None = None
         self._period = beat_seconds(self._hang)
+        self._processor = Processor(str(popen.pid))
+        self._share = self._processor.share()
         os.set_blocking(notes, False)
         self._watch_exit()
 
@@ -210,7 +214,7 @@ class SpawnedProcess:
     def _tick(self) -> None:
         self._timer = self._loop.call_at(next_beat(self._loop.time(), self._period), self._tick)
         self._listen()
-        self._silent += self._period
+        self._silent += self._period - self._starved()
         if self._silent >= self._hang and not self._hung:
             self._hung = True
             self.kill()
@@ -221,6 +225,13 @@ class SpawnedProcess:
                 killed_after=self._hang,
                 doing=self._where or "not known",
             )
+
+    def _starved(self) -> float:
+        """For how much of the last period the process had no processor, although it could have run, in seconds."""
+        before, self._share = self._share, self._processor.share()
+        if self._share == before and is_runnable(self.id):
+            return self._period
+        return min(self._period, self._share.waited - before.waited)
 
     def _listen(self) -> None:
         """Take what the process has written to its pipe since the last tick."""
@@ -279,6 +290,7 @@ class SpawnedProcess:
     def _finish(self) -> None:
         self.unwatch()
         os.close(self._notes)
+        self._processor.close()
         self.ended.set_result(self._end())
 
     def _end(self) -> Exception:

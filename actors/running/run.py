@@ -18,7 +18,7 @@ from actors.running.options import ParameterSources, options_of, overruled, with
 from actors.running.signals import listen
 from actors.running.trees import Runnable, tree_of
 from actors.supervision.declarations import Child, Spec, temporary
-from actors.system import System, system_here
+from actors.system import System, keep_step, system_here
 
 if TYPE_CHECKING:
     from actors.hosts.placing import Hosts
@@ -138,6 +138,7 @@ class Run:
 
     async def __aenter__(self) -> System:
         placement = HERE if self._hosts is None else Placement(self._hosts.count_run())
+        keep_step(self._tree)
         self._system = system = System(**self._settings, processes=self._processes, placement=placement)
         if self._transport is not None:
             from actors.transport.bridge import connect

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from time import monotonic
 from typing import TYPE_CHECKING
 
 from actors.errors import ProgramExit
@@ -46,7 +47,13 @@ def tell_late(life: Incarnation, error: BaseException, handler: str) -> None:
 
 
 def tell_holding(life: Incarnation, item: Item, seconds: float) -> None:
-    """Log a warning that a handler has kept the node's other handlers waiting for `seconds`, with the line at which it waits."""
+    """Log a warning that a handler has kept the node's other handlers waiting for `seconds`, with the line at which it waits.
+
+    Nothing is logged when it was the event loop's thread that waited, for a processor.
+    """
+    stalls = life.runtime.stalls
+    if stalls is not None and stalls.waited(monotonic() - seconds) > 0.5 * seconds:
+        return
     task = life.inbox.task
     lost = sum(timer.record.missed - timer.record.blocked for timer in (*life.timers, *life.made_timers))
     life.log.warning(

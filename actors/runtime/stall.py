@@ -10,18 +10,24 @@ A handler that computes, sleeps or reads without an `await` delays every node of
 
 Each handler is reported once. A handler that awaits does not block, however long it takes. On the virtual clock handlers take no time, so
 nothing is watched there.
+
+Time for which the loop's thread waited for a processor, and for which the process was stopped, is nobody's (on Linux, which tells it). A timer
+that was late by that is reported as what it is: one line says how much of a core the process got.
 """
 
 from __future__ import annotations
 
 import asyncio
 import math
-from threading import Event, Thread
-from time import monotonic
+from collections import deque
+from threading import Event, Thread, get_native_id
+from time import monotonic, process_time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from actors.inbox.inbox import HOLDING_SECONDS, STEP_SECONDS
 from actors.places import line_of
+from actors.time.lockstep import lockstep_of
+from actors.time.processor import Processor
 
 if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
@@ -36,6 +42,15 @@ CLOSE_POLL = 0.005
 """Time between two checks while the thread checks closely, seconds. Each check wakes the event loop once."""
 CLOSE_FOR, CLOSE_REST = 5.0, 25.0
 """How long the thread checks closely, and how long it does not do so again afterwards, seconds."""
+
+SAMPLES = 10
+"""How many of the newest checks are remembered with the time that the loop's thread had waited by then."""
+STOPPED = 0.5
+"""A check that is later than this, in seconds, may come after a stop of the process."""
+STARVED_FOR = 2.0
+"""For how long it is measured how much of a core a process gets whose timers are late, seconds."""
+STARVED = 0.25
+"""It is told if the loop's thread waited for at least this share of that time."""
 
 
 class _Block(NamedTuple):
@@ -77,6 +92,16 @@ class StallWatch:
         self._harm: tuple[_Block, int, str] | None = None
         """The next report: the block, and of the timer that was delayed worst the number of ticks lost and the node."""
         self._telling: asyncio.TimerHandle | None = None
+        self.processor = Processor(f"self/task/{get_native_id()}")
+        """Of the thread of the loop, in which this is made."""
+        self._stood = 0.0
+        """For how long the process was stopped, or the machine slept, so far, seconds."""
+        self._samples = deque([(monotonic(), self.processor.share().waited)], maxlen=SAMPLES)
+        """When it was checked for how long the thread had waited; the checks are `POLL_SECONDS` apart at least."""
+        self._starving: tuple[float, float, float] | None = None
+        """When a measurement of the share of a core began, with the processor time of the process and the waiting time by then."""
+        self._starved: asyncio.TimerHandle | None = None
+        self._told_starved = False
         self.caught: tuple[NodeRecord | None, str, str, float] | None = None
         """What blocks the loop now: node, handler, line, and the time of the check that found it, on the monotonic clock."""
         self._thread = Thread(target=self._run, name="robactor stall watch", daemon=True)
@@ -90,12 +115,23 @@ class StallWatch:
         self._end.set()
         self._thread.join()
         self.tell_harm()
+        if self._starved is not None:
+            self._starved.cancel()
+        self.processor.close()
 
     # -- in the thread ------------------------------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        while not self._end.wait(CLOSE_POLL if monotonic() < self._close_until else POLL_SECONDS):
-            self.look(monotonic())
+        before, share = monotonic(), self.processor.share()
+        while not self._end.wait(poll := CLOSE_POLL if monotonic() < self._close_until else POLL_SECONDS):
+            now, last = monotonic(), share
+            share = self.processor.share()
+            if now - before - poll > STOPPED:
+                self._stood += max(0.0, now - before - poll - (share.ran - last.ran) - (share.waited - last.waited))
+            if now - self._samples[-1][0] >= POLL_SECONDS:
+                self._samples.append((now, share.waited + self._stood))
+            self.look(now)
+            before = now
 
     def look(self, now: float) -> None:
         """Check the loop once, from the thread, at `now` seconds on the monotonic clock."""
@@ -107,8 +143,21 @@ class StallWatch:
         if not self._asked or suspect != self._suspect:
             self._suspect, self._since = suspect, now
             self._ask()
-        elif now - self._since >= (self._limit if now < self._close_until else HOLDING_SECONDS):
+        elif now - self._since >= (
+            self._limit if now < self._close_until else HOLDING_SECONDS
+        ) and not self._waited_most(now - self._since, now):
             self.caught = (record, work_of(record, task), line_of(self._runtime.thread), now)
+
+    def waited(self, since: float) -> float:
+        """For how long the loop's thread has waited for a processor, or was stopped, since `since` or some tenths of a second before."""
+        by_then = 0.0
+        for at, by_then in reversed(list(self._samples)):
+            if at <= since:
+                break
+        return self.processor.share().waited + self._stood - by_then
+
+    def _waited_most(self, seconds: float, now: float) -> bool:
+        return self.waited(now - seconds) >= 0.5 * seconds
 
     def _ask(self) -> None:
         if self._asked:
@@ -136,6 +185,8 @@ class StallWatch:
     def ran(self, inbox: Inbox, handler: str, seconds: float) -> None:
         """Note that an item of this inbox has just run for `seconds` without an await."""
         now = monotonic()
+        if self._waited_most(seconds, now):
+            return
         for record in self._runtime.directory.records.values():
             if record.inbox is inbox:
                 self._block = _Block(record.identity.fqn, record.incarnation, handler, "", now - seconds, now)
@@ -144,12 +195,35 @@ class StallWatch:
         """Find the cause of a tick that is `seconds` late, a period or more, and cost `lost` ticks; it is not the timer's own node."""
         now, block = monotonic(), self._block
         if block is None or block.ended < now - seconds or block.ended - block.begun < max(period, STEP_SECONDS):
-            self._look_closely(now, period)
+            if self._waited_most(seconds, now):
+                self._measure(now)
+            else:
+                self._look_closely(now, period)
         elif self._harm is None:
             self._harm = (block, lost, node)
             self._telling = self._runtime.loop.call_later(STEP_SECONDS, self.tell_harm)
         elif lost > self._harm[1]:
             self._harm = (block, lost, node)
+
+    def _measure(self, now: float) -> None:
+        """Measure how much of a core the process gets, unless that has been told. A simulated world that is slow is told by who runs it."""
+        if self._starving is None and not self._told_starved and lockstep_of(self._runtime.loop) is None:
+            self._starving = (now, process_time(), self.waited(now))
+            self._starved = self._runtime.loop.call_later(STARVED_FOR, self.tell_starved)
+
+    def tell_starved(self) -> None:
+        """Log how much of a core the process got, if that was too little, once."""
+        assert self._starving is not None
+        (begun, ran, waited), self._starving = self._starving, None
+        seconds = monotonic() - begun
+        waited = self.waited(begun) - waited
+        if waited >= STARVED * seconds:
+            self._told_starved = True
+            self._runtime.log.warning(
+                f"this process got {(process_time() - ran) / seconds:.0%} of a core: its timers are late",
+                waited_for_a_processor=f"{waited / seconds:.0%} of the time",
+                remedy="end other programs, give it more of the machine, or ask less of it",
+            )
 
     def _look_closely(self, now: float, period: float) -> None:
         if now >= self._rested:

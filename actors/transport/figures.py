@@ -127,9 +127,11 @@ class ProcessFigures(Message, frozen=True, kw_only=True):
     program: str
     """The name of its main module; not its arguments, which may be nobody's business."""
     at: float
-    """When this was measured, in seconds on the clock of its event loop."""
+    """When this was measured, in seconds on the monotonic clock of its machine; on that of a virtual event loop."""
     cpu: float
     """The CPU time of all its threads since it began, seconds."""
+    starved: float = 0.0
+    """For how long the thread of its event loop has waited for a processor since then, as Linux tells it, seconds."""
     memory: uint64
     """Its resident memory, bytes; 0 if the system does not tell."""
     unreadable: uint64
@@ -200,8 +202,9 @@ def process_figures(runtime: Runtime, session: str = "", unreadable: int = 0) ->
         process=os.getpid(),
         session=session,
         program=_program(),
-        at=runtime.loop.time(),
+        at=runtime.loop.time() if runtime.clock.virtual else time.monotonic(),
         cpu=time.process_time(),
+        starved=0.0 if runtime.stalls is None else runtime.stalls.processor.share().waited,
         memory=_memory(),
         unreadable=unreadable,
         nodes=[_node(record) for record in runtime.directory.records.values() if not record.process],

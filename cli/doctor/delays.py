@@ -93,7 +93,7 @@ def timers(seen: Observation) -> Iterator[Finding]:
                 continue
             missed, loop = timer.missed - old.missed, timer.blocked - old.blocked
             due = missed + timer.fired - old.fired
-            if missed > 0:
+            if missed > 0 and not (loop == missed and told.is_starved):
                 why = "the event loop comes too late" if loop == missed else "its node is busy when they are due"
                 yield Finding(
                     last.name,
@@ -115,7 +115,16 @@ def blocked(seen: Observation) -> Iterator[Finding]:
                 old = earlier.get(timer.handler, timer)
                 lost += timer.blocked - old.blocked
                 due += timer.fired - old.fired + timer.missed - old.missed
-        if lost > 0:
+        if lost > 0 and told.is_starved:
+            got = (told.last.cpu - told.before.cpu) / told.seconds
+            yield Finding(
+                f"process {told.last.process} of {told.last.host}",
+                f"{told.last.program} got {got:.0%} of a core, and its timers are late: it waits for a processor",
+                f"for {told.last.starved - told.before.starved:.1f} of {told.seconds:.1f} s; {count(lost, 'tick')} of {due} of its timers lost",
+                "end other programs, give it more of the machine, or ask less of it",
+                "problem" if lost > FEW * due else "note",
+            )
+        elif lost > 0:
             yield Finding(
                 f"process {told.last.process} of {told.last.host}",
                 f"the event loop of {told.last.program} comes too late: a handler computes, sleeps or reads without an await, or the "

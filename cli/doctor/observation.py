@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 from actors.names.names import is_hidden
 from actors.transport.figures import NodeFigures, ProcessFigures
@@ -12,6 +12,9 @@ from actors.transport.format.tokens import EndpointKind, NodeToken
 from cli.view import PUBLISHER, SERVER, SUBSCRIPTION, Endpoint
 
 __all__ = ["Finding", "Listened", "Observation", "Told", "Word"]
+
+STARVED: Final = 0.2
+"""The share of its time for which a process may wait for a processor."""
 
 Word = Literal["topic", "service", "node"]
 
@@ -40,6 +43,11 @@ class Told:
     def seconds(self) -> float:
         """From the first to the second."""
         return self.last.at - self.before.at
+
+    @property
+    def is_starved(self) -> bool:
+        """Whether its event loop had to wait for a processor for much of that time."""
+        return self.last.starved - self.before.starved > STARVED * self.seconds
 
     def nodes(self) -> Iterator[tuple[NodeFigures, NodeFigures]]:
         """Each node that is in both, before and now."""

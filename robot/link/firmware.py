@@ -32,6 +32,11 @@ class Drives:
         self._fence = Fence()
 
     @property
+    def heard(self) -> float | None:
+        """When the last targets were given; `None` before the first, and while they act by themselves."""
+        return self._heard if self._stop is None else None
+
+    @property
     def refused(self) -> int:
         """How many commands came of processes that have been replaced."""
         return self._fence.refused

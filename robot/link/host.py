@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from actors.processes.signals import leave_to_parent
+from actors.time.processor import is_runnable
 from robot.hardware.arm import ArmBusy
 from robot.hardware.body import Body
 from robot.link.firmware import Drives
@@ -36,6 +37,14 @@ __all__ = ["BodyHost", "BodySpec", "serve"]
 
 IDLE: Final = 0.005
 """Seconds between two rounds while nobody has asked for samples."""
+BEHIND: Final = 0.01
+"""Seconds of the body's time that a round makes up for, two samples; what is more is lost: who commands must not be left behind."""
+AHEAD: Final = 0.03
+"""Seconds that it goes on without targets before it looks whether who commands has no processor; the drives act by themselves after `SILENCE`."""
+PATIENCE: Final = 0.5
+"""Seconds of the machine for which time waits for it."""
+WAIT: Final = 0.001
+"""Seconds between two looks whether it has one."""
 SLACK: Final = 0.0001
 """Seconds after a sample is due at which it is taken, so that no rounding makes a round too early."""
 ORPHANED: Final = 6.0
@@ -55,6 +64,48 @@ class BodySpec:
     ground: Ground | None
     actuators: ActuatorDesign | None = None
     sensors: Sensors | None = None
+
+
+class Pace:
+    """How far the body's time may go. It runs as that of the machine, but the world waits for who is late.
+
+    What a round is late by more than `BEHIND` is lost: the body's time has slipped then, and all clocks that go with it. While the process that
+    commands could run and has no processor, time does not leave its last targets behind, for `PATIENCE` seconds of the machine at most: a robot
+    falls by what its controllers do, not because this machine is busy. One that hangs, sleeps or has ended is not waited for.
+    """
+
+    def __init__(self, segment: Segment) -> None:
+        self._segment = segment
+        self._slipped = 0.0
+        self._waiting_since: float | None = None
+
+    def present(self, real: float) -> float:
+        """The body's time, if it is not late, at the machine's time `real`."""
+        return real - self._slipped
+
+    @property
+    def waits(self) -> bool:
+        """Whether it waits for who commands."""
+        return self._waiting_since is not None
+
+    def until(self, real: float, reached: float, heard: float | None) -> float:
+        """Up to where to go in this round, at the machine's time `real`, for a body at `reached` whose last targets are of the time `heard`."""
+        until = min(self.present(real), reached + BEHIND)
+        if heard is None or until <= heard + AHEAD:
+            self._waiting_since = None
+        elif self._is_waited_for(real):
+            until = max(reached, heard + AHEAD)
+        if self.present(real) > until:
+            self._slipped = real - until
+            self._segment.slipped = self._slipped
+        return until
+
+    def _is_waited_for(self, real: float) -> bool:
+        if not is_runnable(self._segment.commander):
+            self._waiting_since = None
+        elif self._waiting_since is None:
+            self._waiting_since = real
+        return self._waiting_since is not None and real - self._waiting_since < PATIENCE
 
 
 class BodyHost:
@@ -77,6 +128,11 @@ class BodyHost:
     @property
     def drives(self) -> Drives:
         return self._drives
+
+    @property
+    def reached(self) -> float:
+        """The present instant of the body."""
+        return self._began + self._body.time
 
     def serve(self, now: float) -> None:
         """Do what has been asked for, let time pass up to `now`, and tell what has become of it."""
@@ -187,13 +243,15 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
         actuators=spec.actuators,
         sensors=spec.sensors,
     )
-    host = BodyHost(body, segment, time.monotonic())
+    host, pace = BodyHost(body, segment, time.monotonic()), Pace(segment)
     orphaned: float | None = None
     while True:
-        now = time.monotonic()
+        real = time.monotonic()
+        now = pace.until(real, host.reached, host.drives.heard)
         host.serve(now)
         if os.getppid() != parent:
             orphaned = now if orphaned is None else orphaned
             if now - orphaned > (ABANDONED if host.drives.resting else ORPHANED):
                 return
-        time.sleep(max(0.0, host.next_round(now) - time.monotonic()))
+        left = host.next_round(now) - pace.present(time.monotonic())
+        time.sleep(max(WAIT if pace.waits else 0.0, left))

@@ -5,13 +5,16 @@ LiDAR and camera see a mirror of the scene: their rays are cast in the process t
 
 from __future__ import annotations
 
+import asyncio
+import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import inf
 from typing import Any, Final
 
 import numpy as np
 
+from actors.time.lockstep import Lockstep, Simulated
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector, rotation_of
 from robot.hardware.arm import ArmBusy, ArmDevice, ArmState, GripperState
@@ -59,6 +62,8 @@ SILENT: Final = 1.0
 ANSWER: Final = 0.5
 """Seconds that the arm may take to answer a call."""
 POLL: Final = 0.0005
+AHEAD: Final = 0.02
+"""Seconds by which the clock of a controller may be ahead of what the body has told: some of its periods, for turns that come late."""
 ROUND: Final = 0.006
 """Seconds by which what is known of the arm may be old."""
 
@@ -66,7 +71,7 @@ ROUND: Final = 0.006
 _NOT_HERE: Final = "{}() moves a body by force, and this one lives in another process: run it in one process"
 
 
-class LinkedBody:
+class LinkedBody(Simulated):
     """The physics body of the segment `name`; implements `Body`.
 
     Its `advance` waits for nothing: the body advances by itself. What it says is of the newest instant that it has told, at most a sample
@@ -97,13 +102,16 @@ class LinkedBody:
         self._taken = self._segment.samples.written
         self._phase: Phase | None = None
         self._arm = LinkedArm(self) if arm else None
+        self._now: Callable[[], float] = time.monotonic
+        """The body's clock, as this process has it."""
+        self._commands = False
 
     def __repr__(self) -> str:
         return f"LinkedBody({self._name!r}, scene={self._scene.name!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
         epoch = self._segment.next_epoch()
-        return _linked, (self._name, self._scene, self._seed, self._has_arm, epoch, self._sensors)
+        return _linked, (self._name, self._scene, self._seed, self._has_arm, epoch, self._sensors, self.real_time)
 
     @property
     def backend(self) -> str:
@@ -143,20 +151,32 @@ class LinkedBody:
         """The scene's."""
         return self._scene.obstacles
 
+    def keep_step(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Let the loop's clock go with the body's, which is that of its process and may be slower than real time."""
+        if (step := Lockstep.of(loop)) is not None:
+            step.follow(self._world)
+            self._now = step.time
+
+    def _world(self) -> tuple[float, float]:
+        at = self._segment.state.latest()
+        return inf if at is None else float(at[0]) + AHEAD, self._segment.slipped
+
     def advance(self, until: float) -> None:
         """Learn how the caller's clock goes: `until` is its present."""
         self._offset = max(
-            self._offset, until - time.monotonic()
+            self._offset, until - self._now()
         )  # whoever is held up between the two reads is behind, never ahead
 
     def command(self, targets: MotorTargets) -> None:
         """Send targets; the drives take them as of now."""
-        command = Command(Order.TARGETS, time.monotonic(), self._epoch, targets=targets)
+        if not self._commands:
+            self._commands, self._segment.commander = True, os.getpid()
+        command = Command(Order.TARGETS, self._now(), self._epoch, targets=targets)
         self._segment.commands.write(command_record(command))
 
     def supply(self, voltage: float) -> None:
         """Tell the drives what the battery gives them; whoever has the battery may, whoever commands."""
-        command = Command(Order.SUPPLY, time.monotonic(), self._epoch, voltage=voltage)
+        command = Command(Order.SUPPLY, self._now(), self._epoch, voltage=voltage)
         self._segment.commands.write(command_record(command))
 
     def actuators(self) -> ActuatorState:
@@ -166,12 +186,12 @@ class LinkedBody:
     def sample(self, hz: float) -> None:
         """Ask for samples. Their instants are shifted a little later, so that each is there when its reader comes for it."""
         self._phase = Phase(hz)
-        self._ask(hz, time.monotonic())
+        self._ask(hz, self._now())
         self._taken = self._segment.samples.written
 
     def next_sample(self) -> Sample | None:
         """The oldest sample that has not been taken here."""
-        if self._phase is not None and (begin := self._phase.tick(time.monotonic())) is not None:
+        if self._phase is not None and (begin := self._phase.tick(self._now())) is not None:
             self._ask(self._phase.hz, begin)
             self._phase = None
         if self._segment.samples.written == self._taken:
@@ -195,7 +215,7 @@ class LinkedBody:
     def lidar(self, beams: int = BEAMS, max_range: float = MAX_RANGE) -> Vector:
         """Rays through the mirrored scene from where the body is now, by its place and speed of its newest instant."""
         state = self.state()
-        truth, passed = state.truth, time.monotonic() - state.at
+        truth, passed = state.truth, self._now() - state.at
         x, y, z = (truth.position + passed * truth.velocity).tolist()
         yaw = truth.yaw + passed * float(truth.angular_velocity[2])
         return self._noise.apply(cast(self._scene, x, y, yaw, beams, max_range, height=z), max_range)
@@ -209,7 +229,7 @@ class LinkedBody:
         if taken == 0.0:
             return None
         state = self.state()
-        truth, now = state.truth, time.monotonic()
+        truth, now = state.truth, self._now()
         attitude = rotation_of(truth.quaternion)
         turning, mount = attitude @ truth.angular_velocity, attitude @ self._noise.mount
         passed = now - state.at - taken * (1.0 - (np.arange(BEAMS)[:, np.newaxis] + 0.5) / BEAMS)
@@ -253,12 +273,12 @@ class LinkedBody:
 
     def _told(self) -> Vector:
         record = self._segment.state.latest()
-        if record is None or time.monotonic() - record[0] > SILENT:
+        if record is None or self._now() - record[0] > SILENT:
             raise BodySilent(f"{self!r} has not been heard for {SILENT:g} s: its process has ended, or stands still")
         return record
 
     def _ask(self, hz: float, begin: float) -> None:
-        command = Command(Order.SAMPLE, time.monotonic(), self._epoch, hz=hz, begin=begin)
+        command = Command(Order.SAMPLE, self._now(), self._epoch, hz=hz, begin=begin)
         self._segment.commands.write(command_record(command))
 
     def _shift(self) -> float:
@@ -313,6 +333,10 @@ class LinkedArm:
         raise BodySilent(f"{self._body!r}: its arm has not answered for {ANSWER:g} s")
 
 
-def _linked(name: str, scene: Scene, seed: int, arm: bool, epoch: int, sensors: Sensors) -> LinkedBody:
+def _linked(
+    name: str, scene: Scene, seed: int, arm: bool, epoch: int, sensors: Sensors, real_time: bool
+) -> LinkedBody:
     """The other end, in the process that takes it out of its envelope."""
-    return LinkedBody(name, scene, seed=seed, arm=arm, epoch=epoch, sensors=sensors)
+    body = LinkedBody(name, scene, seed=seed, arm=arm, epoch=epoch, sensors=sensors)
+    body.real_time = real_time
+    return body

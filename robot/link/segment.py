@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 import sys
 from contextlib import suppress
 from itertools import count
@@ -23,6 +24,10 @@ COMMAND, SAMPLE, STATE, CALL, REPLY = 63, 47, 89, 5, 3
 """Numbers in a record of each ring; `robot.link.records` says which."""
 ARM, THING = 15, 3
 """Numbers for the arm, and for each of the scene's things."""
+
+_SECONDS: Final = struct.Struct("<d")
+HEAD: Final = 24
+"""Bytes before the rings: the newest epoch, the process that commands, and the seconds that the body's time has slipped."""
 
 _numbers = count()
 _here: dict[str, Segment] = {}
@@ -52,7 +57,7 @@ class Segment:
         assert memory.buf is not None
         self._memory, self._bytes = memory, memory.buf
         rings: list[Ring] = []
-        offset = 8
+        offset = HEAD
         for slots, width in _layout(things):
             rings.append(Ring(self._bytes, offset, slots, width))
             offset += Ring.size(slots, width)
@@ -69,6 +74,25 @@ class Segment:
         self._bytes[:8] = epoch.to_bytes(8, "little")
         return epoch
 
+    @property
+    def commander(self) -> int:
+        """The process that commanded last; 0 before."""
+        return int.from_bytes(self._bytes[8:16], "little")
+
+    @commander.setter
+    def commander(self, process: int) -> None:
+        self._bytes[8:16] = process.to_bytes(8, "little")
+
+    @property
+    def slipped(self) -> float:
+        """By how much the body's time is behind the machine's for good, seconds."""
+        found: float = _SECONDS.unpack(self._bytes[16:HEAD])[0]
+        return found
+
+    @slipped.setter
+    def slipped(self, seconds: float) -> None:
+        self._bytes[16:HEAD] = _SECONDS.pack(seconds)
+
     def close(self) -> None:
         """Let go of the memory. Whoever made it calls `remove`, too."""
         _here.pop(self.name, None)
@@ -84,7 +108,7 @@ class Segment:
 def create(things: int) -> Segment:
     """A new segment, all zero. It is removed when this process ends, however it ends. Raises `SharedMemoryMissing`."""
     _sweep()
-    size = 8 + sum(Ring.size(slots, width) for slots, width in _layout(things))
+    size = HEAD + sum(Ring.size(slots, width) for slots, width in _layout(things))
     name = f"{PREFIX}{os.getpid()}-{next(_numbers)}"
     try:
         memory = shared_memory.SharedMemory(name, create=True, size=size)

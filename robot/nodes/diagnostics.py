@@ -12,6 +12,7 @@ from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Header
 from robot.contracts import BATTERY_STATUS, DIAGNOSTICS, GAIT_STATUS, MOTOR_POWER, ODOMETRY, POSE, SAFETY_STATE, SCAN
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, MotorPower, SafetyState
+from robot.sim.real_time import SLOW
 
 __all__ = ["Diagnostics"]
 
@@ -43,7 +44,7 @@ class Diagnostics(Node):
         self._heard = dict.fromkeys(EXPECTED, 0)
         self._ever = set[str]()
         self._told = {
-            name: _status(name, STALE, "not heard of yet") for name in ("battery", "motors", "gait", "safety")
+            name: _status(name, STALE, "not heard of yet") for name in ("battery", "motors", "real time", "gait", "safety")
         }
 
     @BATTERY_STATUS.on()
@@ -67,6 +68,9 @@ class Diagnostics(Node):
             level, text = WARN, f"hot: {message.torque_left:.0%} of the torque is left"
         warmth = {"hottest_c": f"{max(message.temperature):.1f}"} if len(message.temperature) else {}
         self._tell("motors", level, text, power_w=f"{message.mean:.1f}", **warmth)
+        factor = message.real_time_factor
+        slow = factor < SLOW
+        self._tell("real time", WARN if slow else OK, f"{factor:.2f} of real time" if slow else "in time", factor=f"{factor:.2f}")
 
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:

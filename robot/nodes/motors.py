@@ -20,6 +20,7 @@ from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessa
 from robot.model.actuators import SILENCE
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT
+from robot.sim.real_time import RealTime
 
 if TYPE_CHECKING:
     from actors import ExitReason
@@ -57,6 +58,7 @@ class Motors(Node):
     async def on_start(self) -> None:
         # The robot lies in its sitting pose: silence before the first target is no reason for a safe stop.
         self._heard = -1.0
+        self._real_time = RealTime()
         self._drove = self.clock.now()
 
     @every(hz=RATE)
@@ -76,6 +78,8 @@ class Motors(Node):
         mean = self._energy / self._counted if self._counted else 0.0
         self._energy, self._counted = 0.0, 0
         drives = self._body.actuators()
+        if (warning := self._real_time.look()) is not None:
+            self.log.warning(warning[0], **warning[1])
         self.power(
             MotorPower(
                 stamp=self.clock.stamp(),
@@ -85,6 +89,7 @@ class Motors(Node):
                 supplied=drives.supplied,
                 temperature=drives.temperature,
                 torque_left=drives.left,
+                real_time_factor=self._real_time.factor,
             )
         )
 

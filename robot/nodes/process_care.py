@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from actors import Node, background
 from robot.link.priority import favour, step_aside
+
+if TYPE_CHECKING:
+    from robot.hardware.body import Body
 
 __all__ = ["Hang", "ProcessCare"]
 
@@ -22,9 +25,12 @@ class Hang:
 
 
 class ProcessCare(Node):
-    """Runs before all others of its process, which is that of `concern`: ``control`` goes before everybody else, others step aside for it."""
+    """Runs before all others of its process, which is that of `concern`: ``control`` goes before everybody else, others step aside for it.
 
-    def __init__(self, concern: str, *hangs: Hang) -> None:
+    `body` is that of the robot: the clock of a process that has it goes with its time (`actors.time.lockstep`).
+    """
+
+    def __init__(self, concern: str, body: Body, *hangs: Hang) -> None:
         self._concern = concern
         self._hangs = hangs
 

@@ -246,6 +246,8 @@ class Session:
 
         duration, clock = self.options.duration, system.clock
         began = clock.now()  # a start takes time on the real clock
+        seconds = clock.now if clock.virtual else time.monotonic  # however slow the machine is, it ends
+        end = None if duration is None else seconds() + duration
         pushes = [
             system.loop.call_at(clock.loop_time(began + push.at), self._push, push) for push in self.options.pushes
         ]
@@ -256,7 +258,7 @@ class Session:
         ended = asyncio.ensure_future(system.wait())
         try:
             while not ended.done():
-                left = 0.1 if duration is None else min(0.1, began + duration - clock.now())
+                left = 0.1 if end is None else min(0.1, end - seconds())
                 if left <= 0.0:
                     break
                 await asyncio.wait([ended], timeout=left)

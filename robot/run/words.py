@@ -25,7 +25,7 @@ def _add_circumstances(add: Any) -> None:
         "--duration",
         type=seconds,
         metavar="S",
-        help="end after S seconds (default: run until Ctrl-C; 120 on the virtual clock)",
+        help="end after S seconds, on the real clock of real time (default: run until Ctrl-C; 120 on the virtual clock)",
     )
     add("--battery", type=float, default=90.0, metavar="PERCENT", help="charge at the start (default 90)")
     add(

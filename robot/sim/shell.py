@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from dataclasses import replace
 from math import inf
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from actors.time.lockstep import Lockstep, Simulated
 from robot.geometry.vectors import Floats, Vector
 from robot.hardware.arm import ArmDevice
 from robot.hardware.beams import BEAMS, MAX_RANGE
@@ -19,6 +20,9 @@ from robot.sim.charger import charger_connected
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.sim.sampling import ROUNDING, Sampling
 from robot.sim.spin import Spin, beam_directions
+
+if TYPE_CHECKING:
+    import asyncio
 
 __all__ = ["LOST_COMMAND_TICKS", "TICK", "BodyShell", "SimulatedArm"]
 
@@ -34,7 +38,7 @@ class SimulatedArm(ArmDevice, Protocol):
     def things(self) -> tuple[Thing, ...]: ...
 
 
-class BodyShell(ABC):
+class BodyShell(Simulated):
     """The part of a body that is the same whatever moves it: an heir integrates its motion and tells exact measurements.
 
     Its time is a whole number of ticks and never goes back. At one instant every reader gets the same sample of IMU and of joints: noise is
@@ -86,6 +90,10 @@ class BodyShell(ABC):
     def obstacles(self) -> tuple[Obstacle, ...]:
         """The scene's obstacles: nothing moves them."""
         return self._scene.obstacles
+
+    def keep_step(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Let the clock of its readers wait for what it computes."""
+        Lockstep.of(loop)
 
     def advance(self, until: float) -> None:
         """Move up to `until`, to the last tick that is not later."""

@@ -254,6 +254,8 @@ class MotorPower(Message, frozen=True, kw_only=True):
     """of each motor's winding, in the order of the leg joints; empty where they do not get warm [C]"""
     torque_left: float64 = 1.0
     """share of its torque that heat leaves to the hottest drive"""
+    real_time_factor: float64 = 1.0
+    """simulated seconds in a second, where the body is simulated; less than 1 on a machine that is too slow for it"""
 
 
 class MotorTargets(Message, frozen=True, kw_only=True):

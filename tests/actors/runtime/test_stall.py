@@ -86,6 +86,7 @@ class Stage:
         system.runtime.stalls.stop()
         self.system = system
         self.watch = StallWatch(system.runtime)
+        self.watch.waited = lambda since: 0.0  # type: ignore[method-assign]  # the times of its looks are invented
 
     def look_on(self) -> None:
         """From within what blocks: a look, one that is too early to say anything, one late enough, and one more."""
@@ -228,7 +229,9 @@ class Judge:
         system.runtime.stalls.stop()
         self.watch = system.runtime.stalls
         self.now = 1000.0
+        self.waited = 0.0
         monkeypatch.setattr("actors.runtime.stall.monotonic", lambda: self.now)
+        monkeypatch.setattr(self.watch, "waited", lambda since: self.waited)
 
     def ran(self, system: System, node: str, seconds: float) -> None:
         self.now += seconds

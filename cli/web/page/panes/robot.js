@@ -33,7 +33,7 @@ class RobotPane {
     this.host = h("div.view3d");
     this.chips = h("div.chips", { "aria-label": "State of the robot" });
     this.chip = {};
-    for (const name of ["mode", "battery", "speed", "place", "power", "driver"]) {
+    for (const name of ["mode", "battery", "speed", "place", "power", "driver", "real time"]) {
       this.chip[name] = h("b", {}, "–");
       this.chips.append(h("span.chip", {}, h("span", {}, name), this.chip[name]));
     }
@@ -110,6 +110,10 @@ class RobotPane {
     say("battery", battery, ({ percentage }) => `${(100 * percentage).toFixed(0)} %`);
     say("speed", odom, ({ twist: { twist } }) => `${Math.hypot(twist.linear.x, twist.linear.y).toFixed(2)} m/s`);
     say("power", power, ({ mean }) => `${mean.toFixed(0)} W`);
+    const slow = power && power.real_time_factor < 0.8;
+    say("real time", slow && power, ({ real_time_factor: factor }) => `x ${factor.toFixed(2)}`);
+    this.chip["real time"].parentElement.hidden = !slow;
+    this.chip["real time"].classList.toggle("bad", Boolean(slow));
     say("driver", drive, ({ enabled, source }) => (enabled ? source || "nobody" : "disabled"));
     const unsure = localization && localization.data !== "tracking" ? `${localization.data}: ` : "";
     say("place", this.world.pose, ({ p }) => `${unsure}${metres(p[0])}, ${metres(p[1])} m`);
