@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Coroutine, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 
 from actors import Topic
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
@@ -24,6 +25,8 @@ __all__ = ["Audience"]
 
 SETTLE: Final = 0.1
 """Seconds from a change of the graph to the look at it: what changes together is told together."""
+AGAIN: Final = 1.0
+"""Seconds after a failure."""
 REPORT_EVERY: Final = 1.0
 """Seconds between two reports of the state of the system."""
 
@@ -45,15 +48,31 @@ class Audience:
         hub = self.hub
         await hub.catalog.update()
         forget = hub.system.graph.on_change(self._graph_changed)
-        hub.node.spawn(self._tell_changes(), name="web: what changes")
-        hub.node.spawn(self._report_state(), name="web: the state of the system")
-        hub.node.spawn(self._report_findings(), name="web: what the doctor finds")
+        self._spawn("what changes", self._tell_changes)
+        self._spawn("the state of the system", self._report_state)
+        self._spawn("what the doctor finds", self._report_findings)
         if hub.playback is None:
             self._follow_clock()
-            hub.node.spawn(self._tell_parameters(), name="web: parameters")
+            self._spawn("parameters", self._tell_parameters)
         else:
-            hub.node.spawn(hub.playback.follow(), name="web: playback")
+            self._spawn("playback", hub.playback.follow)
         return forget
+
+    def _spawn(self, what: str, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """Do this for as long as the node runs. What fails is logged and begun again: it does not take the page, and its STOP, away."""
+
+        async def again_and_again() -> None:
+            while True:
+                try:
+                    await work()
+                    return
+                except Exception as error:
+                    self.hub.node.log.error(
+                        "the web server goes on after a failure", doing=what, error=repr(error)[:500]
+                    )
+                await asyncio.sleep(AGAIN)
+
+        self.hub.node.spawn(again_and_again(), name=f"web: {what}")
 
     async def serve(self, client: Client) -> None:
         """Serve a client until it leaves, or has to."""
@@ -124,7 +143,7 @@ class Audience:
         publishers: Sequence[PublisherPeer] = entry.publishers if entry is not None else ()
         if publishers and self._clock is None:
             self._clock = self.hub.node.subscribe(Topic(Clock, "/clock"), qos=CLOCK)
-            self.hub.node.spawn(self._pass_clock_on(self._clock), name="web clock")
+            self._spawn("clock", partial(self._pass_clock_on, self._clock))
         elif not publishers and self._clock is not None:
             self._clock.close()
             self._clock = None

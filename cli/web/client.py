@@ -109,8 +109,13 @@ class Client:
             raise Refused(f"{MOST_TASKS} requests of this client are being worked on: wait for some of the answers")
         task = asyncio.ensure_future(self._guarded(work, session))
         self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(self._worked)
         task.add_done_callback(lambda _: work.close())  # in case it was canceled before its first step
+
+    def _worked(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled():
+            self._note(task.exception())
 
     def end(self, code: int, why: str) -> None:
         """Close the connection. The first reason counts."""
@@ -145,8 +150,7 @@ class Client:
         from websockets.exceptions import ConnectionClosed
 
         if isinstance(outcome, Exception) and not isinstance(outcome, ConnectionClosed):
-            if self._end is None:
-                self._end = (INTERNAL, "the server failed")
+            self.end(INTERNAL, "the server failed")
             self._log.error("web client failed", client=self.address, protocol=self.protocol, error=repr(outcome))
 
     async def _write(self) -> None:

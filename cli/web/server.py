@@ -131,9 +131,11 @@ class WebServer(Node):
     async def _listen(self, port: int, tls: Any) -> Server:
         from websockets.asyncio.server import serve
 
+        from cli.web.connection import Connection
+
         return await serve(
             self._connected, self._settings.host, port, process_request=self._requested, select_subprotocol=_select, ssl=tls,
-            compression=None, max_size=MOST_FRAME, open_timeout=OPENING, close_timeout=CLOSING, server_header=None, logger=QUIET,
+            create_connection=Connection, compression=None, max_size=MOST_FRAME, open_timeout=OPENING, close_timeout=CLOSING, server_header=None, logger=QUIET,
         )  # fmt: skip
 
     # -- HTTP -----------------------------------------------------------------------------------------------------------------
