@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Coroutine, Sequence
 from functools import partial
+from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from actors import Topic
@@ -26,7 +27,8 @@ __all__ = ["Audience"]
 SETTLE: Final = 0.1
 """Seconds from a change of the graph to the look at it: what changes together is told together."""
 AGAIN: Final = 1.0
-"""Seconds after a failure."""
+"""Seconds from the first failure to the next attempt; the pauses grow."""
+LATEST: Final = 60.0
 REPORT_EVERY: Final = 1.0
 """Seconds between two reports of the state of the system."""
 
@@ -62,7 +64,7 @@ class Audience:
         """Do this for as long as the node runs. What fails is logged and begun again: it does not take the page, and its STOP, away."""
 
         async def again_and_again() -> None:
-            while True:
+            for failures in count():
                 try:
                     await work()
                     return
@@ -70,7 +72,7 @@ class Audience:
                     self.hub.node.log.error(
                         "the web server goes on after a failure", doing=what, error=repr(error)[:500]
                     )
-                await asyncio.sleep(AGAIN)
+                await asyncio.sleep(min(AGAIN * 2.0 ** min(failures, 16), LATEST))
 
         self.hub.node.spawn(again_and_again(), name=f"web: {what}")
 
@@ -100,7 +102,11 @@ class Audience:
             await self._changed.wait()
             await asyncio.sleep(SETTLE)
             self._changed.clear()
-            changes = await self.hub.catalog.update()
+            try:
+                changes = await self.hub.catalog.update()
+            except Exception:
+                self._changed.set()
+                raise
             if self.hub.playback is None:  # a recording has its own time
                 self._follow_clock()
             for viewer in self._viewers():

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from actors.interfaces import CdrError
     from actors.logs import NodeLog
 
-__all__ = ["Client", "Session", "farewell"]
+__all__ = ["OVERLOADED", "Client", "Session", "farewell"]
 
 MOST_MISTAKES: Final = 100
 """Malformed frames after which a connection is closed."""
@@ -69,6 +69,7 @@ class Client:
         self._reader: asyncio.Task[None] | None = None
         self._mistakes = 0
         self._lost: set[str] = set()
+        self._since = asyncio.get_running_loop().time()
         self.protocol = protocol
         self.number = number
         self.outbox = Outbox()
@@ -79,6 +80,16 @@ class Client:
         """Where it connects from."""
         address: Any = self._socket.remote_address
         return f"{address[0]}:{address[1]}" if isinstance(address, tuple) and len(address) >= 2 else str(address)  # pyright: ignore[reportUnknownArgumentType]
+
+    @property
+    def connected_for(self) -> float:
+        """Seconds since it came."""
+        return asyncio.get_running_loop().time() - self._since
+
+    @property
+    def ending(self) -> bool:
+        """Whether the server is disconnecting it."""
+        return self._end is not None
 
     @property
     def subprotocol(self) -> str | None:
