@@ -29,6 +29,8 @@ SETTLE: Final = 0.1
 AGAIN: Final = 1.0
 """Seconds from the first failure to the next attempt; the pauses grow."""
 LATEST: Final = 60.0
+METRICS: Final = 120.0
+"""Seconds for which figures are kept ready after somebody has asked for metrics."""
 REPORT_EVERY: Final = 1.0
 """Seconds between two reports of the state of the system."""
 
@@ -44,6 +46,7 @@ class Audience:
         self._sessions: dict[int, Session] = {}
         self._changed = asyncio.Event()
         self._clock: Stream[Clock] | None = None
+        self._metrics_until = 0.0
 
     async def begin(self) -> Callable[[], None]:
         """Follow the graph. The returned function ends that, for a node that goes on."""
@@ -129,14 +132,26 @@ class Audience:
     async def _report_findings(self) -> None:
         while True:
             await asyncio.sleep(REPORT_EVERY)
-            if not any(viewer.wants_findings for viewer in self._viewers()):
+            if not self._watched():
                 continue
             async with examining(self.hub.node, self.hub.system) as examination:
-                while watching := [viewer for viewer in self._viewers() if viewer.wants_findings]:
+                self.hub.overview.figures.source = lambda: examination.others
+                while self._watched():
                     findings = await examination.findings()
-                    for viewer in watching:
-                        viewer.found(findings)
+                    for viewer in self._viewers():
+                        if viewer.wants_findings:
+                            viewer.found(findings)
                     await asyncio.sleep(LOOK_EVERY)
+            self.hub.overview.figures.source = tuple
+
+    def _watched(self) -> bool:
+        """Whether somebody looks at nodes, or at what the doctor finds, on the page or by `/metrics`."""
+        watching = any(viewer.wants_findings or viewer.wants_state for viewer in self._viewers())
+        return watching or asyncio.get_running_loop().time() < self._metrics_until
+
+    def asked_for_metrics(self) -> None:
+        """Have other processes tell their figures: whoever asks for metrics will ask again."""
+        self._metrics_until = asyncio.get_running_loop().time() + METRICS
 
     async def _tell_parameters(self) -> None:
         async for event in self.hub.node.subscribe(Topic(ParameterEvent, "/parameter_events"), qos=PARAMETER_EVENTS):

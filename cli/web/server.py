@@ -157,6 +157,7 @@ class WebServer(Node):
             case "/healthz":
                 return answer(HTTPStatus.OK, figures.health(self._audience.hub), "application/json")
             case "/metrics":
+                self._audience.asked_for_metrics()
                 return answer(HTTPStatus.OK, figures.metrics(self._audience.hub, self._refused), figures.METRICS_TYPE)
             case _:
                 return await self._files.get(request)
