@@ -64,6 +64,11 @@ class Inside:
         if lag is not None:
             known.lag = lag if known.lag is None else min(lag, known.lag, key=abs)
 
+    @property
+    def others(self) -> tuple[Told, ...]:
+        """The last two reports of each other process; the same one twice where it has made one only."""
+        return tuple(Told(one.before, one.last) for one in self._reports.values() if one.last.session)
+
     def look(self) -> Observation:
         """What there is now. The figures of this process are those since the look before; the first look has none."""
         self.take(process_figures(self._system.runtime))

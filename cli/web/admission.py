@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from cli.web.settings import WebSettings
 
-__all__ = ["host_refusal", "origin_refusal", "token_refusal"]
+__all__ = ["host_refusal", "is_own_page", "origin_refusal", "token_refusal"]
 
 
 def token_refusal(settings: WebSettings, request: Request) -> str | None:
@@ -57,11 +57,17 @@ def origin_refusal(settings: WebSettings, request: Request) -> str | None:
     if not origins or "*" in settings.origins:
         return None
     origin = origins[0]
-    hosts = request.headers.get_all("Host")
-    same = len(hosts) == 1 and origin.partition("://")[2] == hosts[0]
-    if len(origins) == 1 and (same or origin in settings.origins or (settings.local and is_loopback(_name(origin)))):
+    if is_own_page(request):
+        return None
+    if len(origins) == 1 and (origin in settings.origins or (settings.local and is_loopback(_name(origin)))):
         return None
     return f"pages of {origin[:100]} may not connect: allow it by --web-origin {origin[:100]}"
+
+
+def is_own_page(request: Request) -> bool:
+    """Whether a connection comes from the page of this server, as a browser says."""
+    origins, hosts = request.headers.get_all("Origin"), request.headers.get_all("Host")
+    return len(origins) == 1 and len(hosts) == 1 and origins[0].partition("://")[2] == hosts[0]
 
 
 def _name(address: str) -> str:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Coroutine, Sequence
+from functools import partial
+from itertools import count
+from typing import TYPE_CHECKING, Any, Final
 
 from actors import Topic
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
@@ -24,6 +26,11 @@ __all__ = ["Audience"]
 
 SETTLE: Final = 0.1
 """Seconds from a change of the graph to the look at it: what changes together is told together."""
+AGAIN: Final = 1.0
+"""Seconds from the first failure to the next attempt; the pauses grow."""
+LATEST: Final = 60.0
+METRICS: Final = 120.0
+"""Seconds for which figures are kept ready after somebody has asked for metrics."""
 REPORT_EVERY: Final = 1.0
 """Seconds between two reports of the state of the system."""
 
@@ -39,21 +46,38 @@ class Audience:
         self._sessions: dict[int, Session] = {}
         self._changed = asyncio.Event()
         self._clock: Stream[Clock] | None = None
+        self._metrics_until = 0.0
 
     async def begin(self) -> Callable[[], None]:
         """Follow the graph. The returned function ends that, for a node that goes on."""
         hub = self.hub
         await hub.catalog.update()
         forget = hub.system.graph.on_change(self._graph_changed)
-        hub.node.spawn(self._tell_changes(), name="web: what changes")
-        hub.node.spawn(self._report_state(), name="web: the state of the system")
-        hub.node.spawn(self._report_findings(), name="web: what the doctor finds")
+        self._spawn("what changes", self._tell_changes)
+        self._spawn("the state of the system", self._report_state)
+        self._spawn("what the doctor finds", self._report_findings)
         if hub.playback is None:
             self._follow_clock()
-            hub.node.spawn(self._tell_parameters(), name="web: parameters")
+            self._spawn("parameters", self._tell_parameters)
         else:
-            hub.node.spawn(hub.playback.follow(), name="web: playback")
+            self._spawn("playback", hub.playback.follow)
         return forget
+
+    def _spawn(self, what: str, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """Do this for as long as the node runs. What fails is logged and begun again: it does not take the page, and its STOP, away."""
+
+        async def again_and_again() -> None:
+            for failures in count():
+                try:
+                    await work()
+                    return
+                except Exception as error:
+                    self.hub.node.log.error(
+                        "the web server goes on after a failure", doing=what, error=repr(error)[:500]
+                    )
+                await asyncio.sleep(min(AGAIN * 2.0 ** min(failures, 16), LATEST))
+
+        self.hub.node.spawn(again_and_again(), name=f"web: {what}")
 
     async def serve(self, client: Client) -> None:
         """Serve a client until it leaves, or has to."""
@@ -81,7 +105,11 @@ class Audience:
             await self._changed.wait()
             await asyncio.sleep(SETTLE)
             self._changed.clear()
-            changes = await self.hub.catalog.update()
+            try:
+                changes = await self.hub.catalog.update()
+            except Exception:
+                self._changed.set()
+                raise
             if self.hub.playback is None:  # a recording has its own time
                 self._follow_clock()
             for viewer in self._viewers():
@@ -104,14 +132,26 @@ class Audience:
     async def _report_findings(self) -> None:
         while True:
             await asyncio.sleep(REPORT_EVERY)
-            if not any(viewer.wants_findings for viewer in self._viewers()):
+            if not self._watched():
                 continue
             async with examining(self.hub.node, self.hub.system) as examination:
-                while watching := [viewer for viewer in self._viewers() if viewer.wants_findings]:
+                self.hub.overview.figures.source = lambda: examination.others
+                while self._watched():
                     findings = await examination.findings()
-                    for viewer in watching:
-                        viewer.found(findings)
+                    for viewer in self._viewers():
+                        if viewer.wants_findings:
+                            viewer.found(findings)
                     await asyncio.sleep(LOOK_EVERY)
+            self.hub.overview.figures.source = tuple
+
+    def _watched(self) -> bool:
+        """Whether somebody looks at nodes, or at what the doctor finds, on the page or by `/metrics`."""
+        watching = any(viewer.wants_findings or viewer.wants_state for viewer in self._viewers())
+        return watching or asyncio.get_running_loop().time() < self._metrics_until
+
+    def asked_for_metrics(self) -> None:
+        """Have other processes tell their figures: whoever asks for metrics will ask again."""
+        self._metrics_until = asyncio.get_running_loop().time() + METRICS
 
     async def _tell_parameters(self) -> None:
         async for event in self.hub.node.subscribe(Topic(ParameterEvent, "/parameter_events"), qos=PARAMETER_EVENTS):
@@ -124,7 +164,7 @@ class Audience:
         publishers: Sequence[PublisherPeer] = entry.publishers if entry is not None else ()
         if publishers and self._clock is None:
             self._clock = self.hub.node.subscribe(Topic(Clock, "/clock"), qos=CLOCK)
-            self.hub.node.spawn(self._pass_clock_on(self._clock), name="web clock")
+            self._spawn("clock", partial(self._pass_clock_on, self._clock))
         elif not publishers and self._clock is not None:
             self._clock.close()
             self._clock = None

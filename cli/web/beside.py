@@ -1,4 +1,4 @@
-"""The web server beside a tree: in this process, or in one of its own."""
+"""The web server beside a tree, in a process of its own."""
 
 from __future__ import annotations
 
@@ -31,12 +31,9 @@ async def serve_beside(
     origins: tuple[str, ...],
     security: str | None,
     bags: str | None,
-    apart: Callable[[Child], Awaitable[object]] | None,
+    apart: Callable[[Child], Awaitable[object]],
 ) -> None:
-    """Start the server, which logs its address. Raises `WebUnavailable`.
-
-    `apart` starts a node in another process; the server is then told of the tree of this one. None: the server joins the system here.
-    """
+    """Start the server by `apart`, which starts a node in another process. It logs its address. Raises `WebUnavailable`."""
     try:
         settings = make_settings(
             os.environ, host=host, port=port, origins=origins, security=security_from_environment(os.environ, security),
@@ -47,11 +44,8 @@ async def serve_beside(
         from cli.web.overview import TreeTeller
         from cli.web.server import WebServer
 
-        if apart is None:
-            await system.join(Child(WebServer, name=NAME, args=(settings,)))
-        else:
-            teller = f"{NAME}_tree_{os.getpid()}"
-            await system.join(Child(TreeTeller, name=teller))
-            await apart(Child(WebServer, name=NAME, args=(settings, teller)))
+        teller = f"{NAME}_tree_{os.getpid()}"
+        await system.join(Child(TreeTeller, name=teller))
+        await apart(Child(WebServer, name=NAME, args=(settings, teller)))
     except (WireUnavailable, ActorError) as error:
         raise WebUnavailable(str(error)) from None

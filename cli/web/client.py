@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from actors.interfaces import CdrError
     from actors.logs import NodeLog
 
-__all__ = ["Client", "Session", "farewell"]
+__all__ = ["OVERLOADED", "Client", "Session", "farewell"]
 
 MOST_MISTAKES: Final = 100
 """Malformed frames after which a connection is closed."""
@@ -69,6 +69,7 @@ class Client:
         self._reader: asyncio.Task[None] | None = None
         self._mistakes = 0
         self._lost: set[str] = set()
+        self._since = asyncio.get_running_loop().time()
         self.protocol = protocol
         self.number = number
         self.outbox = Outbox()
@@ -79,6 +80,16 @@ class Client:
         """Where it connects from."""
         address: Any = self._socket.remote_address
         return f"{address[0]}:{address[1]}" if isinstance(address, tuple) and len(address) >= 2 else str(address)  # pyright: ignore[reportUnknownArgumentType]
+
+    @property
+    def connected_for(self) -> float:
+        """Seconds since it came."""
+        return asyncio.get_running_loop().time() - self._since
+
+    @property
+    def ending(self) -> bool:
+        """Whether the server is disconnecting it."""
+        return self._end is not None
 
     @property
     def subprotocol(self) -> str | None:
@@ -109,8 +120,13 @@ class Client:
             raise Refused(f"{MOST_TASKS} requests of this client are being worked on: wait for some of the answers")
         task = asyncio.ensure_future(self._guarded(work, session))
         self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(self._worked)
         task.add_done_callback(lambda _: work.close())  # in case it was canceled before its first step
+
+    def _worked(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled():
+            self._note(task.exception())
 
     def end(self, code: int, why: str) -> None:
         """Close the connection. The first reason counts."""
@@ -145,8 +161,7 @@ class Client:
         from websockets.exceptions import ConnectionClosed
 
         if isinstance(outcome, Exception) and not isinstance(outcome, ConnectionClosed):
-            if self._end is None:
-                self._end = (INTERNAL, "the server failed")
+            self.end(INTERNAL, "the server failed")
             self._log.error("web client failed", client=self.address, protocol=self.protocol, error=repr(outcome))
 
     async def _write(self) -> None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import binascii
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 import msgspec
 
-from actors.interfaces import Field, Message, MessageTypeError, MessageValueError, from_plain, to_plain
+from actors.interfaces import Field, Message, MessageTypeError, MessageValueError, decode, from_plain, to_plain
 from actors.interfaces.fields import FLOATS
 from cli.web.errors import BadRequest, Refused
 
@@ -18,13 +19,23 @@ if TYPE_CHECKING:
     from actors.interfaces import FieldType
     from actors.interfaces.builtin_interfaces.msg import Time
 
-__all__ = ["BYTES", "message_of", "object_of", "plain", "read_json", "to_json", "write_json"]
+__all__ = ["BYTES", "Conversions", "message_of", "object_of", "plain", "read_json", "to_json", "write_json"]
 
 M = TypeVar("M", bound=Message)
+T = TypeVar("T")
 
 BYTES: Final = ("uint8", "char", "byte")
 """The numbers whose arrays are bytes."""
 HEADER: Final = "std_msgs/msg/Header"
+TIME: Final = "builtin_interfaces/msg/Time"
+DURATION: Final = "builtin_interfaces/msg/Duration"
+OF_ROS_1: Final = {"secs": "sec", "nsecs": "nanosec"}
+LIGHT: Final = 32 * 1024
+"""Bytes or characters that are read at once; more take a thread, or the loop would stand still for longer than 5 ms."""
+MANY: Final = 2000
+"""Values of a message, likewise."""
+MOST_OBJECTS: Final = 100_000
+"""Objects of one JSON text. One of 4 MB could have a million, which take seconds and hundreds of megabytes."""
 
 
 def plain(message: Message) -> dict[str, Any]:
@@ -62,6 +73,8 @@ def read_json(text: str | bytes) -> Any:
 
 def object_of(text: str | bytes) -> dict[str, Any]:
     """A JSON object. Raises `BadRequest`."""
+    if (objects := text.count("{" if isinstance(text, str) else b"{")) > MOST_OBJECTS:  # type: ignore[arg-type]
+        raise BadRequest(f"{objects} objects in one text: at most {MOST_OBJECTS}; a message of more is sent in CDR")
     value = read_json(text)
     if not isinstance(value, dict):
         raise BadRequest(f"a JSON object is expected, not {type(value).__name__}")
@@ -71,15 +84,58 @@ def object_of(text: str | bytes) -> dict[str, Any]:
 def message_of(kind: type[M], data: Any, stamp: Time | None = None) -> M:
     """The message that plain data describes; what is left out has its default. Raises `Refused`, which names the field.
 
-    With `stamp`, a header without a stamp gets this one.
+    With `stamp`, a header without a stamp gets this one, and so does a time that is "now". Times and durations may have ROS 1's names.
     """
     if data is not None and not isinstance(data, Mapping):
         raise Refused(f"{kind.__ros_type__}: an object with its fields is expected, not {data!r:.60}")
     given = cast("Mapping[str, Any]", data or {})
     try:
-        return from_plain(kind, _read(kind, _stamped(kind, given, stamp)))
+        return from_plain(kind, _read(kind, _stamped(kind, given, stamp), stamp))
     except (MessageTypeError, MessageValueError, RecursionError) as error:
         raise Refused(str(error)) from None
+
+
+class Conversions:
+    """Reads what clients send. What is large is read in a thread, one at a time, so that all other clients are served meanwhile."""
+
+    def __init__(self) -> None:
+        self._one = asyncio.Lock()
+
+    async def object(self, text: str | bytes) -> dict[str, Any]:
+        """See `object_of`."""
+        return await self._done(len(text) > LIGHT, object_of, text)
+
+    async def message(self, kind: type[M], data: Any, stamp: Time | None = None) -> M:
+        """See `message_of`."""
+        return await self._done(_many(data), message_of, kind, data, stamp)
+
+    async def cdr(self, kind: type[M], payload: bytes) -> M:
+        """See `actors.interfaces.decode`."""
+        return await self._done(len(payload) > LIGHT, decode, kind, payload)
+
+    async def _done(self, large: bool, work: Callable[..., T], *arguments: Any) -> T:
+        if not large:
+            return work(*arguments)
+        async with self._one:
+            return await asyncio.to_thread(work, *arguments)
+
+
+def _many(data: Any) -> bool:
+    """Whether plain data has more than `MANY` values, or texts of more than `LIGHT` characters."""
+    values = characters = 0
+    waiting: list[Any] = [data]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, str):
+            characters += len(value)
+        elif isinstance(value, (list, Mapping)):
+            inner: Any = value  # pyright: ignore[reportUnknownVariableType]
+            values += len(inner)
+            if values <= MANY:
+                waiting += inner.values() if isinstance(inner, Mapping) else inner
+        if values > MANY or characters > LIGHT:
+            return True
+    return False
 
 
 def _stamped(kind: type[Message], given: Mapping[str, Any], stamp: Time | None) -> Mapping[str, Any]:
@@ -94,12 +150,17 @@ def _stamped(kind: type[Message], given: Mapping[str, Any], stamp: Time | None) 
     return {**given, "header": {**cast("dict[str, Any]", header), "stamp": stamp}}
 
 
-def _read(kind: type[Message], given: Any) -> Any:
-    """Plain data with what JSON cannot say put in: bytes for base64, NaN for null."""
+def _read(kind: type[Message], given: Any, stamp: Time | None) -> Any:
+    """Plain data with what JSON cannot say put in: bytes for base64, NaN for null, the time for "now"."""
+    if stamp is not None and given == "now" and kind.__ros_type__ == TIME:
+        return stamp
     if not isinstance(given, Mapping):
         return given
     fields = {field.name: field for field in kind.__ros_fields__}
-    return {name: _value(fields[name], value) if name in fields else value for name, value in _pairs(given)}
+    pairs = _pairs(given)
+    if kind.__ros_type__ in (TIME, DURATION):
+        pairs = ((OF_ROS_1.get(name, name), value) for name, value in pairs)
+    return {name: _value(fields[name], value, stamp) if name in fields else value for name, value in pairs}
 
 
 def _items(value: Any) -> Iterable[Any]:
@@ -110,7 +171,7 @@ def _pairs(value: Any) -> Iterable[tuple[Any, Any]]:
     return cast("Iterable[tuple[Any, Any]]", value.items())
 
 
-def _value(field: Field, value: Any) -> Any:
+def _value(field: Field, value: Any, stamp: Time | None) -> Any:
     base = field.type.base
     if field.type.is_numeric_array:
         if base in BYTES and isinstance(value, str):
@@ -126,8 +187,8 @@ def _value(field: Field, value: Any) -> Any:
     if field.message is not None:
         if field.type.is_array and isinstance(value, list):
             message = field.message
-            return [_read(message, item) for item in _items(value)]
-        return _read(field.message, value)
+            return [_read(message, item, stamp) for item in _items(value)]
+        return _read(field.message, value, stamp)
     if base in FLOATS and value is None:
         return float("nan")
     return value

@@ -11,6 +11,9 @@ __all__ = ["by_name", "entries", "flag", "number", "objects", "optional_number",
 
 T = TypeVar("T")
 
+MOST = 2**53
+"""Beyond that a number of JavaScript is not exact, and one of JSON may be infinite."""
+
 
 def text(request: dict[str, Any], key: str, default: str | None = None) -> str:
     """A text, or the default where there is none."""
@@ -29,12 +32,12 @@ def number(request: dict[str, Any], key: str) -> int:
 
 
 def optional_number(request: dict[str, Any], key: str, default: float = 0.0) -> float:
-    """A number that is not negative, or the default where there is none."""
+    """A number from 0 to 2^53, or the default where there is none."""
     value: Any = request.get(key)
     if value is None:
         return default
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0:
-        raise BadRequest(f"{_what(request)}: {key!r} must be a number of at least 0, not {value!r:.60}")
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= MOST:
+        raise BadRequest(f"{_what(request)}: {key!r} must be a number from 0 to 2^53, not {value!r:.60}")
     return float(value)
 
 

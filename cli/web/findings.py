@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from actors import Node, System
     from actors.topics.arrival import Arrival
     from actors.topics.peers import PublisherPeer
+    from cli.doctor.observation import Told
 
 __all__ = ["LOOK_EVERY", "Examination", "examining"]
 
@@ -37,6 +38,11 @@ class Examination:
         """The `ProcessFigures` of another process; none have come from this one, whatever is published under that name."""
         if arrival.sent_ns is not None:
             self._inside.take(arrival.message, (self._system.clock.wall_ns() - arrival.sent_ns) / 1e9)
+
+    @property
+    def others(self) -> tuple[Told, ...]:
+        """What other processes tell of themselves, as `Inside.others`."""
+        return self._inside.others
 
     async def findings(self) -> list[dict[str, Any]]:
         """What is wrong, or may be, as plain data. Between two checks the loop has its turn."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from cli.web.conversion import Conversions
 from cli.web.foxglove.catalog import Catalog
 from cli.web.guests import Guests
 from cli.web.parameters import Parameters
@@ -33,6 +34,7 @@ class Hub:
     catalog: Catalog
     guests: Guests
     parameters: Parameters
+    conversions: Conversions
     clients: dict[int, Client]
     """The clients that are connected to the server, by number."""
     bags: Bags
@@ -53,5 +55,6 @@ def make_hub(
     types = Types(node, system)
     return Hub(
         node=node, system=system, overview=overview, types=types, feeds=feeds, catalog=Catalog(node, system, types),
-        guests=Guests(system), parameters=Parameters(node, system), clients=clients, bags=bags, playback=playback,
+        guests=Guests(system), parameters=Parameters(node, system), conversions=Conversions(), clients=clients,
+        bags=bags, playback=playback,
     )  # fmt: skip

@@ -16,8 +16,12 @@ from actors.graph.snapshot import NodeView
 from actors.interfaces.std_msgs.msg import String
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from actors import Stream, System
     from actors.graph.snapshot import Snapshot
+    from actors.transport.figures import NodeFigures
+    from cli.doctor.observation import Told as Reports
 
 __all__ = ["Here", "Overview", "Told", "TreeTeller"]
 
@@ -33,12 +37,14 @@ class Overview(Protocol):
         """Whether there is a tree, in which nodes that fail are restarted."""
         ...
 
+    figures: Figures
+
     def snapshot(self) -> Snapshot:
         """Nodes, topics and services."""
         ...
 
     def restarts(self) -> dict[str, int]:
-        """How often each node of the tree was restarted, by full name."""
+        """How often each node was restarted, by full name."""
         ...
 
     def crash(self, node: str, error: Exception) -> None:
@@ -46,21 +52,82 @@ class Overview(Protocol):
         ...
 
 
+class Figures:
+    """What the processes of the graph tell of their own nodes, for as long as somebody looks: a snapshot alone knows only that they are there."""
+
+    def __init__(self) -> None:
+        self.source: Callable[[], tuple[Reports, ...]] = tuple
+        """Gives the last two reports of each process."""
+
+    def completed(self, seen: Snapshot) -> Snapshot:
+        """The snapshot with the states, lives and counters of nodes of other processes, and the messages that their subscriptions took."""
+        known = self._nodes()
+        took = self._taken(lambda before, last, seconds: float(last))
+        nodes = tuple(_completed(node, known[node.name]) if node.name in known else node for node in seen.nodes)
+        topics = tuple(
+            structs.replace(topic, messages=int(took[topic.name]))
+            if not topic.messages and topic.name in took
+            else topic
+            for topic in seen.topics
+        )
+        return structs.replace(seen, nodes=nodes, topics=topics)
+
+    def rates(self) -> dict[str, float]:
+        """Messages a second, by topic, as the subscriptions of other processes take them."""
+        return self._taken(lambda before, last, seconds: max(0, last - before) / seconds if seconds > 0 else 0.0)
+
+    def restarts(self) -> dict[str, int]:
+        """How often each node of another process was restarted."""
+        return {name: node.restarts for name, node in self._nodes().items()}
+
+    def _nodes(self) -> dict[str, NodeFigures]:
+        return {node.name: node for one in self.source() for node in one.last.nodes}
+
+    def _taken(self, measure: Callable[[int, int, float], float]) -> dict[str, float]:
+        """The most that a subscription with a handler has taken, by topic."""
+        found: dict[str, float] = {}
+        for one in self.source():
+            earlier = {
+                (node.name, queue.topic, queue.handler): queue.received
+                for node in one.before.nodes
+                for queue in node.queues
+            }
+            for node in one.last.nodes:
+                for queue in node.queues:
+                    before = earlier.get((node.name, queue.topic, queue.handler), queue.received)
+                    value = measure(before, queue.received, one.seconds)
+                    found[queue.topic] = max(found.get(queue.topic, 0.0), value)
+        return found
+
+
+def _completed(node: NodeView, known: NodeFigures) -> NodeView:
+    """A node of another process with what that process tells of it."""
+    slowest = max(known.handlers, key=lambda one: one.longest, default=None)
+    return structs.replace(
+        node, state=known.state if node.state == "elsewhere" else node.state, incarnation=node.incarnation or known.incarnation,
+        waiting=known.waiting, handled=known.handled, inbox_age=known.inbox_age,
+        slowest="" if slowest is None else f"{slowest.handler} {1e3 * slowest.longest:.1f} ms",
+    )  # fmt: skip
+
+
 class Here:
     """The system of this process."""
 
     def __init__(self, system: System) -> None:
         self._system = system
+        self.figures = Figures()
 
     @property
     def can_kill(self) -> bool:
         return self._system.supervisor is not None
 
     def snapshot(self) -> Snapshot:
-        return self._system.snapshot()
+        return self.figures.completed(self._system.snapshot())
 
     def restarts(self) -> dict[str, int]:
-        return {record.identity.fqn: record.restart_count for record in self._system.nodes.values()}
+        return self.figures.restarts() | {
+            record.identity.fqn: record.restart_count for record in self._system.nodes.values()
+        }
 
     def crash(self, node: str, error: Exception) -> None:
         self._system.crash(node, error)
@@ -111,6 +178,7 @@ class Told:
     def __init__(self, node: Node, system: System, teller: str) -> None:
         self._system = system
         self._tree = _Tree()
+        self.figures = Figures()
         self._crashes = node.publisher(Topic(String, f"/{teller}/crash"))
         node.spawn(self._listen(node.subscribe(Topic(String, f"/{teller}/tree", qos.STATE))), name="web tree")
 
@@ -122,10 +190,10 @@ class Told:
         seen = self._system.snapshot()
         nodes = {node.name: node for node in seen.nodes}
         nodes |= {node.name: node for node in self._tree.nodes}
-        return structs.replace(seen, nodes=tuple(nodes[name] for name in sorted(nodes)))
+        return self.figures.completed(structs.replace(seen, nodes=tuple(nodes[name] for name in sorted(nodes))))
 
     def restarts(self) -> dict[str, int]:
-        return self._tree.restarts
+        return self.figures.restarts() | self._tree.restarts
 
     def crash(self, node: str, error: Exception) -> None:
         found = next((one for one in self._tree.nodes if one.name == node), None)

@@ -6,6 +6,7 @@ import asyncio
 import base64
 import binascii
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from actors import ActorError, Parameter
@@ -129,8 +130,9 @@ def shown(node: str, parameter: Parameter) -> dict[str, Any]:
 
 
 def event_values(event: ParameterEvent) -> list[dict[str, Any]]:
-    """What an event of `/parameter_events` says, as the protocol shows it. A deleted parameter has no value."""
-    values = [
-        shown(event.node, from_value(one.name, one.value)) for one in (*event.new_parameters, *event.changed_parameters)
-    ]
+    """What an event of `/parameter_events` says, as the protocol shows it. A deleted parameter has no value; one of no known type is left out."""
+    values: list[dict[str, Any]] = []
+    for one in (*event.new_parameters, *event.changed_parameters):
+        with suppress(ValueError):  # a type that there is not
+            values.append(shown(event.node, from_value(one.name, one.value)))
     return values + [{"name": f"{event.node}.{one.name}"} for one in event.deleted_parameters]

@@ -18,10 +18,10 @@ from urllib.parse import parse_qs, urlsplit
 
 from actors import ExitReason, Node, system_of
 from cli.web import figures
-from cli.web.admission import host_refusal, origin_refusal, token_refusal
+from cli.web.admission import host_refusal, is_own_page, origin_refusal, token_refusal
 from cli.web.audience import Audience
 from cli.web.bags import Bags
-from cli.web.client import Client, farewell
+from cli.web.client import OVERLOADED, Client, farewell
 from cli.web.errors import Refused
 from cli.web.feeds import Feeds
 from cli.web.foxglove.session import SUBPROTOCOLS
@@ -38,6 +38,10 @@ if TYPE_CHECKING:
 __all__ = ["WebServer"]
 
 MOST_CLIENTS: Final = 64
+FOR_THE_PAGE: Final = 8
+"""Places beside these that only the server's own page gets: its STOP is not locked out."""
+SILENCE: Final = 2.0
+"""Seconds in which a client asks for something; one that has not loses its place when there is no other."""
 MOST_FRAME: Final = 4 * 1024 * 1024
 """The largest frame that a client may send, bytes."""
 OPENING: Final = 10.0
@@ -134,9 +138,11 @@ class WebServer(Node):
     async def _listen(self, port: int, tls: Any) -> Server:
         from websockets.asyncio.server import serve
 
+        from cli.web.connection import Connection
+
         return await serve(
             self._connected, self._settings.host, port, process_request=self._requested, select_subprotocol=_select, ssl=tls,
-            compression=None, max_size=MOST_FRAME, open_timeout=OPENING, close_timeout=CLOSING, server_header=None, logger=QUIET,
+            create_connection=Connection, compression=None, max_size=MOST_FRAME, open_timeout=OPENING, close_timeout=CLOSING, server_header=None, logger=QUIET,
         )  # fmt: skip
 
     # -- HTTP -----------------------------------------------------------------------------------------------------------------
@@ -154,6 +160,7 @@ class WebServer(Node):
             case "/healthz":
                 return answer(HTTPStatus.OK, figures.health(self._audience.hub), "application/json")
             case "/metrics":
+                self._audience.asked_for_metrics()
                 return answer(HTTPStatus.OK, figures.metrics(self._audience.hub, self._refused), figures.METRICS_TYPE)
             case _:
                 return await self._files.get(request)
@@ -170,11 +177,22 @@ class WebServer(Node):
             return refusal(HTTPStatus.UNAUTHORIZED, why)
         if upgrade and (why := origin_refusal(self._settings, request)) is not None:
             return refusal(HTTPStatus.FORBIDDEN, why)
-        if upgrade and len(self._clients) >= MOST_CLIENTS:
-            return refusal(HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_CLIENTS} clients are connected already")
         if upgrade and (why := self._bag_refusal(request)) is not None:
             return refusal(HTTPStatus.NOT_FOUND, why)
+        if upgrade and not self._has_room(request):
+            return refusal(HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_CLIENTS} clients are connected already")
         return None
+
+    def _has_room(self, request: Request) -> bool:
+        """Whether there is a place for a client. The one that has been silent for longest, since it came, may lose its own for it."""
+        present = [one for one in self._clients.values() if not one.ending]
+        most = MOST_CLIENTS + FOR_THE_PAGE if is_own_page(request) else MOST_CLIENTS
+        if len(present) < most:
+            return True
+        silent = next((one for one in present if not one.received and one.connected_for >= SILENCE), None)
+        if silent is not None:
+            silent.end(OVERLOADED, "it has asked for nothing, and another client needs its place")
+        return silent is not None
 
     def _bag_refusal(self, request: Request) -> str | None:
         try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol
 
+from actors import Backoff, Intensity
 from robot.run.errands import UsageError
 
 if TYPE_CHECKING:
@@ -16,15 +17,16 @@ if TYPE_CHECKING:
 __all__ = ["ServeWeb", "start"]
 
 
-CRASHES: Final = 3
-"""So often within `WITHIN` seconds the process of the server may fail; then the robot goes on without a page."""
-WITHIN: Final = 60.0
+AGAIN: Final = Backoff(0.5, 30.0)
+"""The pause before the server's process is started again, however often it fails: the STOP of the page must not stay away."""
+ANY: Final = Intensity(100, within=60.0)
+"""More restarts than `AGAIN` allows."""
 HANG: Final = 30.0
 """Seconds for which its event loop may stand still: it steps aside for all others, and nobody depends on it."""
 
 
 class ServeWeb(Protocol):
-    """Starts a web server beside a system: in this process, or by `apart`, which starts a node in one of its own."""
+    """Starts a web server beside a system, by `apart`, which starts a node in a process of its own."""
 
     async def __call__(
         self,
@@ -35,7 +37,7 @@ class ServeWeb(Protocol):
         port: int | None,
         origins: tuple[str, ...],
         security: str | None,
-        apart: Callable[[Child], Awaitable[object]] | None,
+        apart: Callable[[Child], Awaitable[object]],
         bags: str | None,
     ) -> None: ...
 
@@ -45,10 +47,10 @@ async def start(system: System, options: Options, serve: ServeWeb | None) -> Non
     web = options.web
     if web is None or serve is None:
         return
-    apart = partial(_start_apart, system) if options.processes else None
     try:
         await serve(
-            system, host=web.host, port=web.port, origins=web.origins, security=options.security, bags=web.bags, apart=apart
+            system, host=web.host, port=web.port, origins=web.origins, security=options.security, bags=web.bags,
+            apart=partial(_start_apart, system),
         )  # fmt: skip
     except Exception as error:
         if web.wanted:
@@ -57,8 +59,8 @@ async def start(system: System, options: Options, serve: ServeWeb | None) -> Non
 
 
 async def _start_apart(system: System, server: Child) -> None:
-    """Start the server in a process that leaves the processors to the robot. It may fail for good without any harm to the tree."""
-    from actors import Child, Intensity, Supervisor, temporary
+    """Start the server in a process of its own, which leaves the processors to the robot: what clients send is never read in the loop that walks."""
+    from actors import Child, Supervisor, temporary
     from robot.nodes.process_care import ProcessCare
 
     assert system.supervisor is not None
@@ -67,7 +69,7 @@ async def _start_apart(system: System, server: Child) -> None:
         Supervisor(
             "web",
             restart=temporary,
-            intensity=Intensity(CRASHES, within=WITHIN),
-            children=[Supervisor("page", process=True, hang=HANG, children=[care, server])],
+            intensity=ANY,
+            children=[Supervisor("page", process=True, hang=HANG, backoff=AGAIN, children=[care, server])],
         )
     )

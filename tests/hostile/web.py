@@ -45,12 +45,16 @@ OBJECTS: tuple[dict[str, Any], ...] = (
     {"op": "subscribeConnectionGraph"},
     {"op": "fetchAsset", "uri": "package://robot/x.stl", "requestId": 1},
     {"op": "robactor.subscribeSystem"},
+    {"op": "robactor.bags", "id": 1},
+    {"op": "robactor.readBag", "id": 1, "name": "x", "file": "y", "offset": 0},
     {"op": "robactor.killNode", "node": "/nobody", "id": 1},
     {"op": "advertise", "topic": "/b", "type": "std_msgs/String", "latch": False, "queue_size": 1},
     {"op": "publish", "topic": "/b", "msg": {"data": "x"}},
-    {"op": "subscribe", "topic": "/b", "type": "std_msgs/String", "throttle_rate": 1, "queue_length": 1, "compression": "cbor", "id": "s"},
+    {"op": "subscribe", "topic": "/b", "type": "std_msgs/String", "throttle_rate": 1, "queue_length": 1, "compression": "cbor", "id": "s",
+     "fragment_size": 100},
     {"op": "unsubscribe", "topic": "/b", "id": "s"},
-    {"op": "call_service", "service": "/victim/get_parameters", "args": {"names": ["speed"]}, "id": "c", "timeout": 1, "fragment_size": 9},
+    {"op": "call_service", "service": "/victim/get_parameters", "args": {"names": ["speed"]}, "id": "c", "timeout": 1, "fragment_size": 9,
+     "compression": "png"},
     {"op": "call_service", "service": "/rosapi/topics", "args": {}, "id": "r"},
     {"op": "call_service", "service": "/rosapi/get_param", "args": {"name": "/victim:speed"}, "id": "r"},
     {"op": "call_service", "service": "/rosapi/message_details", "args": {"type": "sensor_msgs/Imu"}, "id": "r"},
@@ -70,7 +74,8 @@ OBJECTS: tuple[dict[str, Any], ...] = (
 """Requests that are in order, of both protocols; each is sent to both."""
 
 VALUES: tuple[Any, ...] = (
-    None, True, -1, 0, 2**31, 2**63, 2**64, 10**40, -0.5, 1e308, "", "/", "//", "/a//b", "/a b", "\0", "\ud7ff", "é" * 300, "x" * 5000,
+    None, True, -1, 0, 2**31, 2**63, 2**64, 10**40, 10**400, -0.5, 1e308, float("inf"), float("nan"),
+    "", "/", "//", "/a//b", "/a b", "\0", "\ud7ff", "é" * 300, "x" * 5000,
     "../../etc/passwd", "a/b", "a/msg/b", "../msg/..", "std_msgs/msg/String", "/victim.", ".", [], [[]], [None], [{}], {}, {"a": {}},
     {"op": "subscribe"}, [1] * 1000, {"header": 3}, {"data": 5}, {"data": None},
 )  # fmt: skip

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from functools import partial
 from itertools import count
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.bag.offers import known_type, offers
 from actors.errors import ActorError
@@ -23,6 +25,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Catalog", "Changes", "Channel", "ServedService"]
 
+Get = Callable[[], Awaitable[Any]]
+
+PATIENCE: Final = 5.0
+AT_ONCE: Final = 64
+"""Nodes that are asked for a type at the same time."""
 UNLISTED = (*PARAMETER_SERVICES, TYPE_DESCRIPTION)
 """Services of every node that are not listed: the protocol has parameters and definitions of its own."""
 
@@ -87,7 +94,7 @@ class Catalog:
         self.services: dict[int, ServedService] = {}
 
     async def update(self) -> Changes:
-        """Look at the graph. Waits for the definitions of types that this process does not know."""
+        """Look at the graph. Waits up to `PATIENCE` seconds for the definitions of types that this process does not know."""
         async with self._lock:
             topics, services = await self._topics(), await self._services()
             listed = {(one.topic, one.type.__ros_type__): one for one in self.channels.values()}
@@ -116,6 +123,7 @@ class Catalog:
 
     async def _topics(self) -> dict[tuple[str, str], Any]:
         found: dict[tuple[str, str], Any] = {}
+        wanted: dict[tuple[str, str], Get] = {}
         for offer in list(offers(self._system.graph, incarnation_of(self._node), unpublished=True)):
             name = offer.entry.name
             if is_hidden(name) and "/_action/" not in name:
@@ -126,10 +134,10 @@ class Catalog:
             )
             if kind is None:
                 users = [(end.node.fqn, end.type) for end in ends if end.type.__ros_type__ == offer.type_name]
-                kind = await _or_none(self._types.message(offer.type_name, users))
-            if kind is not None:
+                wanted[name, offer.type_name] = partial(self._types.message, offer.type_name, users)
+            else:
                 found[name, kind.__ros_type__] = kind
-        return found
+        return found | await _described(wanted)
 
     def all_services(self) -> list[tuple[str, str]]:
         """The names and types of all services but hidden ones and those of actions, also of those that are opened when they are called."""
@@ -143,20 +151,26 @@ class Catalog:
         return list(found.items())
 
     async def _services(self) -> dict[tuple[str, str], Any]:
-        found: dict[tuple[str, str], Any] = {}
+        wanted: dict[tuple[str, str], Get] = {}
         for name, type_name in self.all_services():
             if name.rpartition("/")[2] not in UNLISTED:
-                kind = await _or_none(self._types.service(name, type_name))
-                if kind is not None:
-                    found[name, kind.__ros_type__] = kind
-        return found
+                wanted[name, type_name] = partial(self._types.service, name, type_name)
+        return await _described(wanted)
 
 
-async def _or_none(get: Coroutine[Any, Any, Any]) -> Any:
-    """A type that can be described as a schema, or None."""
-    try:
-        kind = await get
-        schema_text(getattr(kind, "Request", kind))
-    except (Refused, InterfaceError, ActorError):
-        return None
-    return kind
+async def _described(wanted: dict[tuple[str, str], Get]) -> dict[tuple[str, str], Any]:
+    """Those of the types that can be described as a schema, each asked for beside the others: a node that does not answer delays no other."""
+    found: dict[tuple[str, str], Any] = {}
+    turn = asyncio.Semaphore(AT_ONCE)
+
+    async def describe(key: tuple[str, str], get: Get) -> None:
+        async with turn:
+            with suppress(Refused, InterfaceError, ActorError, RecursionError):
+                kind = await get()
+                schema_text(getattr(kind, "Request", kind))
+                found[key[0], kind.__ros_type__] = kind
+
+    with suppress(TimeoutError):
+        async with asyncio.timeout(PATIENCE):
+            await asyncio.gather(*(describe(key, get) for key, get in wanted.items()))
+    return {key: found[key] for key in wanted if key in found}

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from actors.interfaces import CdrError, decode
+from actors.interfaces import CdrError
 from actors.interfaces.errors import InterfaceError
-from cli.web.conversion import message_of, object_of
 from cli.web.errors import BadRequest, Refused
 from cli.web.fields import entries, number, objects, text
 from cli.web.guests import Publications
@@ -54,17 +53,18 @@ class Publishing:
         for channel in entries(request, "channelIds", int):
             self._channels.pop(channel, None)
 
-    def publish(self, channel: int, payload: bytes) -> None:
+    async def publish(self, channel: int, payload: bytes) -> None:
         """Publish a message. Raises `Refused`."""
         found = self._channels.get(channel)
         if found is None:
             raise BadRequest(f"client channel {channel} is not advertised")
-        publisher = found.publisher
+        publisher, conversions = found.publisher, self._hub.conversions
         if found.encoding == "json":
-            publisher.publish(message_of(publisher.type, object_of(payload), self._hub.system.clock.stamp()))
+            data = await conversions.object(payload)
+            publisher.publish(await conversions.message(publisher.type, data, self._hub.system.clock.stamp()))
             return
         try:
-            message = decode(publisher.type, payload)
+            message = await conversions.cdr(publisher.type, payload)
         except (CdrError, InterfaceError) as error:
             raise BadRequest(f"{publisher.entry.name}: {error}") from None
         publisher.publish(message)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors import ActorError, Service
-from actors.interfaces import InterfaceError, decode, encode
-from cli.web.conversion import message_of, object_of, to_json
+from actors.interfaces import InterfaceError, encode
+from cli.web.conversion import to_json
 from cli.web.errors import BadRequest, Refused
 from cli.web.foxglove.frames import ServiceRequest, response_frame
 
@@ -22,7 +22,7 @@ PATIENCE = 30.0
 
 async def call(hub: Hub, service: ServedService, request: ServiceRequest) -> bytes:
     """The frame with the response, in the encoding of the request. Raises `Refused`."""
-    message = _decoded(service.type.Request, request, hub)
+    message = await _decoded(service.type.Request, request, hub)
     contract: Service[Any, Any] = Service(service.type, service.name)
     try:
         response = await hub.node.call(contract, message, timeout=PATIENCE)
@@ -32,12 +32,13 @@ async def call(hub: Hub, service: ServedService, request: ServiceRequest) -> byt
     return response_frame(request.service, request.call, request.encoding, payload)
 
 
-def _decoded(kind: Any, request: ServiceRequest, hub: Hub) -> Any:
+async def _decoded(kind: Any, request: ServiceRequest, hub: Hub) -> Any:
     if request.encoding == "json":
-        return message_of(kind, object_of(request.payload), hub.system.clock.stamp())
+        data = await hub.conversions.object(request.payload)
+        return await hub.conversions.message(kind, data, hub.system.clock.stamp())
     if request.encoding != "cdr":
         raise Refused(f"encoding {request.encoding!r:.40}: requests come in cdr or json")
     try:
-        return decode(kind, request.payload)
+        return await hub.conversions.cdr(kind, request.payload)
     except InterfaceError as error:
         raise BadRequest(str(error)) from None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors import ActorError
 from actors.interfaces import CdrError
 from cli.web.assets import read_asset
-from cli.web.conversion import object_of, write_json
+from cli.web.conversion import write_json
 from cli.web.errors import Refused
 from cli.web.fields import entries, number, objects, text
 from cli.web.foxglove.bag_words import bag_ops
@@ -122,7 +122,7 @@ class FoxgloveSession:
         if isinstance(frame, bytes):
             await self._binary(frame)
             return
-        await perform(self._ops, object_of(frame))
+        await perform(self._ops, await self._hub.conversions.object(frame))
 
     def refuse(self, error: Refused) -> None:
         self._status(ERROR, str(error))
@@ -226,7 +226,7 @@ class FoxgloveSession:
     async def _binary(self, data: bytes) -> None:
         frame = read_frame(data)
         if isinstance(frame, ClientMessage):
-            self._publishing.publish(frame.channel, frame.payload)
+            await self._publishing.publish(frame.channel, frame.payload)
             return
         if isinstance(frame, PlaybackRequest):
             if self._hub.playback is None:

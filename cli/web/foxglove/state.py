@@ -28,9 +28,12 @@ class StateReports:
         """The present state."""
         seconds = snapshot.at - self._at if self._at is not None else 0.0
         plain: dict[str, Any] = msgspec.to_builtins(snapshot)
+        taken = self._overview.figures.rates()
         for topic in plain["topics"]:
             before = self._messages.get(topic["name"])
-            if before is not None and seconds > 0:
+            if topic["name"] in taken:
+                topic["rate"] = round(taken[topic["name"]], ROUNDED)
+            elif before is not None and seconds > 0:
                 topic["rate"] = round(max(0, topic["messages"] - before) / seconds, ROUNDED)
         self._messages = {topic.name: topic.messages for topic in snapshot.topics}
         self._at = snapshot.at

@@ -14,8 +14,8 @@ __all__ = ["MOST_CHARACTERS", "Fragments", "fragments_of"]
 MOST_CHARACTERS: Final = 4 * 1024 * 1024
 """The longest text that may come in fragments, and the room for all that are not complete."""
 MOST_FRAGMENTS: Final = 4096
-SMALLEST: Final = 64
-"""The least characters of a fragment, whatever a client asks for."""
+SMALLEST: Final = 256
+"""The least characters of a fragment, whatever a client asks for: a picture is some 5,000 of them."""
 
 _numbers = count(1)
 

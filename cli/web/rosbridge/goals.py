@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import TYPE_CHECKING, Any, Final
 
 from actors import ActorError, Goal, GoalRejected, GoalStatus
 from actors.contracts.contracts import Action
-from cli.web.conversion import message_of, plain
+from cli.web.conversion import plain
 from cli.web.errors import Refused
 from cli.web.fields import flag, optional_number, text
 from cli.web.names import absolute, interface
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["Goals"]
 
 PATIENCE: Final = 10.0
-"""Seconds for the acceptance of a goal."""
+"""Seconds for the acceptance of a goal, if a client names no other limit."""
+LONGEST: Final = 600.0
 
 
 class Goals:
@@ -30,8 +32,8 @@ class Goals:
     def __init__(self, hub: Hub, say: Say) -> None:
         self._hub = hub
         self._say = say
-        self._goals: dict[str, Goal[Any, Any] | None] = {}
-        """None: it has not been accepted yet."""
+        self._goals: dict[str, asyncio.Future[Goal[Any, Any]]] = {}
+        """Each is done once its server has accepted the goal, and canceled if that does not come."""
 
     async def send(self, request: dict[str, Any]) -> None:
         """Send a goal, and tell the client what becomes of it."""
@@ -46,11 +48,15 @@ class Goals:
             self._say("action_result", **told, values=str(error), status=GoalStatus.UNKNOWN.value, result=False)
 
     async def cancel(self, request: dict[str, Any]) -> None:
-        """Ask for the end of a goal. Raises `Refused` if it does not run, or must not be canceled."""
+        """Ask for the end of a goal, as soon as it is accepted. Raises `Refused` if it does not run, or must not be canceled."""
         id = str(request.get("id"))
-        goal = self._goals.get(id)
-        if goal is None:
+        accepted = self._goals.get(id)
+        if accepted is None:
             raise Refused(f"no goal {id:.60} runs")
+        await asyncio.wait([accepted])
+        if accepted.cancelled():
+            raise Refused(f"goal {id:.60} was not accepted")
+        goal = accepted.result()
         try:
             if not await goal.cancel("canceled by the web client"):
                 raise Refused(f"goal {id:.60} has ended, or its server does not let it be canceled")
@@ -60,16 +66,17 @@ class Goals:
     async def _follow(self, name: str, id: str, told: dict[str, Any], request: dict[str, Any]) -> None:
         if id in self._goals:
             raise Refused(f"goal {id:.60} runs already: give the new one another id")
-        self._goals[id] = None
+        accepted = self._goals[id] = asyncio.get_running_loop().create_future()
         try:
             goal = await self._made(name, request)
             async with goal:
-                self._goals[id] = goal
+                accepted.set_result(goal)
                 async for feedback in goal:
                     if flag(request, "feedback"):
                         self._say("action_feedback", **told, values=plain(feedback))
                 outcome = await goal.ended()
         finally:
+            accepted.cancel()
             del self._goals[id]
         values = outcome.reason if outcome.result is None else plain(outcome.result)
         status = outcome.status.value
@@ -78,6 +85,7 @@ class Goals:
     async def _made(self, name: str, request: dict[str, Any]) -> Goal[Any, Any]:
         named = text(request, "action_type", "")
         kind = await self._hub.types.action(name, interface(named, "action") if named else "")
-        message = message_of(kind.Goal, request.get("args"), self._hub.system.clock.stamp())
-        patience = optional_number(request, "timeout") or PATIENCE
+        stamp = self._hub.system.clock.stamp()
+        message = await self._hub.conversions.message(kind.Goal, request.get("args"), stamp)
+        patience = min(optional_number(request, "timeout") or PATIENCE, LONGEST)
         return self._hub.node.start(Action(kind, name), message, timeout=patience)

@@ -11,7 +11,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors import Aborted, Done, GoalStatus, Node
-from cli.web.conversion import message_of, plain
+from cli.web.conversion import plain
 from cli.web.errors import BadRequest, Refused
 from cli.web.fields import flag, text
 from cli.web.guests import MOST
@@ -62,6 +62,16 @@ def action_node(action: Action[Any, Any, Any], steps: Callable[[Any], AsyncGener
 def _refuse_second(entry: Any) -> None:
     if entry is not None and entry.local is not None:
         raise Refused(f"{entry.local.host} serves {entry.name} already")
+
+
+def _settle(waiting: asyncio.Future[Any], outcome: Any) -> None:
+    """Give a waiting request its outcome, unless it has ended meanwhile."""
+    if waiting.done():
+        return
+    if isinstance(outcome, BrowserFailed):
+        waiting.set_exception(outcome)
+    else:
+        waiting.set_result(outcome)
 
 
 def _reason(values: Any) -> str:
@@ -115,9 +125,9 @@ class ServicesServed:
             raise Refused(f"this client does not serve {name}")
         await self._hub.guests.leave(served.node)
 
-    def respond(self, request: dict[str, Any]) -> None:
+    async def respond(self, request: dict[str, Any]) -> None:
         """The client's answer to a request. Raises `BadRequest` if there is no such request."""
-        kind, waiting = self._open.pop(text(request, "id"), (None, None))
+        kind, waiting = self._open.get(text(request, "id"), (None, None))
         if waiting is None or kind is None:
             raise BadRequest(f"there is no open request {request.get('id')!r:.60}")
         if waiting.done():
@@ -127,10 +137,11 @@ class ServicesServed:
             waiting.set_exception(BrowserFailed(_reason(values)))
             return
         try:
-            waiting.set_result(message_of(kind.Response, values))
+            answer = await self._hub.conversions.message(kind.Response, values)
         except Refused as error:
-            waiting.set_exception(BrowserFailed(str(error)))
+            _settle(waiting, BrowserFailed(str(error)))
             raise
+        _settle(waiting, answer)
 
     async def close(self) -> None:
         """Serve nothing any more; requests that are open fail."""
@@ -197,18 +208,19 @@ class ActionsServed:
             raise Refused(f"this client does not serve {name}")
         await self._hub.guests.leave(node)
 
-    def feedback(self, request: dict[str, Any]) -> None:
+    async def feedback(self, request: dict[str, Any]) -> None:
         """The client's feedback about a goal."""
         goal = self._goal(request)
-        goal.steps.put_nowait(message_of(goal.type.Feedback, request.get("values")))
+        goal.steps.put_nowait(await self._hub.conversions.message(goal.type.Feedback, request.get("values")))
 
-    def result(self, request: dict[str, Any]) -> None:
+    async def result(self, request: dict[str, Any]) -> None:
         """The client's result of a goal."""
         goal = self._goal(request)
         if not flag(request, "result"):
             goal.steps.put_nowait(Aborted(goal.type.Result(), _reason(request.get("values"))))
             return
-        result, status = message_of(goal.type.Result, request.get("values")), request.get("status", 4)
+        result = await self._hub.conversions.message(goal.type.Result, request.get("values"))
+        status = request.get("status", 4)
         goal.steps.put_nowait(Aborted(result) if status == GoalStatus.ABORTED else Done(result))
 
     async def close(self) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from actors import ActorError, Publisher, Service
 from actors.interfaces import InterfaceError
 from actors.interfaces.action_msgs.srv import CancelGoal
-from cli.web.conversion import message_of, object_of, plain, write_json
+from cli.web.conversion import plain, write_json
 from cli.web.errors import BadRequest, Refused
 from cli.web.fields import by_name, flag, optional_number, text
 from cli.web.guests import Publications
@@ -48,7 +49,7 @@ class RosbridgeSession:
         self._id: Any = None
         """The id of the request that is being handled."""
         self._fragments = Fragments()
-        self._subscriptions = Subscriptions(hub, client)
+        self._subscriptions = Subscriptions(hub, client, self)
         self._publications = Publications(hub.guests)
         self._publishers: dict[str, Publisher[Any]] = {}
         self._rosapi = Rosapi(hub)
@@ -72,7 +73,7 @@ class RosbridgeSession:
     async def received(self, frame: Frame) -> None:
         if isinstance(frame, bytes):
             raise BadRequest("a binary frame: requests come as JSON texts")
-        await self._handle(object_of(frame))
+        await self._handle(await self._hub.conversions.object(frame))
 
     def refuse(self, error: Refused) -> None:
         if self._level >= LEVELS.index("error"):
@@ -96,13 +97,7 @@ class RosbridgeSession:
         await self._open(absolute(text(request, "topic")), name, request)
 
     async def _open(self, topic: str, name: str, request: dict[str, Any]) -> Publisher[Any]:
-        entry = self._hub.system.graph.topics.get(topic)
-        ends: list[Any] = [] if entry is None else [*entry.publishers, *entry.subscriptions]
-        if not name:
-            if not ends:
-                raise Refused(f"nobody uses {topic} yet: advertise it, with its type")
-            name = ends[0].type.__ros_type__
-        kind = await self._hub.types.message(name, [(end.node.fqn, end.type) for end in ends])
+        kind = await self._hub.types.topic(topic, name)
         depth = int(min(optional_number(request, "queue_size") or 100, 1000))
         publisher = await self._publications.open(topic, kind, latch=flag(request, "latch"), depth=depth)
         self._publishers[topic] = publisher
@@ -116,7 +111,8 @@ class RosbridgeSession:
     async def _publish(self, request: dict[str, Any]) -> None:
         topic = absolute(text(request, "topic"))
         publisher = self._publishers.get(topic) or await self._open(topic, "", request)
-        publisher.publish(message_of(publisher.type, request.get("msg"), self._hub.system.clock.stamp()))
+        stamp = self._hub.system.clock.stamp()
+        publisher.publish(await self._hub.conversions.message(publisher.type, request.get("msg"), stamp))
 
     # -- services -------------------------------------------------------------------------------------------------------------
 
@@ -131,7 +127,7 @@ class RosbridgeSession:
             told |= {"values": str(error), "result": False}
         whole = write_json(told)
         if request.get("compression") == "png":
-            whole = write_json({"op": "png", "data": png_text(whole)})
+            whole = write_json({"op": "png", "data": await asyncio.to_thread(png_text, whole)})
         size = optional_number(request, "fragment_size")
         for part in fragments_of(whole, int(min(size, 1e9)) if size else None):
             self._client.answer(part)
@@ -146,7 +142,7 @@ class RosbridgeSession:
         else:
             kind = await self._hub.types.service(name, interface(named, "srv") if named else "")
         arguments = by_name((field.name for field in kind.Request.__ros_fields__), arguments)
-        message = message_of(kind.Request, arguments, self._hub.system.clock.stamp())
+        message = await self._hub.conversions.message(kind.Request, arguments, self._hub.system.clock.stamp())
         patience = min(optional_number(request, "timeout") or PATIENCE, LONGEST)
         contract: Service[Any, Any] = Service(kind, name)
         return plain(await self._hub.node.call(contract, message, timeout=patience))
@@ -156,7 +152,7 @@ class RosbridgeSession:
     async def _fragment(self, request: dict[str, Any]) -> None:
         whole = self._fragments.add(request)
         if whole is not None:
-            inner = object_of(whole)
+            inner = await self._hub.conversions.object(whole)
             if inner.get("op") == "fragment":
                 raise BadRequest("a fragment of fragments")
             await self._handle(inner)

@@ -19,7 +19,7 @@ from cli.web.rosbridge.fragments import fragments_of
 from cli.web.rosbridge.png import png_text
 
 if TYPE_CHECKING:
-    from cli.web.client import Client
+    from cli.web.client import Client, Session
     from cli.web.feeds import Outgoing
     from cli.web.hub import Hub
 
@@ -55,18 +55,21 @@ class _Wish(NamedTuple):
 class _Reading:
     """One topic that a client reads, for one or several of its ids.
 
-    Invariants: messages leave at least `throttle` seconds apart; while `timer` is set, messages wait in `waiting` for that, the newest
-    `queue` of them. Without a queue, those that come too early are dropped.
+    Invariants: messages leave at least `throttle` seconds apart; while `timer` is set or a picture is made, messages wait in `waiting` for
+    that, the newest `queue` of them. Without a queue, those that come too early are dropped.
     """
 
-    def __init__(self, client: Client, topic: str, wish: _Wish) -> None:
+    def __init__(self, client: Client, session: Session, topic: str, wish: _Wish) -> None:
         self._client = client
+        self._session = session
         self._topic = topic
         self._last = -math.inf
         """When the last message was sent, on the loop's clock."""
         self._loop = asyncio.get_running_loop()
         self._waiting: deque[Outgoing] = deque()
         self._timer: asyncio.TimerHandle | None = None
+        self._drawing = False
+        """Whether a thread makes the picture of a message."""
         self.ids: dict[Any, _Wish] = {}
         self.wish = wish
         self.end: Callable[[], None] | None = None
@@ -74,7 +77,7 @@ class _Reading:
     def take(self, message: Outgoing) -> None:
         """Send a message now, later, or not at all."""
         now = self._loop.time()
-        if self._timer is None and now >= self._next:
+        if self._timer is None and not self._drawing and now >= self._next:
             self._send(message, now)
             return
         if self.wish.queue == 0:
@@ -84,13 +87,14 @@ class _Reading:
             self._waiting.popleft()
             self._client.outbox.dropped += 1
         self._waiting.append(message)
-        if self._timer is None:
-            self._timer = self._loop.call_at(self._next, self._due)
+        self._wait()
 
     def close(self) -> None:
         """Send nothing any more."""
         if self.end is not None:
             self.end()
+            self.end = None
+        self._waiting.clear()
         if self._timer is not None:
             self._timer.cancel()
         self._client.outbox.forget(self._topic)
@@ -102,17 +106,41 @@ class _Reading:
     def _due(self) -> None:
         self._timer = None
         self._send(self._waiting.popleft(), self._loop.time())
-        if self._waiting:
+        self._wait()
+
+    def _wait(self) -> None:
+        if self._waiting and self._timer is None and not self._drawing:
             self._timer = self._loop.call_at(self._next, self._due)
 
     def _send(self, message: Outgoing, now: float) -> None:
         self._last = now
         try:
-            packet = _packet(self._topic, message, self.wish)
+            if self.wish.compression == "png":
+                self._draw(_json(self._topic, message))
+            else:
+                self._offer(_packet(self._topic, message, self.wish))
         except CdrError as error:
             self._client.lose(self._topic, error)
-        else:
-            self._client.outbox.offer(self._topic, packet, min(self.wish.queue or DEPTH, DEPTH))
+        except Refused:  # the client has too many requests under way
+            self._client.outbox.dropped += 1
+
+    def _offer(self, packet: Packet) -> None:
+        self._client.outbox.offer(self._topic, packet, min(self.wish.queue or DEPTH, DEPTH))
+
+    def _draw(self, whole: str) -> None:
+        """Send a text as a picture. It is made in a thread: that of a camera's picture takes 0.1 s."""
+
+        async def drawn() -> None:
+            try:
+                picture = await asyncio.to_thread(_picture, whole)
+                if self.end is not None:
+                    self._offer(_cut(picture, self.wish.fragment))
+            finally:
+                self._drawing = False
+                self._wait()
+
+        self._client.spawn(drawn(), self._session)
+        self._drawing = True
 
 
 class Subscriptions:
@@ -121,9 +149,10 @@ class Subscriptions:
     Invariant: a topic is read once, however many ids the client has for it, as all of their wishes together have it.
     """
 
-    def __init__(self, hub: Hub, client: Client) -> None:
+    def __init__(self, hub: Hub, client: Client, session: Session) -> None:
         self._hub = hub
         self._client = client
+        self._session = session
         self._readings: dict[str, _Reading] = {}
 
     async def subscribe(self, request: dict[str, Any]) -> None:
@@ -134,7 +163,7 @@ class Subscriptions:
             if len(self._readings) >= MOST:
                 raise Refused(f"a client reads at most {MOST} topics")
             kind = await self._type(topic, request)
-            reading = self._readings[topic] = _Reading(self._client, topic, wish)
+            reading = self._readings[topic] = _Reading(self._client, self._session, topic, wish)
             reading.ids[_id_of(request)] = wish
             reading.end = self._hub.feeds.open(topic, kind, reading.take)
             return
@@ -166,13 +195,8 @@ class Subscriptions:
         self._readings.clear()
 
     async def _type(self, topic: str, request: dict[str, Any]) -> Any:
-        entry = self._hub.system.graph.topics.get(topic)
-        ends: list[Any] = [] if entry is None else [*entry.publishers, *entry.subscriptions]
         named = text(request, "type", "")
-        if not named and not ends:
-            raise Refused(f"nobody publishes {topic} yet: name its type to wait for it")
-        name = interface(named, "msg") if named else ends[0].type.__ros_type__
-        return await self._hub.types.message(name, [(end.node.fqn, end.type) for end in ends])
+        return await self._hub.types.topic(topic, interface(named, "msg") if named else "")
 
 
 def _wish_of(request: dict[str, Any]) -> _Wish:
@@ -200,11 +224,19 @@ def _packet(topic: str, message: Outgoing, wish: _Wish) -> Packet:
         seconds, nanoseconds = divmod(message.at_ns, NANOSECONDS)
         raw = {"secs": seconds, "nsecs": nanoseconds, "bytes": message.cdr}
         return cbor({"op": "publish", "topic": topic, "msg": raw})
-    head = write_json(topic)
-    whole = f'{{"op":"publish","topic":{head},"msg":{message.encoded(_json_part)}}}'
-    if wish.compression == "png":
-        whole = write_json({"op": "png", "data": png_text(whole)})
-    return whole if wish.fragment is None else fragments_of(whole, wish.fragment)
+    return _cut(_json(topic, message), wish.fragment)
+
+
+def _json(topic: str, message: Outgoing) -> str:
+    return f'{{"op":"publish","topic":{write_json(topic)},"msg":{message.encoded(_json_part)}}}'
+
+
+def _picture(whole: str) -> str:
+    return write_json({"op": "png", "data": png_text(whole)})
+
+
+def _cut(whole: str, size: int | None) -> Packet:
+    return whole if size is None else fragments_of(whole, size)
 
 
 def _json_part(message: Message) -> str:

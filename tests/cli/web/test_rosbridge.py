@@ -156,6 +156,54 @@ async def test_a_goal_is_canceled() -> None:
         assert (await client.find("action_result", id="g1"))["status"] == 5
 
 
+async def test_a_goal_that_is_canceled_before_it_is_accepted_is_canceled_once_it_is() -> None:
+    async with serving() as stage, stage.rosbridge() as client:
+        for id in ("g1", "g2", "g3"):  # at once, so that no handle is there yet
+            await client.say("send_action_goal", id=id, action="/count", args={"order": 99})
+            await client.say("cancel_action_goal", id=id, action="/count")
+            assert (await client.find("action_result", id=id))["status"] == 5
+        assert not [one for one in client.frames if one["op"] == "status"]
+
+
+async def test_a_goal_that_nobody_accepts_cannot_be_canceled() -> None:
+    async with serving() as stage, stage.rosbridge() as client:
+        goal = {"action": "/nowhere", "action_type": "example_interfaces/action/Fibonacci", "timeout": 0.2}
+        await client.say("send_action_goal", id="g", args={"order": 2}, **goal)
+        await client.say("cancel_action_goal", id="g", action="/nowhere")
+        assert "goal g was not accepted" in (await client.find("status"))["msg"]
+        assert (await client.find("action_result", id="g"))["result"] is False
+
+
+async def test_a_topic_of_another_type_is_refused_with_the_type_that_it_has() -> None:
+    async with serving() as stage, stage.rosbridge() as client:
+        for op in ("subscribe", "advertise"):
+            await client.say(op, topic="/chatter", type="std_msgs/Int32", id=op)
+            said = await client.find("status", id=op)
+            assert said["level"] == "error"
+            assert said["msg"] == "/chatter has the type std_msgs/msg/String, not std_msgs/msg/Int32"
+
+
+@pytest.mark.parametrize(
+    ("stamp", "seconds", "nanoseconds"),
+    [({"secs": 5, "nsecs": 7}, 5, 7), ({"sec": 5, "nanosec": 7}, 5, 7), ({"secs": 5}, 5, 0), ("now", None, None)],
+)
+async def test_a_time_is_now_or_has_the_names_of_ros_1(
+    stamp: Any, seconds: int | None, nanoseconds: int | None
+) -> None:
+    async with serving() as stage, stage.rosbridge() as client:
+        await client.say("subscribe", topic="/poses", type="geometry_msgs/PoseStamped")
+        await client.say("advertise", topic="/poses", type="geometry_msgs/PoseStamped")
+        await client.call("/rosapi/get_time")
+        before = stage.system.clock.stamp().sec
+        await client.say("publish", topic="/poses", msg={"header": {"stamp": stamp, "frame_id": "map"}})
+        told = (await client.find("publish"))["msg"]["header"]
+    assert told["frame_id"] == "map"
+    if seconds is None:
+        assert before <= told["stamp"]["sec"] <= before + 10
+    else:
+        assert told["stamp"] == {"sec": seconds, "nanosec": nanoseconds}
+
+
 async def test_two_goals_of_one_id_are_not_confused() -> None:
     async with serving() as stage, stage.rosbridge() as client:
         for _ in range(2):

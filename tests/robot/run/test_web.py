@@ -12,7 +12,7 @@ from actors.testing import Rig
 from robot.nodes import process_care
 from robot.run.errands import UsageError
 from robot.run.options import parse
-from robot.run.web import CRASHES, start
+from robot.run.web import start
 
 
 class Worker(Node):
@@ -24,22 +24,15 @@ class Server(Node):
 
 
 class Serve:
-    """Starts a `Server` where it is told to."""
+    """Starts a `Server`."""
 
     def __init__(self, error: Exception | None = None) -> None:
         self._error = error
-        self.apart = False
 
-    async def __call__(
-        self, system: System, /, *, apart: Callable[[Child], Awaitable[object]] | None, **where: Any
-    ) -> None:
-        self.apart = apart is not None
+    async def __call__(self, system: System, /, *, apart: Callable[[Child], Awaitable[object]], **where: Any) -> None:
         if self._error is not None:
             raise self._error
-        if apart is None:
-            await system.join(Child(Server))
-        else:
-            await apart(Child(Server))
+        await apart(Child(Server))
 
 
 @pytest.fixture(autouse=True)
@@ -52,34 +45,23 @@ async def running(rig: Rig) -> System:
     return rig.system
 
 
-async def test_where_the_robot_runs_in_one_process_the_server_is_in_it(rig: Rig) -> None:
-    serve = Serve()
-    await start(await running(rig), parse([]), serve)
-    assert not serve.apart and rig.state("server").process == 0
-
-
-async def test_where_the_robot_runs_in_processes_the_server_has_one_of_its_own(rig: Rig) -> None:
-    await start(await running(rig), parse(["--processes"]), Serve())
+@pytest.mark.parametrize("arguments", [[], ["--processes"]])
+async def test_the_server_has_a_process_of_its_own_wherever_the_robot_runs(rig: Rig, arguments: list[str]) -> None:
+    await start(await running(rig), parse(arguments), Serve())
     server, care = rig.state("server"), rig.state("web_process")
-    assert server.process == care.process != 0
+    assert server.process == care.process != 0 == rig.state("worker").process
     assert server.path == ("robot", "web", "page", "server")
 
 
-async def test_a_process_of_the_server_that_dies_is_started_anew_and_when_it_dies_for_good_the_robot_goes_on(
-    rig: Rig,
-) -> None:
+async def test_a_process_of_the_server_that_dies_again_and_again_comes_back_and_the_robot_goes_on(rig: Rig) -> None:
     system = await running(rig)
-    await start(system, parse(["--processes"]), Serve())
+    await start(system, parse([]), Serve())
     with rig.expect_failure(node="page"):
-        for life in range(1, CRASHES + 1):
+        for life in range(1, 13):
             rig.kill_process("server")
             await rig.until(
                 lambda life=life: rig.incarnation("server") == life + 1 and rig.state("server").state == "running"
             )  # type: ignore[misc]
-        rig.kill_process("server")
-        await rig.until(lambda: all(record.identity.name != "server" for record in system.nodes.values()))
-
-    await rig.advance(10.0)
     assert system.running and rig.incarnation("worker") == 1
 
 
@@ -92,6 +74,4 @@ async def test_a_server_that_cannot_be_had_ends_the_run_only_if_it_was_asked_for
 
 
 async def test_there_is_none_where_it_is_switched_off(rig: Rig) -> None:
-    serve = Serve(AssertionError("it was started"))
-    await start(await running(rig), parse(["--no-web", "--processes"]), serve)
-    assert not serve.apart
+    await start(await running(rig), parse(["--no-web"]), Serve(AssertionError("it was started")))

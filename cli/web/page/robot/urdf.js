@@ -43,8 +43,10 @@ export class Robot {
       parent: joint.querySelector("parent").getAttribute("link"),
       child: joint.querySelector("child").getAttribute("link"),
       origin: origin(joint),
-      axis: numbers(joint.querySelector("axis")?.getAttribute("xyz"), [1, 0, 0]),
+      axis: unit(numbers(joint.querySelector("axis")?.getAttribute("xyz"), [1, 0, 0])),
+      mimic: mimicked(joint.querySelector("mimic")),
     }));
+    this.named = new Map(joints.map((joint) => [joint.name, joint]));
     this.carrier = new Map(joints.map((joint) => [joint.child, joint]));
     this.root = [...this.links.keys()].find((name) => !this.carrier.has(name));
     this.joints = this.ordered(joints);
@@ -52,7 +54,7 @@ export class Robot {
 
   /** Parents before children. */
   ordered(joints) {
-    const depth = (joint) => (this.carrier.has(joint.parent) ? 1 + depth(this.carrier.get(joint.parent)) : 0);
+    const depth = (joint, most = joints.length) => (most && this.carrier.has(joint.parent) ? 1 + depth(this.carrier.get(joint.parent), most - 1) : 0);
     return joints.map((joint) => [depth(joint), joint]).sort((a, b) => a[0] - b[0]).map(([, joint]) => joint);
   }
 
@@ -60,13 +62,18 @@ export class Robot {
   poses(positions) {
     const found = new Map([[this.root, ORIGIN]]);
     for (const joint of this.joints) {
-      const angle = positions.get(joint.name) ?? 0;
-      const sine = Math.sin(angle / 2);
-      const turn = joint.kind === "fixed" ? [0, 0, 0, 1] : [...joint.axis.map((one) => one * sine), Math.cos(angle / 2)];
-      const place = { p: joint.origin.p, q: times(joint.origin.q, turn) };
+      const place = compose(joint.origin, moved(joint, this.position(joint, positions)));
       found.set(joint.child, compose(found.get(joint.parent) ?? ORIGIN, place));
     }
     return found;
+  }
+
+  /** Where a joint is: as it is told, or as the joint that it mimics is, in rad or m. */
+  position(joint, positions, most = this.joints.length) {
+    const told = positions.get(joint.name);
+    const other = joint.mimic && this.named.get(joint.mimic.joint);
+    if (told !== undefined || !other || !most) return told ?? 0;
+    return joint.mimic.multiplier * this.position(other, positions, most - 1) + joint.mimic.offset;
   }
 
   /** The links that end a leg. */
@@ -82,11 +89,30 @@ export class Robot {
     for (let joint = this.carrier.get(foot); joint && rows.length < 3; joint = this.carrier.get(joint.parent)) {
       if (joint.kind === "fixed") continue;
       const { p, q } = poses.get(joint.child);
-      rows.push(cross(turned(q, joint.axis), [at[0] - p[0], at[1] - p[1], at[2] - p[2]]));
+      const axis = turned(q, joint.axis);
+      rows.push(joint.kind === "prismatic" ? axis : cross(axis, [at[0] - p[0], at[1] - p[1], at[2] - p[2]]));
       torques.push(-(efforts.get(joint.name) ?? 0));
     }
     return rows.length === 3 ? solve(rows, torques) : null;
   }
+}
+
+function unit(axis) {
+  const length = Math.hypot(...axis);
+  return length > 0 ? axis.map((one) => one / length) : axis;
+}
+
+function mimicked(element) {
+  const number = (name, otherwise) => Number(element.getAttribute(name) ?? otherwise);
+  return element && { joint: element.getAttribute("joint"), multiplier: number("multiplier", 1), offset: number("offset", 0) };
+}
+
+/** What a joint at this position does to its child. */
+function moved({ kind, axis }, position) {
+  if (kind === "prismatic") return { p: axis.map((one) => one * position), q: ORIGIN.q };
+  if (kind !== "revolute" && kind !== "continuous") return ORIGIN;
+  const sine = Math.sin(position / 2);
+  return { p: ORIGIN.p, q: [...axis.map((one) => one * sine), Math.cos(position / 2)] };
 }
 
 function cross([a, b, c], [x, y, z]) {
