@@ -64,7 +64,11 @@ TROUBLES: Final = {
     "joints": ("a joint encoder is silent or cannot be believed", "sitting down"),
 }
 """Sensors without which the robot does not walk: what is wrong, and what the gait does about it."""
-BEGUN: Final = {Mode.STAND: "Robot is standing up", Mode.SIT: "Robot is sitting down", Mode.WALK: "Robot begins to walk"}
+BEGUN: Final = {
+    Mode.STAND: "Robot is standing up",
+    Mode.SIT: "Robot is sitting down",
+    Mode.WALK: "Robot begins to walk",
+}
 DONE: Final = {Mode.STAND: "Robot is now standing", Mode.SIT: "Robot is now sitting", Mode.WALK: "Robot is now walking"}
 """What is answered to who asks for a mode: that it is on the way, or there."""
 FALLEN, TURN_IT = "lies on its side or back", "turn it onto its belly, then ask again"
