@@ -120,6 +120,11 @@ class GaitController:
         return Mode.STAND if self._goal == Mode.WALK and not self._senses.steady else self._goal
 
     @property
+    def fallen(self) -> bool:
+        """Whether it lies on its side or back, as far as it knows: no legs lift it from there."""
+        return self._estimate.rotation[2][2] < UPRIGHT
+
+    @property
     def lost(self) -> tuple[str, ...]:
         """The sensors that cannot be relied on: `imu`, `gyro`, `joints`, `contact fl` and so on."""
         return self._senses.lost
@@ -225,7 +230,7 @@ class GaitController:
             slope = (self._terrain.slope_x, self._terrain.slope_y)
             felt = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
             imu = felt if imu is None else ImuSample(np.where(doubtful, felt.gyro, imu.gyro), imu.accel)
-        if self._safe is None and self._mode != Mode.SIT and estimate.rotation[2][2] < UPRIGHT:
+        if self._safe is None and self._mode != Mode.SIT and self.fallen:
             self._crouch(steps=False)
         elif self._walker is not None and self._walker.slippery and self._senses.feels_ground:
             self.slips += 1
@@ -233,6 +238,7 @@ class GaitController:
             self._crouch(steps=False, speed=(vx, vy))
         targets = self._act(dt, imu, joints, blind)
         self._told = targets
+        self._senses.told(targets)
         return targets
 
     def _expected(self) -> Vector | None:

@@ -13,7 +13,7 @@ from robot.control.gaps import plan_through_gap
 from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion, State
 from robot.control.navigator_config import NavigatorConfig
-from robot.control.navigator_state import Instant, NarrowSearches, Planned, Recoveries, apart, carried
+from robot.control.navigator_state import Instant, NarrowSearches, Planned, Recoveries, Walked, apart, carried
 from robot.control.progress import Manoeuvre, ProgressChecker, Recovery
 from robot.estimation.elevation import Relief
 from robot.estimation.local_field import LocalField
@@ -21,7 +21,7 @@ from robot.estimation.surroundings import Surroundings
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
-from robot.planning.errors import GoalBlocked, NavigationError, NoProgress, PathBlocked
+from robot.planning.errors import NavigationError, NoProgress, PathBlocked
 from robot.planning.grid import Grid
 from robot.planning.path import Path
 from robot.planning.planner import Margins, Planner, check_finite
@@ -63,6 +63,7 @@ class Navigator:
         self._progress.reset()
         self._recovery.reset()
         self._planned, self._narrow, self._recovered = Planned(), NarrowSearches(), Recoveries()
+        self._walked = Walked()
         self._stepped_at: float | None = None
         self._straight = False
         self.around.unblock_all()
@@ -111,7 +112,7 @@ class Navigator:
             self.planner.check_on_map(goal)
             path: Path | None = Path(np.array([(start.x, start.y), (goal.x, goal.y)]))
         else:
-            self._check_goal(goal)
+            self.planner.check_goal(goal)
             path = self.planner.plan(start, goal) if start is not None else None
         self._begin()
         self._straight = straight
@@ -119,18 +120,6 @@ class Navigator:
         self._enter(State.FOLLOWING)
         if path is not None:
             self.follower.follow(path, goal)
-
-    def _check_goal(self, goal: Pose2) -> None:
-        self.planner.check_goal(goal)
-        footprint, grid = self.around.footprint, self.around.grid
-        px, py = footprint.placed(*(np.array(v) for v in (goal.x, goal.y, goal.yaw)))
-        for x, y in zip(px.tolist(), py.tolist(), strict=True):
-            cell = grid.cell(x, y)
-            if cell is not None and grid.clearance[cell] < 0.0:
-                raise GoalBlocked(
-                    f"at the goal ({goal.x:.2f}, {goal.y:.2f}, yaw {goal.yaw:.2f}) the body would touch an obstacle"
-                    f" at ({x:.2f}, {y:.2f})"
-                )
 
     def cancel(self) -> Motion:
         """Drop the goal. The answer, and every later step, commands a stop."""
@@ -239,6 +228,7 @@ class Navigator:
                 self._enter(State.WAITING, now.time)
             return False
         self._planned.failure = None
+        self._walked.planned = max(self._walked.planned, path.length)
         if self.state is State.FOLLOWING and not forced and not self._is_better(path, extra):
             return True
         if self.state is State.WAITING:
@@ -290,15 +280,32 @@ class Navigator:
             return self._motion(ZERO_TWIST, step)
         if step.off_path > config.off_path:
             self._planned.again = True
-        if recovered.at is not None and apart(now.pose, recovered.at) > config.recovered:
+        if (
+            recovered.at is not None
+            and apart(now.pose, recovered.at) > config.recovered
+            and not self._is_near(now.pose)
+        ):
             self._recovery.reset()
             recovered.at = None
+        self._walked.to(now.pose)
+        if self._walked.metres > config.most_walked * self._walked.planned + config.aside:
+            return self._fail(self._wandered())
         blocked = self._blocked_for(now.time, step)
         if blocked > config.release:
             self.follower.drop_poses()
         if blocked > config.held or self._progress.stuck(now.time, now.pose):
             return self._start_recovery(now)
         return self._motion(step.command, step)
+
+    def _is_near(self, pose: Pose2) -> bool:
+        return self.goal is not None and apart(pose, self.goal) < self.config.near_goal
+
+    def _wandered(self) -> NavigationError:
+        assert self.goal is not None
+        return NoProgress(
+            f"{self._walked.metres:.0f} m walked without arriving at the goal ({self.goal.x:.2f}, {self.goal.y:.2f}), to which the longest"
+            f" way was {self._walked.planned:.0f} m: what the robot sees closes it in, or hides the way"
+        )
 
     def _blocked_for(self, now: float, step: Step) -> float:
         """For how long, s, no command has been allowed; 0 when this step has one."""
@@ -338,7 +345,7 @@ class Navigator:
         self._recovered.count += 1
         name = self._recovery.begin(now.time) if self._recovered.count <= self.config.most_recoveries else None
         if name is None:
-            return self._fail()
+            return self._fail(near=self._is_near(now.pose))
         self._recovered.at = now.pose
         self._enter(State.RECOVERING)
         if name is Manoeuvre.CLEAR:
@@ -359,14 +366,17 @@ class Navigator:
             return self._start_recovery(now)
         return self._motion(ZERO_TWIST, detail=detail)
 
-    def _fail(self, failure: NavigationError | None = None) -> Motion:
+    def _fail(self, failure: NavigationError | None = None, *, near: bool = False) -> Motion:
         tried = self._tried()
         assert self.goal is not None
         where = f"the goal ({self.goal.x:.2f}, {self.goal.y:.2f})"
         if failure is not None:
             self.failure = failure
         elif self._planned.failure is not None:
-            self.failure = PathBlocked(f"the way to {where} is closed ({self._planned.failure}); tried: {tried}")
+            inside = ": the goal is inside something that it sees, or closed in by it" if near else ""
+            self.failure = PathBlocked(
+                f"the way to {where} is closed ({self._planned.failure}){inside}; tried: {tried}"
+            )
         else:
             self.failure = NoProgress(f"no progress toward {where} although a path exists; tried: {tried}")
         self._enter(State.FAILED)

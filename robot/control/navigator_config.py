@@ -46,6 +46,12 @@ class NavigatorConfig:
     """In all, for one goal: three times each of the four."""
     recovered: float = 1.0
     """So far from where the last recovery began, the next starts with the first manoeuvre again, m: twice what counts as progress."""
+    near_goal: float = 4.0
+    """So near to the goal each manoeuvre is tried once, m: what closes the way there is about the goal itself, and seen from all sides it stays there."""
+    most_walked: float = 3.0
+    """A robot that has walked so many times the longest way that was planned, and `aside` more, will not arrive."""
+    aside: float = 20.0
+    """m."""
 
     # -- a straight way, which may not be left
     straight_look: float = 0.3

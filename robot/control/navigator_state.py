@@ -10,7 +10,7 @@ from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2, Twist2
 from robot.planning.errors import NavigationError
 
-__all__ = ["Instant", "NarrowSearches", "Planned", "Recoveries", "apart", "carried"]
+__all__ = ["Instant", "NarrowSearches", "Planned", "Recoveries", "Walked", "apart", "carried"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +53,23 @@ class Recoveries:
     count: int = 0
     at: Pose2 | None = None
     """Where the latest began; None once the robot has left that place."""
+
+
+@dataclass(slots=True)
+class Walked:
+    """How far the robot has walked for one goal."""
+
+    metres: float = 0.0
+    planned: float = 0.0
+    """The longest way to the goal that was planned, m."""
+    last: Pose2 | None = None
+
+    def to(self, pose: Pose2, least: float = 0.05) -> None:
+        """The robot is here now; what is less than `least`, m, is noise of the estimate."""
+        step = apart(pose, self.last) if self.last is not None else math.inf
+        if step >= least:
+            self.metres += step if self.last is not None else 0.0
+            self.last = pose
 
 
 def apart(a: Pose2, b: Pose2) -> float:

@@ -11,7 +11,7 @@ from robot.estimation.leg_odometry import Estimator
 from robot.estimation.plausibility import ContactWatch, ImuWatch, JointWatch, SwingSchedule
 from robot.estimation.turn_watch import TurnWatch
 from robot.geometry.vectors import Vector, to_body
-from robot.hardware.body import LEGS, ImuSample, JointSample
+from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
 from robot.model.legs import foot_velocities
 from robot.model.modes import ON_ITS_FEET, Mode
 
@@ -78,6 +78,10 @@ class Senses:
     def joints(self, dt: float, sample: JointSample, expected: Callable[[], Vector | None]) -> JointSample:
         """The sample; a joint that cannot be believed is where it is `expected` to be (shape (12,)), or else where it was seen last."""
         return self._joints.check(dt, sample, expected)
+
+    def told(self, targets: MotorTargets) -> None:
+        """The drives have been told this: a joint that does not follow is asked why."""
+        self._joints.sticking.told(targets)
 
     def contacts(
         self, dt: float, sample: JointSample, estimate: Estimator, walker: SwingSchedule | None, silent: bool

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Cause", "StopLatch"]
+__all__ = ["Cause", "StopLatch", "how_to_go_on"]
+
+
+def how_to_go_on(then: str = "ask again") -> str:
+    """What ends a stop whose causes have gone, in words: the service, its request, and what to do `then`."""
+    return f"to go on, call /emergency_stop with data false, and {then}"
 
 
 @dataclass(slots=True)

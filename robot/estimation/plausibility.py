@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from robot.estimation.stuck_encoder import StuckWatch
 from robot.geometry.vectors import Triple, Vector
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.legs import LegState
@@ -118,7 +119,7 @@ class ImuWatch:
 
 
 class JointWatch:
-    """Encoders that are not a number, beyond what there can be, or frozen; each joint by itself."""
+    """Encoders that are not a number, beyond what there can be, frozen, or stuck; each joint by itself."""
 
     def __init__(self) -> None:
         self._trust = _Trust(JOINT_LIFE)
@@ -126,6 +127,7 @@ class JointWatch:
         self._shown = ([0.0] * 12, [0.0] * 12)
         """The latest sample as it came: positions and speeds."""
         self._same_for = [0.0] * 12
+        self.sticking = StuckWatch()
         self.bad: list[int] = []
         """Joints whose latest sample is not believed."""
 
@@ -138,6 +140,8 @@ class JointWatch:
         """The sample; a joint that cannot be believed is where it is `expected` to be (shape (12,)), or else where it was seen last."""
         position, velocity = sample.position.tolist(), sample.velocity.tolist()
         self.bad = self._doubtful(dt, position, velocity)
+        self.sticking.check(dt, position, velocity, sample)
+        self.bad += [joint for joint in self.sticking.stuck if joint not in self.bad]
         self._trust.update(dt, not self.bad)
         if not self.bad:
             self._position = position

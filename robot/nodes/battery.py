@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import nan
+
 from actors import Node, every, parameter, publishes
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_msgs.msg import Header
@@ -77,13 +79,15 @@ class Battery(Node):
 
     @GET_BATTERY_STATUS.serve()
     async def status(self, request: GetBatteryStatus_Request) -> GetBatteryStatus_Response:
-        """Answer with the tutorials' voltage gauge. Raises `UnknownRobot` for another robot's id."""
+        """Answer with the tutorials' voltage gauge; for another robot's id no figures, and a `health_status` that says so."""
         self.log.info(f"Battery status requested for: {request.robot_id}")
         try:
             reading = self._gauge.read(request.robot_id, self._pack.state.gauge_voltage, is_charging=self._charging)
         except UnknownRobot as error:
             self.log.warning("battery of an unknown robot asked for", error=str(error))
-            raise
+            return GetBatteryStatus.Response(
+                voltage=nan, percentage=nan, estimated_runtime_minutes=nan, health_status=str(error)
+            )
         self.log.info(f"Response: {reading.voltage:.1f}V ({reading.percentage:.0f}%)")
         return GetBatteryStatus.Response(
             voltage=reading.voltage,

@@ -35,8 +35,8 @@ class ObjectConfirmation(Node):
     object's middle in base_link, at the latest of them. Parameters: images, patience.
     """
 
-    images = parameter(3, ge=1, description="Detections that must agree.")
-    patience = parameter(1.5, unit="s", ge=0.1, description="How long to look.")
+    images = parameter(3, ge=1, le=100, description="Detections that must agree.")
+    patience = parameter(1.5, unit="s", ge=0.1, le=60.0, description="How long to look.")
 
     def __init__(self, looks: Mapping[str, Look]) -> None:
         self._looks = looks

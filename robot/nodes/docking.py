@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncGenerator, Callable
-from contextlib import aclosing
+from contextlib import aclosing, suppress
 from dataclasses import replace
 from enum import Enum, StrEnum, auto
 
@@ -55,6 +55,8 @@ __all__ = ["Docking"]
 
 CONFIG = DockConfig()
 STANDSTILL = Twist()
+RESTING = 0.5
+"""Seconds after which a robot that was driven onto the dock, or off it, stands: that takes a third of the power of stepping in place."""
 DOCKED = Pose2(0.0, 0.0)
 """Where the robot goes, in the frame of the dock."""
 
@@ -100,14 +102,17 @@ class Docking(Node):
     ``dock not found``, ``dock lost`` or ``timed out``; it aborts with that word, and with another reason when it could not get there or
     another goal took the robot away. A dock without a station to see (`visible` False) is approached by the map alone.
 
-    Takes pose, lidar/scan, gait_status, battery_state, safety/state, plan; publishes autonomy/cmd_vel during the final approach.
+    Takes pose, lidar/scan, gait_status, battery_state, safety/state, plan; publishes autonomy/cmd_vel during the final approach, after which it
+    stands, however that has ended.
     Parameters: tries, time_limit, approach_speed, approach_turn, position_tolerance, yaw_tolerance, find_timeout, lost_timeout, charge_timeout.
     """
 
     cmd = publishes(AUTONOMY_CMD)
     status = publishes(DOCK_STATUS)
     tries = parameter(3, ge=1, le=10, description="Approaches before it gives up.")
-    time_limit = parameter(120.0, unit="s", ge=1.0, description="For all of it, when the goal names no time.")
+    time_limit = parameter(
+        120.0, unit="s", ge=1.0, le=3600.0, description="For all of it, when the goal names no time."
+    )
     approach_speed = parameter(
         CONFIG.ahead_speed,
         unit="m/s",
@@ -257,6 +262,8 @@ class Docking(Node):
         finally:
             if self._stage in (Stage.APPROACHING, Stage.LEAVING):
                 self.cmd(STANDSTILL)
+                if outcome != "preempted":
+                    self.spawn(self._rest())
             self._stage, self._outcome = None, outcome
             self._report()
         result = Dock.Result(success=success, outcome=outcome, message=message)
@@ -364,6 +371,14 @@ class Docking(Node):
             raise _Failed("not reached", str(error)) from None
         if not reply.success or not await self._until(lambda: self._mode == Mode.WALK, CONFIG.rising):
             raise _Failed("not reached", reply.message if not reply.success else "the robot does not walk")
+
+    async def _rest(self) -> None:
+        """Half a second after a drive that has ended, ask the gait to stand, unless somebody else walks the robot by then or it docks anew."""
+        ended = self.clock.now()
+        await self.clock.sleep(RESTING)
+        if self._stage is None and self._mode == Mode.WALK and self._others_path < ended:
+            with suppress(ActorError):  # a gait that is away does not walk either
+                await self.call(STAND, Trigger.Request())
 
     async def _until(self, true: Callable[[], bool], seconds: float) -> bool:
         """Wait until `true()` holds, at most `seconds`; returns whether it does."""

@@ -57,9 +57,9 @@ class Fetch(Node):
     """
 
     tolerance = parameter(
-        1.0, unit="m", ge=0.1, description="How far from where it was said to be an object may be seen."
+        1.0, unit="m", ge=0.1, le=10.0, description="How far from where it was said to be an object may be seen."
     )
-    tries = parameter(3, ge=1, description="How often to stand and reach for an object.")
+    tries = parameter(3, ge=1, le=10, description="How often to stand and reach for an object.")
 
     def __init__(self, looks: Mapping[str, Look]) -> None:
         self._looks = looks

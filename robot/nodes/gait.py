@@ -32,17 +32,19 @@ from robot.contracts import (
     JOINT_STATES,
     MOTOR_TARGETS,
     ODOMETRY,
+    SAFETY_STATE,
     SIT,
     STAND,
     WALK,
 )
 from robot.control.gait_controller import GaitController
+from robot.control.stop_causes import how_to_go_on
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.hardware.overdue import SPAN
-from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStatus
+from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStatus, SafetyState
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
 from robot.model.actuators import MOTOR_DELAY, SILENCE
-from robot.model.modes import Mode
+from robot.model.modes import ON_ITS_FEET, Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 
 __all__ = ["Gait"]
@@ -62,10 +64,22 @@ TROUBLES: Final = {
     "joints": ("a joint encoder is silent or cannot be believed", "sitting down"),
 }
 """Sensors without which the robot does not walk: what is wrong, and what the gait does about it."""
+BEGUN: Final = {
+    Mode.STAND: "Robot is standing up",
+    Mode.SIT: "Robot is sitting down",
+    Mode.WALK: "Robot begins to walk",
+}
+DONE: Final = {Mode.STAND: "Robot is now standing", Mode.SIT: "Robot is now sitting", Mode.WALK: "Robot is now walking"}
+"""What is answered to who asks for a mode: that it is on the way, or there."""
+FALLEN, TURN_IT = "lies on its side or back", "turn it onto its belly, then ask again"
 
 
 class Gait(Node):
-    """Sits, stands and walks. Takes imu/data, foot_contacts, joint_states, odom/heading_error, cmd_vel, battery_state; serves spot/sit, spot/stand, spot/walk.
+    """Sits, stands and walks. Takes imu/data, foot_contacts, joint_states, odom/heading_error, cmd_vel, battery_state, safety/state; serves
+    spot/sit, spot/stand, spot/walk.
+
+    A service answers at once, with success where the robot is in that mode or has begun to go there; gait_status says when it has arrived. During
+    an emergency stop, with a critical battery, without its sensors and on its back the robot does not rise: the answer says why, and how to go on.
 
     Publishes motor_targets (200 Hz), or body_drive for the kinematic body, odom (50 Hz) and gait_status. Parameters: backend, motor_delay, gait,
     command_timeout, sensor_timeout.
@@ -114,6 +128,7 @@ class Gait(Node):
         self._mode = self._used_gait = ""
         self._critical = False
         self._lost: tuple[str, ...] = ()
+        self._stopped = ""
         self._slips = 0
         self._ignored = False
 
@@ -189,15 +204,24 @@ class Gait(Node):
 
     @STAND.serve()
     async def stand(self, request: Trigger_Request) -> Trigger_Response:
-        return self._ask(Mode.STAND, "Robot is now standing")
+        return self._ask(Mode.STAND)
 
     @SIT.serve()
     async def sit(self, request: Trigger_Request) -> Trigger_Response:
-        return self._ask(Mode.SIT, "Robot is now sitting")
+        return self._ask(Mode.SIT)
 
     @WALK.serve()
     async def walk(self, request: Trigger_Request) -> Trigger_Response:
-        return self._ask(Mode.WALK, "Robot is now walking")
+        return self._ask(Mode.WALK)
+
+    @SAFETY_STATE.on()
+    def safety(self, message: SafetyState) -> None:
+        """A robot that rises when it is stopped goes down again; one that is stopped does not rise."""
+        stopped = "; ".join(message.reasons) if message.stopped else ""
+        if stopped and not self._stopped and self._controller.mode == Mode.RISING:
+            self.log.warning("stopped while rising: sitting down", why=stopped)
+            self._controller.request(Mode.SIT)
+        self._stopped = stopped
 
     @BATTERY_STATE.on()
     def battery(self, message: BatteryState) -> None:
@@ -226,17 +250,34 @@ class Gait(Node):
     def _encoders_silent(self) -> bool:
         return self._joints_heard >= 0.0 and self.clock.now() - self._joints_heard > self.sensor_timeout
 
-    def _ask(self, mode: Mode, text: str) -> Trigger_Response:
-        if self._critical and mode != Mode.SIT:
-            return Trigger.Response(success=False, message=f"battery critical: refusing to {mode}")
-        if mode == Mode.WALK and "imu" in self._lost:
-            return Trigger.Response(success=False, message="no IMU: refusing to walk")
-        if mode == Mode.WALK and "gyro" in self._lost:
-            return Trigger.Response(
-                success=False, message="the gyro is wrong: refusing to walk; sit down to try it again"
-            )
+    def _ask(self, mode: Mode) -> Trigger_Response:
+        objection = self._objection(mode)
+        if objection:
+            return Trigger.Response(success=False, message=objection)
         self._controller.request(mode)
-        return Trigger.Response(success=True, message=text)
+        if self._controller.fallen:
+            return Trigger.Response(success=False, message=f"the robot {FALLEN}, with its legs gathered: {TURN_IT}")
+        there = self._controller.mode == mode
+        return Trigger.Response(success=True, message=(DONE if there else BEGUN)[mode])
+
+    def _objection(self, mode: Mode) -> str:
+        """Why the robot cannot go to this mode now, and what to do about it; nothing if it can."""
+        if mode == Mode.SIT:
+            return ""
+        controller = self._controller
+        if self._critical:
+            return f"battery critical: refusing to {mode}"
+        if self._stopped and (mode == Mode.WALK or controller.mode not in ON_ITS_FEET):
+            return f"emergency stop ({self._stopped}): refusing to {mode}; {how_to_go_on(f'ask to {mode} again')}"
+        if controller.fallen:
+            return f"the robot {FALLEN}: refusing to {mode}; {TURN_IT}"
+        if "joints" in self._lost or self._encoders_silent():
+            return f"{TROUBLES['joints'][0]}: refusing to {mode}; it can when they are back"
+        if mode == Mode.WALK and "imu" in self._lost:
+            return "no IMU: refusing to walk"
+        if mode == Mode.WALK and "gyro" in self._lost:
+            return "the gyro is wrong: refusing to walk; sit down to try it again"
+        return ""
 
     def _warn(self, lost: tuple[str, ...]) -> None:
         """Log which sensors were lost, what the gait does about it, and which have come back."""

@@ -23,7 +23,7 @@ from robot.geometry.vectors import Floats
 from robot.model.modes import Mode
 from robot.planning import path as paths
 from robot.planning.energy import EnergyGuard
-from robot.planning.errors import NavigationError
+from robot.planning.errors import GoalBlocked, NavigationError
 from robot.planning.grid import Grid
 from robot.planning.planner import Planner
 from robot.scenes.dock import BEFORE
@@ -172,14 +172,13 @@ class GoalWalk:
         self._motion = None
         try:
             await self._ensure_walking()
-            assert self._heard.pose is not None
-            self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
+            self._set_goal(goal, straight=straight)
             home, walked, lost = self._home(goal), self._node.clock.now(), False
             while self._owner is me:
                 await self._node.clock.sleep(0.1)
                 if lost and not self._heard.lost:  # what was marked, and the way, were of another place
                     self._navigator.around.forget()
-                    self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
+                    self._set_goal(goal, straight=straight)
                 lost = self._heard.lost
                 if self._heard.stopped:
                     raise Reject(f"safety stop: {self._heard.stopped}")
@@ -205,15 +204,22 @@ class GoalWalk:
                     self._plan(None)
                 self._node.spawn(self._rest())
 
+    def _set_goal(self, goal: Pose2, *, straight: bool) -> None:
+        """Raises `Reject` where no way leads there from here: what was checked was the way from where the robot stood."""
+        try:
+            self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
+        except NavigationError as error:
+            raise Reject(f"{error.name}: {error}") from None
+
     async def _ensure_walking(self) -> None:
-        """Ask the gait to walk and wait until it does, at most 10 s. Raises `Reject` and `RuntimeError`."""
+        """Ask the gait to walk and wait until it does, at most 10 s. Raises `Reject`."""
         reply = await self._node.call(WALK, Trigger.Request())
         if not reply.success:
             raise Reject(reply.message)
         deadline = self._node.clock.now() + RISING_TIMEOUT
         while self._heard.gait != Mode.WALK:
             if self._node.clock.now() > deadline:
-                raise RuntimeError(
+                raise Reject(
                     f"the robot is not walking {RISING_TIMEOUT:g} s after it was asked to: its gait is {self._heard.gait!r}"
                 )
             await self._node.clock.sleep(0.1)
@@ -240,7 +246,14 @@ class GoalWalk:
             if straight:
                 self.planner.check_on_map(goal)
             else:
+                self.planner.check_goal(goal)
                 ahead = self.planner.plan(self._heard.pose, goal).length
+        except GoalBlocked as error:
+            free = self.planner.nearest_free(self._heard.pose, goal)
+            nearest = (
+                f"; the nearest place where it fits is ({free.x:.2f}, {free.y:.2f}, yaw {free.yaw:.2f})" if free else ""
+            )
+            raise Reject(f"{error.name}: {error}{nearest}") from None
         except NavigationError as error:
             raise Reject(f"{error.name}: {error}") from None
         if objection := self.energy.objection(ahead, self._home(goal)):

@@ -27,7 +27,7 @@ from robot.contracts import (
     SIT,
     STAND,
 )
-from robot.control.stop_causes import StopLatch
+from robot.control.stop_causes import StopLatch, how_to_go_on
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.model.modes import Mode
@@ -51,7 +51,8 @@ class SafetyMonitor(Node):
     It stops the robot when it is asked to, by the service or by `emergency_stop` in sensor_data; when it tilts too far; when the gait
     controller or the odometry falls silent, once heard; when the gait has had no sensors for `sensor_timeout`; when a command on cmd_vel is
     no number or beyond the limits; and while the battery is critical. The last ends by itself, at 3 points more of charge. The
-    others end only by emergency_stop with data false, and only when their cause is gone; a stop outlives a crash of this node.
+    others end only by emergency_stop with data false, and only when their cause is gone, which it then says; a stop outlives a crash of this
+    node.
 
     The stop itself is the robot controller's work, who obeys safety/state, and stops too when it is silent. A stopped robot does not
     step in place either: it is asked to stand. If it moves all the same, tilts, or has no charge left, it is sat down.
@@ -81,7 +82,7 @@ class SafetyMonitor(Node):
         self._quiet = {"gait_status": -1, "odom": -1}
         self._blind = self._stamped = 0
         self._tilted = 0
-        self._sitting = self._asking = False
+        self._sitting = self._asking = self._said = False
         self._publish()
 
     # -- inputs ----------------------------------------------------------------------------------------------------
@@ -154,10 +155,10 @@ class SafetyMonitor(Node):
         """True stops the robot; false clears the stop, which is refused with the reasons while a cause persists."""
         if request.data:
             self._judge("request", True, "emergency stop requested")
-            return SetBool.Response(success=True, message="Emergency stop: " + "; ".join(self._latch.reasons))
+            self._judge("request", False, "")
+            return SetBool.Response(success=True, message=f"Emergency stop: {'; '.join(self._latch.reasons)}")
         if not self._latch.stopped:
             return SetBool.Response(success=True, message="There is no emergency stop to clear")
-        self._latch.end("request")
         cleared = self._latch.clear()
         self._changed()
         if cleared:
@@ -173,12 +174,16 @@ class SafetyMonitor(Node):
             if self._latch.end(key):
                 self.log.info("stop ended", cause=key, left="; ".join(self._latch.reasons))
                 self._changed()
+            if self._latch.stopped and not self._latch.present and not self._said:
+                self._said = True
+                self.log.warning(f"nothing holds the stop any more: {how_to_go_on('give the robot a goal or a mode')}")
             return
         first = not self._latch.stopped
         if self._latch.begin(key, text, latched=latched):
             if first:
                 self._since = self.clock.now()
                 self._sitting = False
+            self._said = False
             self.log.error("safety stop", why=text)
             self._changed()
 

@@ -12,7 +12,7 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 from robot.planning.costmap import Inflation
-from robot.planning.errors import GoalBlocked, InvalidPose, StartBlocked, Unreachable
+from robot.planning.errors import GoalBlocked, InvalidPose, NavigationError, StartBlocked, Unreachable
 from robot.planning.grid import Cell, Grid, block_mean
 from robot.planning.path import Path, pull
 from robot.planning.wavefront import Wavefront
@@ -24,6 +24,8 @@ _COARSE = 0.1
 """Cells of the first try, m."""
 _ESCAPE = 0.5
 """How far from a spot that is too near to things (but free) a path may begin, m."""
+_NEAREST, _STEP, _DIRECTIONS, _TRIED = 2.0, 0.05, 32, 5
+"""How far from a goal where the body does not fit another is looked for, m, in what steps, m, in how many directions; and how many are planned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,7 @@ class Planner:
     def __init__(self, grid: Grid, footprint: Footprint | None = None, margins: Margins | None = None) -> None:
         body, margins = footprint or Footprint(), margins or Margins()
         factor = max(1, round(_COARSE / grid.resolution))
-        self.grid = grid
+        self.grid, self._body = grid, body
         self._levels = (
             _Level(grid, factor, Inflation.for_footprint(body, margins.roomy)),
             _Level(grid, 1, Inflation.for_footprint(body, margins.tight)),
@@ -89,9 +91,43 @@ class Planner:
             raise GoalBlocked(f"the goal ({goal.x:.2f}, {goal.y:.2f}) lies outside of the map, {self.grid!r}")
 
     def check_goal(self, goal: Pose2) -> None:
-        """Raise `InvalidPose` or `GoalBlocked` when the map alone rules the goal out."""
+        """Raise `InvalidPose` or `GoalBlocked` when the map alone rules the goal out: its middle, or the body's outline there."""
         check_finite(goal, "goal")
         self._levels[-1].check_goal(goal)
+        px, py = self._body.placed(*(np.array(v) for v in (goal.x, goal.y, goal.yaw)))
+        touching = self._clearances(px, py) < 0.0
+        if touching.any():
+            raise GoalBlocked(
+                f"at the goal ({goal.x:.2f}, {goal.y:.2f}, yaw {goal.yaw:.2f}) the body would touch an obstacle"
+                f" at ({px[touching][0]:.2f}, {py[touching][0]:.2f})"
+            )
+
+    def nearest_free(self, start: Pose2, goal: Pose2) -> Pose2 | None:
+        """The place nearest to `goal` where the body fits with the goal's heading and to which a way leads; None if none is within 2 m."""
+        reach = np.arange(_STEP, _NEAREST + _STEP / 2, _STEP)
+        turns = np.linspace(0.0, 2 * math.pi, _DIRECTIONS, endpoint=False)
+        x = (goal.x + reach[:, None] * np.cos(turns)).ravel()
+        y = (goal.y + reach[:, None] * np.sin(turns)).ravel()
+        px, py = self._body.placed(x, y, np.full_like(x, goal.yaw))
+        fits = (self._clearances(px, py) > _STEP).all(axis=-1) & (self._clearances(x, y) > self.tightest + _STEP)
+        for index in np.flatnonzero(fits)[:: max(1, int(fits.sum()) // _TRIED)]:
+            there = Pose2(round(float(x[index]), 2), round(float(y[index]), 2), goal.yaw)
+            try:
+                self.check_goal(there)
+                self.plan(start, there)
+            except NavigationError:
+                continue
+            return there
+        return None
+
+    def _clearances(self, x: Floats, y: Floats) -> Floats:
+        """Of the map at each point, m; outside of it there is as much as one likes, for a body may reach over its edge."""
+        grid = self.grid
+        columns = np.floor((x - grid.origin_x) / grid.resolution).astype(np.intp)
+        rows = np.floor((y - grid.origin_y) / grid.resolution).astype(np.intp)
+        inside = (rows >= 0) & (rows < grid.height) & (columns >= 0) & (columns < grid.width)
+        known = grid.clearance[np.where(inside, rows, 0), np.where(inside, columns, 0)]
+        return np.where(inside, known, math.inf)
 
 
 class _Level:

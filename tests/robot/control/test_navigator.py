@@ -509,3 +509,33 @@ def test_what_the_config_says_is_what_is_done() -> None:
     for second in range(60):
         motion = navigator.step(0.5 * second, Pose2(-9.0, 0.0))
     assert str(motion.failure).endswith("tried: 1 recoveries in all")
+
+
+# --- goals inside of what is seen --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", [0.6, 1.0, 3.0])
+def test_a_goal_inside_something_unmapped_ends_soon_and_says_so(side: float) -> None:
+    world = floor(half=8.0)
+    navigator, walker = Navigator(Grid.from_scene(world)), VelocityPlant(world, Pose2(0.0, 0.0))
+    walker.drop(Box(5.0, 0.0, side, side))
+    navigator.set_goal(Pose2(5.0, 0.0), walker.pose)
+    record = walk(navigator, walker, limit=90.0)
+    assert record.motion.state is State.FAILED
+    assert isinstance(navigator.failure, PathBlocked)
+    assert "the goal is inside something that it sees, or closed in by it" in str(navigator.failure)
+    assert record.clearance > 0.0
+    assert record.distance < 30.0
+
+
+def test_a_robot_that_walks_round_and_round_gives_up_in_the_end() -> None:
+    """It forgets the far side of a thing that it needs longer to walk round than it remembers."""
+    world = floor(half=12.0)
+    config = NavigatorConfig(near_goal=0.0, most_walked=1.0, aside=5.0)
+    navigator, walker = Navigator(Grid.from_scene(world), config=config), VelocityPlant(world, Pose2(0.0, 0.0))
+    walker.drop(Box(5.0, 0.0, 2.0, 2.0))
+    navigator.set_goal(Pose2(5.0, 0.0), walker.pose)
+    record = walk(navigator, walker, limit=90.0)
+    assert isinstance(navigator.failure, NoProgress)
+    assert "m walked without arriving at the goal" in str(navigator.failure)
+    assert record.distance < 25.0

@@ -10,7 +10,7 @@ import pytest
 from actors import GoalAborted, GoalCanceled, GoalRejected
 from actors.interfaces.nav_msgs.msg import Path
 from actors.testing import Rig
-from robot.contracts import AUTONOMY_CMD, DOCK, DOCK_STATUS, NAVIGATE_TO_GOAL, PATH, UNDOCK
+from robot.contracts import AUTONOMY_CMD, DOCK, DOCK_STATUS, GAIT_STATUS, NAVIGATE_TO_GOAL, PATH, UNDOCK
 from robot.estimation.dock_finder import find_dock
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2, compose
@@ -26,6 +26,13 @@ def off_dock(body: KinematicBody) -> tuple[float, float]:
     """How far the true body is from its dock, m and rad."""
     here, dock = true_pose(body), body.scene.dock
     return apart(here, dock), abs(wrap(here.yaw - dock.yaw))
+
+
+async def mode_after_a_second(rig: Rig) -> str:
+    status = rig.probe(GAIT_STATUS)
+    await rig.advance(1.0)
+    assert status.last is not None
+    return status.last.mode
 
 
 async def test_the_robot_docks_within_centimeters_charges_and_leaves_again(rig: Rig) -> None:
@@ -44,7 +51,7 @@ async def test_the_robot_docks_within_centimeters_charges_and_leaves_again(rig: 
     left = await (await rig.start_goal(UNDOCK, Dock.Goal()))
     assert (left.success, left.outcome) == (True, "undocked")
     assert off_dock(body)[0] == pytest.approx(0.8, abs=0.1)
-    await rig.advance(1.0)
+    assert await mode_after_a_second(rig) == "stand"
     assert [state.state for state in states] == ["UNDOCKED", "DOCKING", "DOCKED", "UNDOCKED"]
     assert rig.node(Legs).touched == set()
 
@@ -69,7 +76,7 @@ async def test_a_dock_that_vanishes_during_the_approach_is_lost_and_the_robot_st
     take_station_away(body)
     with pytest.raises(GoalAborted, match="dock lost: the station has been out of sight for 1 s"):
         await going
-    await rig.advance(1.0)
+    assert await mode_after_a_second(rig) == "stand"
     assert speed(body) < 0.02
 
 
@@ -102,7 +109,7 @@ async def test_docking_can_be_canceled_on_its_way_and_the_robot_stops(rig: Rig) 
     assert await going.cancel()
     with pytest.raises(GoalCanceled):
         await going
-    await rig.advance(1.0)
+    assert await mode_after_a_second(rig) == "stand", "it does not step in place for ever"
     assert commands[-1].linear.x == 0.0
     assert speed(body) < 0.02
 

@@ -20,6 +20,7 @@ from robot.contracts import (
     JOINT_STATES,
     MOTOR_TARGETS,
     ODOMETRY,
+    SAFETY_STATE,
     SIT,
     STAND,
     WALK,
@@ -27,7 +28,7 @@ from robot.contracts import (
 from robot.control.gait_controller import GaitController
 from robot.geometry.vectors import Vector
 from robot.hardware.body import JOINT_NAMES, Body, ImuSample, JointSample
-from robot.interfaces.robactor_msgs.msg import FootContacts, GaitStatus
+from robot.interfaces.robactor_msgs.msg import FootContacts, GaitStatus, SafetyState
 from robot.model.legs import leg_state
 from robot.model.parameters import GRAVITY
 from robot.nodes.gait import Gait
@@ -134,20 +135,53 @@ async def kinematic(rig: Rig) -> Stage:
 # -- modes and commands ---------------------------------------------------------------------------------------------------------
 
 
-async def test_s_34_sit_and_stand_answer_in_the_tutorials_words(rig: Rig, kinematic: Stage) -> None:
+async def test_s_34_sit_and_stand_answer_in_the_tutorials_words_when_they_are_true(rig: Rig, kinematic: Stage) -> None:
     await rig.advance(0.3)
-    assert kinematic.now().mode == "sit"
-    stood = await rig.call(STAND, Trigger.Request())
-    assert (stood.success, stood.message) == (True, "Robot is now standing")
-    await rig.until(lambda: kinematic.now().mode == "stand", within=6.0)
-    sat = await rig.call(SIT, Trigger.Request())
-    assert (sat.success, sat.message) == (True, "Robot is now sitting")
-    await rig.until(lambda: kinematic.now().mode == "sit", within=6.0)
+    for service, mode, begun, done in (
+        (STAND, "stand", "Robot is standing up", "Robot is now standing"),
+        (SIT, "sit", "Robot is sitting down", "Robot is now sitting"),
+    ):
+        begins = await rig.call(service, Trigger.Request())
+        assert (begins.success, begins.message) == (True, begun)
+        await rig.until(lambda mode=mode: kinematic.now().mode == mode, within=6.0)  # type: ignore[misc]
+        there = await rig.call(service, Trigger.Request())
+        assert (there.success, there.message) == (True, done)
+
+
+async def test_a_robot_on_its_back_says_so_and_does_not_try_to_rise(rig: Rig, physics: Stage) -> None:
+    await physics.stand()
+    physics.body.push((0.0, 110.0, 0.0))
+    await rig.advance(3.0)
+    assert physics.body.truth().fallen
+    for service in (STAND, WALK, SIT):
+        reply = await rig.call(service, Trigger.Request())
+        assert not reply.success
+        assert "lies on its side or back" in reply.message and "turn it onto its belly" in reply.message
+    await rig.advance(0.5)
+    assert physics.now().mode in ("sit", "lowering")
+
+
+async def test_a_stopped_robot_does_not_rise_and_says_what_ends_the_stop(rig: Rig, physics: Stage) -> None:
+    rig.publish(SAFETY_STATE, SafetyState(stopped=True, reasons=("emergency stop requested",)))
+    await rig.advance(0.3)
+    low = float(physics.body.truth().position[2])
+    for service in (STAND, WALK):
+        reply = await rig.call(service, Trigger.Request())
+        assert not reply.success
+        assert "emergency stop requested" in reply.message and "/emergency_stop with data false" in reply.message
+        await rig.advance(0.5)
+        assert physics.body.truth().position[2] == pytest.approx(low, abs=0.01)
+    rig.publish(SAFETY_STATE, SafetyState())
+    await rig.quiet()
+    assert (await rig.call(STAND, Trigger.Request())).success
+    await rig.advance(1.0)
+    rig.publish(SAFETY_STATE, SafetyState(stopped=True, reasons=("emergency stop requested",)))
+    await rig.until(lambda: physics.now().mode == "sit", within=4.0, step=0.05)
 
 
 async def test_x_08b_the_walk_service_reaches_walk_from_sitting(rig: Rig, physics: Stage) -> None:
     walked = await rig.call(WALK, Trigger.Request())
-    assert (walked.success, walked.message) == (True, "Robot is now walking")
+    assert (walked.success, walked.message) == (True, "Robot begins to walk")
     await rig.until(lambda: physics.now().mode == "walk", within=4.0, step=0.05)
     await rig.advance(1.0)
     assert physics.now().mode == "walk"

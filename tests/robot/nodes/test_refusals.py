@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+import re
+
 import pytest
 
-from actors import Child, Done, GoalAborted, Node, Steps
+from actors import Child, Done, GoalAborted, GoalRejected, Node, Steps
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.std_srvs.srv import Trigger_Request, Trigger_Response
 from actors.testing import Rig
@@ -22,7 +25,8 @@ from robot.interfaces.tutorials.humanoid_control_interfaces.action import (
 from robot.nodes.docking import Docking
 from robot.nodes.navigation import Navigation
 from robot.planning.grid import Grid
-from tests.robot.stage import floor, navigate
+from robot.scenes.scene import Box
+from tests.robot.stage import floor, navigate, warnings
 
 ORIGIN = Pose2(0.0, 0.0)
 
@@ -114,3 +118,22 @@ async def test_a_walk_says_why_it_did_not_begin(rig: Rig, gait: type[Node], word
     going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(2.0, 0.0))
     with pytest.raises(GoalAborted, match=words):
         await going
+
+
+async def test_a_goal_whose_outline_is_in_a_wall_is_rejected_at_once_with_the_nearest_place_that_is_free(
+    rig: Rig,
+) -> None:
+    world = floor(Box(2.0, 0.0, 0.2, 4.0), half=5.0)
+    await rig.start(Child(Navigation, args=(Grid.from_scene(world),)))
+    tell(rig)
+    await rig.quiet()
+    for x, yaw in ((1.5, 0.0), (2.0, 0.0), (1.65, 1.57)):  # the nose in it, in its middle, a side too near
+        with pytest.raises(GoalRejected, match=r"GoalBlocked: .*; the nearest place where it fits is \(") as refused:
+            await rig.start_goal(NAVIGATE_TO_GOAL, navigate(x, 0.0, yaw))
+        there = re.search(r"fits is \((\S+), (\S+), yaw (\S+)\)", refused.value.reason)
+        assert there is not None
+        free = Pose2(*(float(word) for word in there.groups()))
+        assert math.hypot(free.x - x, free.y) < 1.2
+        accepted = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(free.x, free.y, free.yaw))
+        await accepted.cancel()
+    assert warnings(rig, "navigation") == []

@@ -54,7 +54,7 @@ from robot.nodes.safety import SafetyMonitor
 from robot.nodes.teleop import RobotController
 from robot.run.choice import only
 from robot.scenes.worlds import get_world
-from tests.robot.stage import ahead, robot, robot_around, twist, without
+from tests.robot.stage import ahead, robot, robot_around, twist, warnings, without
 
 
 def odometry(roll: float = 0.0, speed: float = 0.0) -> Odometry:
@@ -101,6 +101,8 @@ async def test_F_08_the_emergency_stop_field_of_the_tutorials_message_stops_too(
     rig.publish(SENSOR_DATA, SensorData(emergency_stop=False))
     await rig.quiet()
     assert reasons(rig) == ("emergency stop in /sensor_data",)  # latched: somebody must say that it is over
+    ways = [event for event in warnings(rig, "safety_monitor") if "/emergency_stop with data false" in event]
+    assert len(ways) == 1, "the stop says how to go on as soon as its cause has gone"
     assert (await press(rig, stop=False)).success
     assert reasons(rig) == ()
 

@@ -1,0 +1,97 @@
+"""Encoders that stick: what they show stays within their noise while the joint that they belong to turns."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Final
+
+from robot.hardware.body import JointSample, MotorTargets
+
+__all__ = ["StuckWatch"]
+
+NOISE: Final = 4e-3
+"""An encoder that shows no more change than this does not move, rad; chosen: eight standard deviations of a good one."""
+STILL: Final = 0.03
+"""Seconds of that after which a joint is looked at."""
+LED: Final = 0.06
+"""So far its drive must have been told to turn it meanwhile, rad; chosen: 15 N m of a swinging leg's spring."""
+IDLE: Final = 0.5
+"""A drive that gives less than this share of the torque that its law asks for at the place shown, is not at that place."""
+PUSHING: Final = 40.0
+"""A drive that gives more than this pushes against something, N m: its joint may well stand still."""
+CERTAIN: Final = 0.015
+"""Seconds of that which make a verdict: three samples at 200 Hz."""
+LATE: Final = 6
+"""Targets that may be those in force, the newest first: delays of up to 30 ms."""
+
+
+class StuckWatch:
+    """Compares what the drives were told, what they give and what the encoders show; call `check` once per control step.
+
+    A drive holds the law torque = effort + kp (q* - q) + kd (qd* - qd). A joint that is held fast shows no motion and takes that torque; one that
+    turns under an encoder that sticks takes much less than the law asks for at the place shown. Invariant: a joint that moves is not stuck.
+    """
+
+    __slots__ = ("_anchor", "_far", "_idle_for", "_near", "_still_for", "_told", "stuck")
+
+    def __init__(self) -> None:
+        self._anchor = [0.0] * 12
+        self._still_for = [0.0] * 12
+        self._idle_for = [0.0] * 12
+        self._near, self._far = [0.0] * 12, [0.0] * 12
+        """Least and largest target of each joint since it stands still, rad."""
+        self._told: deque[tuple[list[float], ...]] = deque(maxlen=LATE)
+        self.stuck: set[int] = set()
+        """Joints whose encoders stick."""
+
+    def told(self, targets: MotorTargets) -> None:
+        """The drives have been told this."""
+        self._told.append(
+            (
+                targets.position.tolist(),
+                targets.velocity.tolist(),
+                targets.effort.tolist(),
+                targets.kp.tolist(),
+                targets.kd.tolist(),
+            )
+        )
+
+    def check(self, dt: float, position: list[float], velocity: list[float], sample: JointSample) -> None:
+        """Take in a sample; `stuck` says what follows from it."""
+        anchor, still = self._anchor, self._still_for
+        effort: list[float] | None = None
+        for joint, at in enumerate(position):
+            if not -NOISE < at - anchor[joint] < NOISE:
+                anchor[joint], still[joint] = at, 0.0
+                self._idle_for[joint] = 0.0
+                self.stuck.discard(joint)
+                if self._told:
+                    self._near[joint] = self._far[joint] = self._told[-1][0][joint]
+                continue
+            still[joint] += dt
+            if not self._told or joint in self.stuck:
+                continue
+            led = self._told[-1][0][joint]
+            if led < self._near[joint]:
+                self._near[joint] = led
+            elif led > self._far[joint]:
+                self._far[joint] = led
+            if still[joint] > STILL and self._far[joint] - self._near[joint] > LED:
+                effort = effort or sample.effort.tolist()
+                if self._idles(joint, at, velocity[joint], effort[joint]):
+                    self._idle_for[joint] += dt
+                    if self._idle_for[joint] > CERTAIN - 1e-9:
+                        self.stuck.add(joint)
+
+    def _idles(self, joint: int, at: float, speed: float, given: float) -> bool:
+        """Whether the drive gives less than its law asks for here, by whichever of the latest targets."""
+        if abs(given) > PUSHING:
+            return False
+        for position, velocity, effort, kp, kd in self._told:
+            if kp[joint] <= 0.0:
+                return False
+            spring = kp[joint] * (position[joint] - at) + kd[joint] * (velocity[joint] - speed)
+            missing = effort[joint] + spring - given
+            if abs(spring) < kp[joint] * LED * 0.5 or missing * spring <= 0.0 or abs(missing) < IDLE * abs(spring):
+                return False
+        return True
