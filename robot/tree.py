@@ -160,7 +160,10 @@ def _reads(child: Child, body: Body) -> bool:
 
 
 def _split(concern: Supervisor, body: Body) -> Supervisor:
-    """The concern in a process of its own, whose clock goes with the body's. Control may hang for 0.1 s: by then the drives have begun to sit the robot down."""
+    """The concern in a process of its own, whose clock goes with the body's.
+
+    Control may hang for 0.1 s: by then the drives have begun to sit the robot down.
+    """
     care = Child(ProcessCare, name=f"{concern.name}_process", args=(concern.name, body))
     hang = CONTROL_HANG if concern.name == "control" else HANG
     return concern.replace(process=True, hang=hang, children=(care, *concern.children))

@@ -151,7 +151,8 @@ class StallWatch:
     def waited(self, since: float) -> float:
         """For how long the loop's thread has waited for a processor, or was stopped, since `since` or some tenths of a second before."""
         by_then = 0.0
-        for at, by_then in reversed(list(self._samples)):
+        for at, waited in reversed(list(self._samples)):
+            by_then = waited
             if at <= since:
                 break
         return self.processor.share().waited + self._stood - by_then

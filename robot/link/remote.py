@@ -333,9 +333,7 @@ class LinkedArm:
         raise BodySilent(f"{self._body!r}: its arm has not answered for {ANSWER:g} s")
 
 
-def _linked(
-    name: str, scene: Scene, seed: int, arm: bool, epoch: int, sensors: Sensors, real_time: bool
-) -> LinkedBody:
+def _linked(name: str, scene: Scene, seed: int, arm: bool, epoch: int, sensors: Sensors, real_time: bool) -> LinkedBody:
     """The other end, in the process that takes it out of its envelope."""
     body = LinkedBody(name, scene, seed=seed, arm=arm, epoch=epoch, sensors=sensors)
     body.real_time = real_time

@@ -44,7 +44,8 @@ class Diagnostics(Node):
         self._heard = dict.fromkeys(EXPECTED, 0)
         self._ever = set[str]()
         self._told = {
-            name: _status(name, STALE, "not heard of yet") for name in ("battery", "motors", "real time", "gait", "safety")
+            name: _status(name, STALE, "not heard of yet")
+            for name in ("battery", "motors", "real time", "gait", "safety")
         }
 
     @BATTERY_STATUS.on()
@@ -70,7 +71,12 @@ class Diagnostics(Node):
         self._tell("motors", level, text, power_w=f"{message.mean:.1f}", **warmth)
         factor = message.real_time_factor
         slow = factor < SLOW
-        self._tell("real time", WARN if slow else OK, f"{factor:.2f} of real time" if slow else "in time", factor=f"{factor:.2f}")
+        self._tell(
+            "real time",
+            WARN if slow else OK,
+            f"{factor:.2f} of real time" if slow else "in time",
+            factor=f"{factor:.2f}",
+        )
 
     @GAIT_STATUS.on()
     def gait(self, message: GaitStatus) -> None:

@@ -14,7 +14,9 @@ WINDOW: Final = 3.0
 """Real seconds over which it is measured. The first of them belong to the start, which is not warned of."""
 SLOW: Final = 0.8
 """A factor below this is told."""
-REMEDY: Final = "--clock virtual needs no real time; --backend kinematic, fewer sensors or other programs ended make it faster"
+REMEDY: Final = (
+    "--clock virtual needs no real time; --backend kinematic, fewer sensors or other programs ended make it faster"
+)
 
 
 class RealTime:
