@@ -49,7 +49,7 @@ def test_a_graph_that_works_has_no_problem_and_no_note() -> None:
 # -- topics -------------------------------------------------------------------------------------------------------------
 
 
-def test_H_01_a_topic_without_publisher_is_told_with_similar_names() -> None:
+def test_a_topic_without_publisher_is_told_with_similar_names() -> None:
     seen = graph(
         end("/joystick", PUBLISHER, "/cmd_vell", type=TWIST),
         end("/robot", SUBSCRIPTION, "/cmd_vel", type=TWIST),
@@ -61,7 +61,7 @@ def test_H_01_a_topic_without_publisher_is_told_with_similar_names() -> None:
     assert found.measured == "0 publishers, 1 subscription (/robot); 1 topic published"
 
 
-def test_H_01_a_topic_that_nobody_has_is_told_with_names_that_end_alike() -> None:
+def test_a_topic_that_nobody_has_is_told_with_names_that_end_alike() -> None:
     (found,) = names(graph(end("/imu", PUBLISHER, "/left_front/data/imu"), asked=("topic", "/imu")))
     assert found.cause == "there is no such topic; similar: /left_front/data/imu"
 
@@ -104,7 +104,7 @@ def test_a_similar_topic_that_has_its_own_listener_is_no_reason_for_alarm() -> N
     assert found.level == "note"
 
 
-def test_H_02_quality_that_does_not_match_is_told_with_policy_both_ends_and_remedy() -> None:
+def test_quality_that_does_not_match_is_told_with_policy_both_ends_and_remedy() -> None:
     seen = graph(
         end("/camera", PUBLISHER, "/image", qos.SENSOR_DATA), end("/viewer", SUBSCRIPTION, "/image", QoS(depth=10))
     )
@@ -117,7 +117,7 @@ def test_H_02_quality_that_does_not_match_is_told_with_policy_both_ends_and_reme
     assert "the same profile" in found.remedy
 
 
-def test_H_03_a_reliable_publisher_serves_a_subscription_of_best_effort() -> None:
+def test_a_reliable_publisher_serves_a_subscription_of_best_effort() -> None:
     ends = end("/a", PUBLISHER, "/x", QoS(depth=10)), end("/b", SUBSCRIPTION, "/x", qos.SENSOR_DATA)
     assert list(quality(graph(*ends))) == []
 
@@ -141,13 +141,13 @@ def test_a_topic_that_is_not_of_the_type_that_is_asked_for() -> None:
     assert list(types(graph(end("/a", PUBLISHER, "/x"), asked=("topic", "/x"), wanted="std_msgs/msg/String"))) == []
 
 
-def test_H_07_a_topic_is_examined_for_quality_then_names_then_data() -> None:
+def test_a_topic_is_examined_for_quality_then_names_then_data() -> None:
     titles = [title for title, _ in examined(graph(asked=("topic", "/sensor/data")))]
     asked = [title for title in titles if title in ("quality of service", "names of topics", "data")]
     assert asked == ["quality of service", "names of topics", "data"]
 
 
-def test_H_07_a_publisher_that_sends_nothing_is_a_problem_and_one_that_sends_has_its_rate_measured() -> None:
+def test_a_publisher_that_sends_nothing_is_a_problem_and_one_that_sends_has_its_rate_measured() -> None:
     publisher = end("/sensor", PUBLISHER, "/sensor/data")
     (silent,) = sending(graph(publisher, listened={"/sensor/data": Listened(0, 1.0)}))
     assert (silent.level, silent.measured) == ("problem", "0 messages in 1.0 s, 0.0 Hz")
@@ -157,7 +157,7 @@ def test_H_07_a_publisher_that_sends_nothing_is_a_problem_and_one_that_sends_has
     assert list(sending(graph(listened={"/sensor/data": Listened(0, 1.0)}))) == [], "names tells that"
 
 
-def test_Q_30_a_topic_of_commands_with_best_effort_is_flagged_on_either_side() -> None:
+def test_a_topic_of_commands_with_best_effort_is_flagged_on_either_side() -> None:
     seen = graph(
         end("/joystick", PUBLISHER, "/cmd_vel", QoS(depth=1)),
         end("/robot", SUBSCRIPTION, "/cmd_vel", qos.SENSOR_DATA),
@@ -169,14 +169,14 @@ def test_Q_30_a_topic_of_commands_with_best_effort_is_flagged_on_either_side() -
 
 
 @pytest.mark.parametrize("name", ["/image", "/cmd_vel/image", "/commander_state"])
-def test_Q_30_sensor_data_may_be_best_effort(name: str) -> None:
+def test_sensor_data_may_be_best_effort(name: str) -> None:
     assert list(best_effort_commands(graph(end("/camera", PUBLISHER, name, qos.SENSOR_DATA)))) == []
 
 
 # -- services and nodes ---------------------------------------------------------------------------------------------------
 
 
-def test_H_08_a_service_whose_server_does_not_run() -> None:
+def test_a_service_whose_server_does_not_run() -> None:
     seen = graph(end("/ui", CLIENT, "/enable", type=SET_BOOL), asked=("service", "/enable"))
     (found,) = serving(seen)
     assert (found.level, found.cause) == ("problem", "its server is not running")
@@ -184,13 +184,13 @@ def test_H_08_a_service_whose_server_does_not_run() -> None:
 
 
 @pytest.mark.parametrize("there", ["/enabel", "/robot/front/left/enable"])
-def test_H_08_a_service_that_is_served_under_almost_this_name(there: str) -> None:
+def test_a_service_that_is_served_under_almost_this_name(there: str) -> None:
     (found,) = serving(graph(end("/robot", SERVER, there, type=SET_BOOL), asked=("service", "/enable")))
     assert found.cause == f"nobody serves this name, but one that is almost it: {there}"
     assert found.remedy.endswith(f"-r /enable:={there}")
 
 
-def test_H_08_a_service_of_another_type() -> None:
+def test_a_service_of_another_type() -> None:
     server = end("/robot", SERVER, "/enable", type="std_srvs/srv/Trigger")
     of_client = graph(server, end("/ui", CLIENT, "/enable", type=SET_BOOL), asked=("service", "/enable"))
     assert list(serving(of_client)) == []
@@ -200,7 +200,7 @@ def test_H_08_a_service_of_another_type() -> None:
     assert asked.cause == f"it is not of the type {SET_BOOL}"
 
 
-def test_H_08_a_service_that_is_served_as_asked_has_no_problem() -> None:
+def test_a_service_that_is_served_as_asked_has_no_problem() -> None:
     server = end("/robot", SERVER, "/enable", type=SET_BOOL)
     assert problems(graph(server, asked=("service", "/enable"), wanted=SET_BOOL)) == []
 
@@ -220,7 +220,7 @@ def polled(calls: int, seconds: float, *clients: str) -> Observation:
     return graph(end("/battery", SERVER, "/get_battery"), *ends, told=(told,))
 
 
-def test_K_05_a_client_that_calls_a_service_more_than_five_times_a_second_polls() -> None:
+def test_a_client_that_calls_a_service_more_than_five_times_a_second_polls() -> None:
     (found,) = polling(polled(12, 2.0, "/ui"))
     assert found.subject == "/get_battery"
     assert found.cause.startswith("/ui polls it")
@@ -228,7 +228,7 @@ def test_K_05_a_client_that_calls_a_service_more_than_five_times_a_second_polls(
     assert found.remedy == "let /battery publish it as a topic"
 
 
-def test_K_05_of_several_clients_one_polls_only_if_there_is_no_other_explanation() -> None:
+def test_of_several_clients_one_polls_only_if_there_is_no_other_explanation() -> None:
     assert list(polling(polled(10, 2.0, "/ui"))) == [], "5 a second are not above 5"
     assert list(polling(polled(12, 2.0, "/ui", "/log"))) == [], "3 each"
     assert list(polling(polled(100, 1.0))) == [], "whoever called has gone"
@@ -286,7 +286,7 @@ def slow(**more: object) -> Observation:
     return graph(*ends, told=(told,), **more)
 
 
-def test_H_04_a_slow_handler_is_told_with_topic_age_fill_and_its_time() -> None:
+def test_a_slow_handler_is_told_with_topic_age_fill_and_its_time() -> None:
     (found,) = ages(slow())
     assert found.subject == "/image"
     assert found.measured == (
@@ -300,7 +300,7 @@ def test_H_04_a_slow_handler_is_told_with_topic_age_fill_and_its_time() -> None:
     [(1, 1, 1), (0, 30, 30), (6, 6, 30), (60, 60, 0)],
     ids=["one of a slow topic", "a burst that has just come", "0.17 s", "nothing comes"],
 )
-def test_H_04_messages_that_wait_for_a_moment_are_not_old(waited: int, waits: int, came: int) -> None:
+def test_messages_that_wait_for_a_moment_are_not_old(waited: int, waits: int, came: int) -> None:
     told = process(
         [figures("/viewer", queues=[queue("/image", 0, waited, 60, 100)])],
         [figures("/viewer", queues=[queue("/image", 0, waits, 60, 100 + came)], inbox_age=0.034)],
@@ -315,7 +315,7 @@ def test_the_age_of_what_is_no_message_is_that_of_the_node() -> None:
     assert found.measured == "one item has waited 0.50 s; 1 item in the inbox; slowest: no handler is measured"
 
 
-def test_H_05_lost_messages_are_counted_with_queue_handler_and_the_quality_of_both_ends() -> None:
+def test_lost_messages_are_counted_with_queue_handler_and_the_quality_of_both_ends() -> None:
     (found,) = queues(slow())
     assert (found.level, found.subject) == ("problem", "/image")
     assert found.measured.startswith(
@@ -327,7 +327,7 @@ def test_H_05_lost_messages_are_counted_with_queue_handler_and_the_quality_of_bo
 
 
 @pytest.mark.parametrize(("before", "after", "depth"), [(7, 7, 10), (0, 9, 1)], ids=["earlier", "depth 1"])
-def test_H_05_messages_that_were_lost_earlier_or_by_choice_are_a_note(before: int, after: int, depth: int) -> None:
+def test_messages_that_were_lost_earlier_or_by_choice_are_a_note(before: int, after: int, depth: int) -> None:
     told = process(
         [figures("/viewer", queues=[queue("/image", before, 0, depth)])],
         [figures("/viewer", queues=[queue("/image", after, 0, depth)])],
@@ -390,21 +390,21 @@ def test_a_node_that_is_restarted_again_and_again_is_a_problem_and_one_that_was_
 # -- surroundings -----------------------------------------------------------------------------------------------------------
 
 
-def test_M_13_nodes_that_are_all_in_another_domain_are_told_with_the_variable_that_mends_it() -> None:
+def test_nodes_that_are_all_in_another_domain_are_told_with_the_variable_that_mends_it() -> None:
     (found,) = domain(Observation(domain=1, nodes=(node("/talker", domain=2),)))
     assert (found.level, found.cause) == ("problem", "all nodes are in another domain")
     assert found.measured == "ROS_DOMAIN_ID=1: 0 nodes; 1 node in domain 2"
     assert found.remedy == "export ROS_DOMAIN_ID=2"
 
 
-def test_H_10_the_domain_is_told_with_others_that_are_seen_and_an_empty_graph_is_a_problem() -> None:
+def test_the_domain_is_told_with_others_that_are_seen_and_an_empty_graph_is_a_problem() -> None:
     (here,) = domain(Observation(nodes=(node("/a"), node("/_tool"), node("/b", domain=4))))
     assert (here.level, here.measured) == ("info", "ROS_DOMAIN_ID=0: 1 node; 1 node in domain 4")
     (empty,) = domain(Observation())
     assert (empty.level, empty.cause) == ("problem", "no nodes are found")
 
 
-def test_H_10_each_process_is_told_with_its_domain_and_transport() -> None:
+def test_each_process_is_told_with_its_domain_and_transport() -> None:
     told = process([figures("/a")], [figures("/a")])
     seen = Observation(
         nodes=(node("/a"), node("/b", number=1), node("/_tool", number=2), node("/c", session="b" * 32, domain=4)),
@@ -416,13 +416,13 @@ def test_H_10_each_process_is_told_with_its_domain_and_transport() -> None:
     ]
 
 
-def test_H_11_an_empty_rmw_implementation_is_the_default_transport_and_no_error() -> None:
+def test_an_empty_rmw_implementation_is_the_default_transport_and_no_error() -> None:
     (found,) = transport(Observation())
     assert found.level == "info"
     assert (found.cause, found.measured) == ("rmw_zenoh_cpp, the default transport", "RMW_IMPLEMENTATION is empty")
 
 
-def test_C_36_the_transport_in_use_is_told() -> None:
+def test_the_transport_in_use_is_told() -> None:
     (found,) = transport(Observation(implementation="rmw_zenoh_cpp"))
     assert (found.cause, found.measured) == ("rmw_zenoh_cpp", "RMW_IMPLEMENTATION=rmw_zenoh_cpp")
 

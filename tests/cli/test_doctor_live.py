@@ -65,7 +65,7 @@ def findings(report: str) -> dict[str, list[Mapping[str, Any]]]:
 
 
 @pytest.mark.realtime
-async def test_H_07_a_topic_that_is_sent_has_no_problem_and_its_rate_is_measured(
+async def test_a_topic_that_is_sent_has_no_problem_and_its_rate_is_measured(
     system_of: SystemOf, robot: Command
 ) -> None:
     async with system_of(Talker):
@@ -76,7 +76,7 @@ async def test_H_07_a_topic_that_is_sent_has_no_problem_and_its_rate_is_measured
 
 
 @pytest.mark.realtime
-async def test_H_07_a_topic_that_has_a_publisher_and_no_data_is_a_problem(system_of: SystemOf, robot: Command) -> None:
+async def test_a_topic_that_has_a_publisher_and_no_data_is_a_problem(system_of: SystemOf, robot: Command) -> None:
     async with system_of(Silent):
         found = await robot("doctor", "topic", "sensor/data", "--json")
     assert found.code == 1
@@ -86,7 +86,7 @@ async def test_H_07_a_topic_that_has_a_publisher_and_no_data_is_a_problem(system
 
 
 @pytest.mark.realtime
-async def test_H_04_H_05_K_05_what_is_slow_and_what_polls_is_found_in_the_figures_of_the_running_process(
+async def test_what_is_slow_and_what_polls_is_found_in_the_figures_of_the_running_process(
     system_of: SystemOf, robot: Command
 ) -> None:
     async with system_of(Source, Slow, Battery, Poller) as system:
@@ -107,7 +107,7 @@ async def test_H_04_H_05_K_05_what_is_slow_and_what_polls_is_found_in_the_figure
 
 
 @pytest.mark.realtime
-async def test_M_13_a_node_of_another_domain_is_found_there(
+async def test_a_node_of_another_domain_is_found_there(
     system_of: SystemOf, robot: Command, environment: dict[str, str]
 ) -> None:
     environment["ROS_DOMAIN_ID"] = "8"
@@ -120,7 +120,7 @@ async def test_M_13_a_node_of_another_domain_is_found_there(
 
 
 @pytest.mark.realtime
-async def test_H_10_the_whole_graph_is_told_with_its_process(system_of: SystemOf, robot: Command) -> None:
+async def test_the_whole_graph_is_told_with_its_process(system_of: SystemOf, robot: Command) -> None:
     async with system_of(Talker):
         found = await robot("wtf")
     assert found.code == 0, found.out
@@ -128,7 +128,7 @@ async def test_H_10_the_whole_graph_is_told_with_its_process(system_of: SystemOf
     assert line.endswith(": domain 7, rmw_zenoh_cpp")
 
 
-async def test_H_08_the_three_cases_of_a_service_are_told_apart(system_of: SystemOf, command: Command) -> None:
+async def test_the_three_cases_of_a_service_are_told_apart(system_of: SystemOf, command: Command) -> None:
     async with system_of(Adder):
         right = await command("doctor", "service", ADD.name, "example_interfaces/srv/AddTwoInts", "--seconds", "0.1")
         almost = await command("doctor", "service", "/add_to_ints", "--json", "--seconds", "0.1")
@@ -179,7 +179,7 @@ async def test_words_that_doctor_does_not_understand_are_one_line(
     assert said.err.count("\n") == 1
 
 
-async def test_C_36_an_unknown_rmw_implementation_is_one_clear_line(
+async def test_an_unknown_rmw_implementation_is_one_clear_line(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")

@@ -25,7 +25,7 @@ def launched(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, list
     return code, out.splitlines(), err
 
 
-def test_G_01_V_33_the_launch_file_of_the_tutorial_starts_the_three_nodes(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_launch_file_of_the_tutorial_starts_the_three_nodes(capsys: pytest.CaptureFixture[str]) -> None:
     code, lines, err = launched(
         capsys, "humanoid_control", "humanoid_system.launch.py", "--clock", "virtual", "--duration", "5"
     )
@@ -36,7 +36,7 @@ def test_G_01_V_33_the_launch_file_of_the_tutorial_starts_the_three_nodes(capsys
     assert any("Received trajectory with 10 waypoints" in line for line in lines)
 
 
-def test_G_02_G_03_a_remapping_and_parameters_of_the_tutorials_launch_files_take_effect(
+def test_a_remapping_and_parameters_of_the_tutorials_launch_files_take_effect(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     _, tree, _ = launched(capsys, "camera_driver", "camera.launch.xml", "--show-tree")
@@ -174,7 +174,7 @@ def test_an_argument_that_the_file_does_not_declare_is_warned_of(capsys: pytest.
         (("--package-path", "/no/such/folder", "a", "b"), "--package-path: [Errno 2] No such file or directory"),
     ],
 )
-def test_G_03_what_cannot_be_launched_is_said_in_one_line(
+def test_what_cannot_be_launched_is_said_in_one_line(
     capsys: pytest.CaptureFixture[str], words: tuple[str, ...], text: str
 ) -> None:
     code, lines, err = launched(capsys, *words)
@@ -183,7 +183,7 @@ def test_G_03_what_cannot_be_launched_is_said_in_one_line(
     assert text in err and "Traceback" not in err
 
 
-def test_G_06_a_launch_file_that_was_not_installed_is_answered_with_those_that_were(
+def test_a_launch_file_that_was_not_installed_is_answered_with_those_that_were(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     code, lines, err = launched(capsys, "humanoid_control", "lab.launch.py")
@@ -193,7 +193,7 @@ def test_G_06_a_launch_file_that_was_not_installed_is_answered_with_those_that_w
     assert "(there are: camera.launch.xml, humanoid_system.launch.py, motor.launch.xml, talkers.launch.yaml)" in err
 
 
-def test_G_03_a_launch_file_with_a_mistake_starts_nothing_and_names_it(
+def test_a_launch_file_with_a_mistake_starts_nothing_and_names_it(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = xml(tmp_path, '<node pkg="control" exec="motor_node"/>\n<node pkg="control" exec="moter_node"/>')
@@ -259,7 +259,7 @@ def started(path: Path, *words: str, port: int) -> subprocess.Popen[str]:
 
 
 @pytest.mark.realtime
-def test_G_04_ctrl_c_ends_everything_within_two_seconds(tmp_path: Path, port: int) -> None:
+def test_ctrl_c_ends_everything_within_two_seconds(tmp_path: Path, port: int) -> None:
     path = python(
         tmp_path,
         "Node(package='humanoid_control', executable='planner'), ExecuteProcess(cmd=['sleep', '60']), "

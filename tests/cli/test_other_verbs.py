@@ -28,7 +28,7 @@ from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Adder, Base, Motor, Talker
 
 
-async def test_C_32_a_node_is_shown_with_all_that_it_has(system_of: SystemOf, command: Command) -> None:
+async def test_a_node_is_shown_with_all_that_it_has(system_of: SystemOf, command: Command) -> None:
     async with system_of(Adder, Child(Base, namespace="robot")):
         adder = await command("node", "info", "/adder")
         base = (await command("node", "info", "robot/base")).out
@@ -45,7 +45,7 @@ async def test_C_32_a_node_is_shown_with_all_that_it_has(system_of: SystemOf, co
     assert (unknown.code, unknown.err) == (1, "Unable to find node '/ader'; did you mean '/adder'?\n")
 
 
-async def test_C_01_a_definition_is_shown_with_the_types_in_it(command: Command) -> None:
+async def test_a_definition_is_shown_with_the_types_in_it(command: Command) -> None:
     shown = await command("interface", "show", "my_robot_interfaces/msg/SensorData")
     assert shown.code == 0
     lines = shown.out.splitlines()
@@ -119,7 +119,7 @@ async def test_packages_and_executables_are_those_of_the_tutorials(command: Comm
     assert unknown.err.startswith("Package 'communication_dem' not found; did you mean 'communication_demo'?")
 
 
-async def test_U_01_a_new_python_package_has_a_node_that_runs(
+async def test_a_new_python_package_has_a_node_that_runs(
     command: Command, tmp_path: Path, environment: dict[str, str]
 ) -> None:
     words = (
@@ -169,7 +169,7 @@ async def test_a_package_of_interfaces_is_made_and_a_bad_name_is_not(command: Co
     assert not (tmp_path / "Garden").exists()
 
 
-async def test_R_01_the_graph_is_drawn_as_text_for_graphviz_for_mermaid_and_as_a_picture(
+async def test_the_graph_is_drawn_as_text_for_graphviz_for_mermaid_and_as_a_picture(
     system_of: SystemOf, command: Command, tmp_path: Path
 ) -> None:
     async with system_of(Talker, Base, Adder):
@@ -197,7 +197,7 @@ class Speaker(Node):
         self.log.warning("it gets warm")
 
 
-async def test_R_02_log_lines_are_filtered_by_level_node_and_text(system_of: SystemOf, command: Command) -> None:
+async def test_log_lines_are_filtered_by_level_node_and_text(system_of: SystemOf, command: Command) -> None:
     async with system_of(Child(Speaker, name="left", namespace="legs"), Child(Speaker, name="camera")):
         lines = (await command("log", "--past")).out.splitlines()
         warm = await command("log", "--past", "--level", "warn")

@@ -54,7 +54,7 @@ async def test_what_is_not_there_is_said_with_the_nearest_name(system_of: System
         assert (nowhere.code, nowhere.out) == (0, "Parameter 'nothing' not set on any node\n")
 
 
-async def test_C_19_a_set_takes_effect_and_a_refused_one_says_why_and_ends_with_1(
+async def test_a_set_takes_effect_and_a_refused_one_says_why_and_ends_with_1(
     system_of: SystemOf, command: Command
 ) -> None:
     async with system_of(Motor) as system:
@@ -72,7 +72,7 @@ async def test_C_19_a_set_takes_effect_and_a_refused_one_says_why_and_ends_with_
         assert "read" in fixed.err
 
 
-async def test_C_20_a_list_is_set_and_several_can_be_set_at_once_or_not_at_all(
+async def test_a_list_is_set_and_several_can_be_set_at_once_or_not_at_all(
     system_of: SystemOf, command: Command
 ) -> None:
     async with system_of(Motor) as system:

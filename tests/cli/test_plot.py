@@ -75,7 +75,7 @@ def test_the_longest_topic_that_fits_is_meant(text: str, topic: str, path: str) 
         split("/nothing/x", ["/imu"])
 
 
-async def test_R_03_samples_are_written_and_drawn(system_of: SystemOf, command: Command, tmp_path: Path) -> None:
+async def test_samples_are_written_and_drawn(system_of: SystemOf, command: Command, tmp_path: Path) -> None:
     table, image = tmp_path / "x.csv", tmp_path / "x.png"
     async with system_of(Ramp):
         files = ("--csv", str(table), "--png", str(image))

@@ -90,7 +90,7 @@ async def measured(environment: dict[str, str], lines: int, *words: str) -> list
 
 
 @pytest.mark.realtime
-async def test_C_25_a_rate_of_100_hz_is_measured_as_such(system_of: SystemOf, environment: dict[str, str]) -> None:
+async def test_a_rate_of_100_hz_is_measured_as_such(system_of: SystemOf, environment: dict[str, str]) -> None:
     async with system_of(Steady):
         lines = await measured(environment, 4, "hz", "/fast")
         (as_json,) = await measured(environment, 1, "hz", "/fast", "--json")

@@ -78,9 +78,7 @@ async def test_a_node_of_the_user_ends_with_the_code_of_its_end(here: Path, robo
     assert (await robot("run", "garden:Exits")).code == 7
 
 
-async def test_H_09_a_node_that_crashes_is_told_with_its_error_its_name_and_how_often(
-    here: Path, robot: Command
-) -> None:
+async def test_a_node_that_crashes_is_told_with_its_error_its_name_and_how_often(here: Path, robot: Command) -> None:
     fell = await robot("run", "garden:guarded")
     ends = [line for line in fell.out.splitlines() if "child terminated" in line]
     assert len(ends) == 4
@@ -91,13 +89,13 @@ async def test_H_09_a_node_that_crashes_is_told_with_its_error_its_name_and_how_
     assert fell.code == 1
 
 
-async def test_H_09_an_import_that_fails_names_the_module_and_the_line(here: Path, robot: Command) -> None:
+async def test_an_import_that_fails_names_the_module_and_the_line(here: Path, robot: Command) -> None:
     refused = await robot("run", "shed:Node")
     assert (refused.code, refused.out) == (1, "")
     assert refused.err == f"shed cannot be imported: No module named 'ladder' (at {here / 'shed.py'}:1)\n"
 
 
-async def test_G_06_what_is_not_installed_is_answered_with_what_there_is(here: Path, robot: Command) -> None:
+async def test_what_is_not_installed_is_answered_with_what_there_is(here: Path, robot: Command) -> None:
     refused = await robot("run", "my_robot_pkg", "fibonacci_server")
     assert refused.code == 1
     assert refused.err == (
@@ -107,7 +105,7 @@ async def test_G_06_what_is_not_installed_is_answered_with_what_there_is(here: P
     )
 
 
-async def test_M_10_ros_arguments_rename_and_set(here: Path, environment: dict[str, str], robot: Command) -> None:
+async def test_ros_arguments_rename_and_set(here: Path, environment: dict[str, str], robot: Command) -> None:
     words = ("--ros-args", "-r", "greeting:=/news", "-r", "__node:=ann", "-r", "__ns:=/left", "-p", "text:=good day")
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "robot", "run", "garden:Greeter", *words, env=environment, stdout=-1, stderr=-1

@@ -187,7 +187,7 @@ async def test_a_goal_without_success_ends_with_1_and_with_0_as_ros_2_has_it(
     assert ours.err == theirs.err == reason
 
 
-async def test_C_11_ctrl_c_cancels_the_goal(system_of: SystemOf, environment: dict[str, str]) -> None:
+async def test_ctrl_c_cancels_the_goal(system_of: SystemOf, environment: dict[str, str]) -> None:
     async with system_of(Counter) as system:
         process = await asyncio.create_subprocess_exec(
             sys.executable, "-m", "robot", *COUNT, "{order: 6}", "-f", env=environment, stdout=-1, stderr=-1

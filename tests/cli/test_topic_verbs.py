@@ -263,7 +263,7 @@ async def test_a_publication_for_nobody_gives_up_after_the_time_that_it_is_given
         ("0.5", "The passed value needs to be a dictionary in YAML format, such as {linear: ...}\n"),
     ],
 )
-async def test_C_39_a_value_that_does_not_fit_is_one_line_that_names_the_field(
+async def test_a_value_that_does_not_fit_is_one_line_that_names_the_field(
     values: str, error: str, system_of: SystemOf, command: Command
 ) -> None:
     async with system_of(Listener) as system:

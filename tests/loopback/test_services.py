@@ -69,7 +69,7 @@ CAUSE = "the error itself does not leave its process, only its type and text"
 CYCLE = "who waits for whom is known in one process only"
 LOCAL = {
     "test_a_caller_that_is_canceled_is_forgotten_its_request_is_not_worked_for_nobody": TAKEN_BACK,
-    "test_S_06_an_exception_in_the_handler_is_that_callers_the_server_lives": CAUSE,
+    "test_an_exception_in_the_handler_is_that_callers_the_server_lives": CAUSE,
     "test_a_cycle_of_calls_is_refused_at_once_and_named": CYCLE,
     "test_two_handlers_that_call_each_other_at_the_same_time_are_a_cycle_too": CYCLE,
     "test_a_node_that_calls_itself_while_it_starts_or_stops_is_told_so": CYCLE,

@@ -99,7 +99,7 @@ async def test_a_tap_at_the_far_side_takes_what_arrives(rig: Rig) -> None:
 
 
 LOCAL = {
-    "test_N_19_N_20_ten_seconds_of_images_all_of_them_seen": "it counts copies: within a process there is none, and over a wire one for each image",
+    "test_ten_seconds_of_images_all_of_them_seen": "it counts copies: within a process there is none, and over a wire one for each image",
 }
 """Scenario tests that say something about one process only, and why."""
 

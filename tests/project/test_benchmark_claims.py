@@ -45,14 +45,14 @@ def graph_figures(monkeypatch: pytest.MonkeyPatch) -> Figures:
     return figures(graphs.rows())
 
 
-def test_B_01_latency_has_a_median_and_a_tail_for_small_and_for_large_messages(latencies: Figures) -> None:
+def test_latency_has_a_median_and_a_tail_for_small_and_for_large_messages(latencies: Figures) -> None:
     for size in ("64 B", "921,600 B"):
         work = f"publisher to callback in one process, {size}"
         median, tail = (latencies[work, "one message at a time", unit] for unit in ("us p50", "us p99"))
         assert 0 < median <= tail
 
 
-def test_B_02_megabytes_are_messages_times_their_size_and_a_cameras_load_is_named_beside_them(
+def test_megabytes_are_messages_times_their_size_and_a_cameras_load_is_named_beside_them(
     latencies: Figures,
 ) -> None:
     load = f"{921_600 / 0.033 / 1e6:.1f} MB/s"
@@ -64,7 +64,7 @@ def test_B_02_megabytes_are_messages_times_their_size_and_a_cameras_load_is_name
     assert "27.9 MB/s" in CLAIMS
 
 
-def test_B_09_four_callbacks_that_block_are_timed_one_after_another_and_in_threads() -> None:
+def test_four_callbacks_that_block_are_timed_one_after_another_and_in_threads() -> None:
     found = figures(callbacks.rows())
     work = "four callbacks that block for 10 ms each"
     in_turn, side_by_side = (found[work, name, "ms"] for name in ("one after another", "in worker threads"))
@@ -72,7 +72,7 @@ def test_B_09_four_callbacks_that_block_are_timed_one_after_another_and_in_threa
     assert side_by_side >= callbacks.WORK * 1e3
 
 
-def test_B_12_round_trips_have_median_tail_and_the_share_below_a_millisecond(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_round_trips_have_median_tail_and_the_share_below_a_millisecond(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(callbacks, "FRAMES", 3)
     monkeypatch.setattr(callbacks, "CALLS", 100)
     found = figures(callbacks.rows())
@@ -83,7 +83,7 @@ def test_B_12_round_trips_have_median_tail_and_the_share_below_a_millisecond(mon
     assert (median < 1000) == (share >= 50) or share == 50
 
 
-def test_B_13_graphs_of_10_100_and_300_nodes_have_a_start_a_load_and_a_size_in_memory(graph_figures: Figures) -> None:
+def test_graphs_of_10_100_and_300_nodes_have_a_start_a_load_and_a_size_in_memory(graph_figures: Figures) -> None:
     for size in (10, 100):
         name = f"{size} nodes"
         assert graph_figures["nodes that publish 10 times a second", name, "ms to start"] > 0
@@ -94,7 +94,7 @@ def test_B_13_graphs_of_10_100_and_300_nodes_have_a_start_a_load_and_a_size_in_m
     assert all(unit in row for unit in ("ms", "% of a core", "kB"))
 
 
-def test_B_10_a_loop_of_500_hz_has_its_jitter_and_its_missed_ticks_alone_and_beside_a_camera(
+def test_a_loop_of_500_hz_has_its_jitter_and_its_missed_ticks_alone_and_beside_a_camera(
     graph_figures: Figures,
 ) -> None:
     for name in ("alone", "beside a camera of 28 MB/s"):
@@ -108,7 +108,7 @@ def test_B_10_a_loop_of_500_hz_has_its_jitter_and_its_missed_ticks_alone_and_bes
 
 @pytest.mark.realtime
 @pytest.mark.parametrize("work", ["latency", "images", "shared", "calls"])
-def test_B_01_B_02_B_07_B_12_between_two_processes_each_has_its_figures(work: Work) -> None:
+def test_between_two_processes_each_has_its_figures(work: Work) -> None:
     measured = wire.measured("ours", work)
     assert len(measured) == len(wire.WORKS[work][1])
     assert all(value > 0 for value in measured)
@@ -116,7 +116,7 @@ def test_B_01_B_02_B_07_B_12_between_two_processes_each_has_its_figures(work: Wo
         assert measured[0] <= measured[1]
 
 
-def test_B_07_images_by_shared_memory_stand_beside_the_same_images_without() -> None:
+def test_images_by_shared_memory_stand_beside_the_same_images_without() -> None:
     plain, shared = (wire.WORKS[work] for work in ("images", "shared"))
     assert plain[0] == "wire: images of 921,600 bytes" == shared[0].removesuffix(", by shared memory")
     assert plain[1] == shared[1] == ("images per second",)
@@ -127,6 +127,6 @@ def test_B_07_images_by_shared_memory_stand_beside_the_same_images_without() -> 
     "words",
     ["latency", "throughput", "depth", "burst", "executor", "services", "shared memory", "compression", "500 Hz"],
 )
-def test_Y_44_every_claim_of_the_tutorials_has_its_measurement_beside_it(words: str) -> None:
+def test_every_claim_of_the_tutorials_has_its_measurement_beside_it(words: str) -> None:
     rows = [line.split("|")[1:3] for line in CLAIMS.splitlines() if line.startswith("| ")]
     assert any(words in claim and re.search(r"\d", measured) for claim, measured in rows), words

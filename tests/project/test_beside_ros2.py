@@ -55,7 +55,7 @@ def table(text: str, heading: str) -> list[list[str]]:
 # -- patterns -----------------------------------------------------------------------------------------------------------------
 
 
-def test_K_01_a_table_says_what_topics_services_and_actions_are_and_only_actions_can_be_canceled() -> None:
+def test_a_table_says_what_topics_services_and_actions_are_and_only_actions_can_be_canceled() -> None:
     head, *rows = table(page("concepts.md"), "### Topic, service or action")
     said = {row[0]: dict(zip(head[1:], row[1:], strict=True)) for row in rows}
     assert head[1:] == ["topic", "service", "action"]
@@ -75,7 +75,7 @@ def test_K_01_a_table_says_what_topics_services_and_actions_are_and_only_actions
     assert answer == "Coroutine[Any, Any, Resp]"
 
 
-def test_K_02_every_endpoint_of_the_robot_stands_under_its_pattern_with_a_reason() -> None:
+def test_every_endpoint_of_the_robot_stands_under_its_pattern_with_a_reason() -> None:
     _, *rows = table(page("robot.md"), "## Topic, service or action")
     listed = [(name, pattern) for pattern, _, names in rows for name in re.findall(r"`([^`]+)`", names)]
     assert len(dict(listed)) == len(listed)
@@ -86,7 +86,7 @@ def test_K_02_every_endpoint_of_the_robot_stands_under_its_pattern_with_a_reason
 # -- tools --------------------------------------------------------------------------------------------------------------------
 
 
-def test_R_05_the_readme_names_a_command_that_exists_for_each_tool_of_rqt() -> None:
+def test_the_readme_names_a_command_that_exists_for_each_tool_of_rqt() -> None:
     replaced = dict(re.findall(r"`(?:python -m robot )?(\w+)` replaces\s+`(rqt_\w+)`", README))
     assert set(replaced.values()) == {"rqt_graph", "rqt_console", "rqt_plot", "rqt_reconfigure"}
     for command in replaced:
@@ -94,7 +94,7 @@ def test_R_05_the_readme_names_a_command_that_exists_for_each_tool_of_rqt() -> N
         assert import_module(module_of(command))
 
 
-def test_U_03_the_top_level_has_our_folders_and_no_workspace() -> None:
+def test_the_top_level_has_our_folders_and_no_workspace() -> None:
     done = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
     if done.returncode:
         pytest.skip("this is no clone")
@@ -106,7 +106,7 @@ def test_U_03_the_top_level_has_our_folders_and_no_workspace() -> None:
     assert {".msg", ".srv", ".action"} <= definitions
 
 
-def test_Z_01_nothing_of_ros_2_is_imported_and_nothing_but_the_package_is_needed() -> None:
+def test_nothing_of_ros_2_is_imported_and_nothing_but_the_package_is_needed() -> None:
     assert {"pyproject.toml", "README.md"} <= {path.name for path in ROOT.iterdir()}
     of_ros = {
         name for name in imported("actors", "robot", "cli") if name.startswith(("rcl", "ros", "rmw", "ament", "rosidl"))
@@ -118,7 +118,7 @@ def test_Z_01_nothing_of_ros_2_is_imported_and_nothing_but_the_package_is_needed
 
 
 @pytest.mark.slow
-def test_Z_01_it_is_installed_into_a_fresh_environment_and_runs(tmp_path: Path) -> None:
+def test_it_is_installed_into_a_fresh_environment_and_runs(tmp_path: Path) -> None:
     """As the README's first command does it; needs the package index."""
     subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)
     python = tmp_path / "venv" / "bin" / "python"
@@ -134,7 +134,7 @@ def test_Z_01_it_is_installed_into_a_fresh_environment_and_runs(tmp_path: Path) 
 # -- layers and platforms -----------------------------------------------------------------------------------------------------
 
 
-def test_DDS_06_the_framework_imports_neither_the_robot_nor_the_command_line_and_the_robot_no_transport() -> None:
+def test_the_framework_imports_neither_the_robot_nor_the_command_line_and_the_robot_no_transport() -> None:
     for path in (ROOT / "actors").rglob("*.py"):
         names = set(names_in(ast.parse(path.read_text(encoding="utf-8")), True))
         assert not names & {"robot", "cli", "tests"}, path
@@ -152,7 +152,7 @@ def at_the_top(tree: ast.Module) -> Iterator[str]:
             yield node.module.partition(".")[0]
 
 
-def test_ROS_04_no_module_needs_what_only_one_system_has_and_the_tested_platforms_are_said() -> None:
+def test_no_module_needs_what_only_one_system_has_and_the_tested_platforms_are_said() -> None:
     for path in sources():
         needs = set(at_the_top(ast.parse(path.read_text(encoding="utf-8")))) & OF_ONE_SYSTEM
         assert needs == set(), path
@@ -161,7 +161,7 @@ def test_ROS_04_no_module_needs_what_only_one_system_has_and_the_tested_platform
     assert "macOS and Windows have\n  not been tried" in README
 
 
-def test_DDS_10_the_documents_say_that_the_wire_is_not_dds_and_describe_the_one_that_it_is() -> None:
+def test_the_documents_say_that_the_wire_is_not_dds_and_describe_the_one_that_it_is() -> None:
     wire = next(line for line in README.splitlines() if line.startswith("- **Wire**"))
     assert "not DDS" in wire and "docs/wire.md#the-format" in wire
     _, *rows = table(page("wire.md"), "## The format")
@@ -179,7 +179,7 @@ def test_DDS_10_the_documents_say_that_the_wire_is_not_dds_and_describe_the_one_
 # -- figures ------------------------------------------------------------------------------------------------------------------
 
 
-def test_E_10_the_readme_tells_the_jitter_of_a_control_loop_as_it_was_measured() -> None:
+def test_the_readme_tells_the_jitter_of_a_control_loop_as_it_was_measured() -> None:
     (row,) = (line for line in page("claims.md").splitlines() if line.startswith("| real-time control at 500 Hz"))
     measured = row.split("|")[2].partition(";")[0]
     told = " ".join(README.partition("**Python, and real time**")[2].partition("- **")[0].split())
@@ -188,6 +188,6 @@ def test_E_10_the_readme_tells_the_jitter_of_a_control_loop_as_it_was_measured()
     assert "C++" in told
 
 
-def test_U_05_the_versions_that_are_needed_are_declared() -> None:
+def test_the_versions_that_are_needed_are_declared() -> None:
     assert 'requires-python = ">=3.11"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     assert "Python 3.11 or newer is all it takes" in README

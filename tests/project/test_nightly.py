@@ -96,7 +96,7 @@ def twice(folder: Path, text: str, capsys: pytest.CaptureFixture[str], *order: s
 
 
 @pytest.mark.slow(reason="a tool of the nightly run")
-def test_Z_06_the_suite_is_run_twice_and_what_ends_otherwise_the_second_time_is_named(
+def test_the_suite_is_run_twice_and_what_ends_otherwise_the_second_time_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code, lines = twice(tmp_path, BY_HASH, capsys)
@@ -109,7 +109,7 @@ def test_Z_06_the_suite_is_run_twice_and_what_ends_otherwise_the_second_time_is_
 
 
 @pytest.mark.slow(reason="a tool of the nightly run")
-def test_Z_06_two_equal_runs_that_pass_are_told_so_and_failures_are_failures(
+def test_two_equal_runs_that_pass_are_told_so_and_failures_are_failures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert twice(tmp_path, "def test_one(): pass", capsys)[0] == 0
@@ -128,7 +128,7 @@ ONE_AFTER_THE_OTHER = """
 
 
 @pytest.mark.slow(reason="a tool of the nightly run")
-def test_Z_06_a_test_that_rests_on_the_order_is_found_by_another_order(
+def test_a_test_that_rests_on_the_order_is_found_by_another_order(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert twice(tmp_path, ONE_AFTER_THE_OTHER, capsys)[0] == 0
@@ -138,7 +138,7 @@ def test_Z_06_a_test_that_rests_on_the_order_is_found_by_another_order(
 
 
 @pytest.mark.slow(reason="a tool of the nightly run")
-def test_U_05_a_suite_that_takes_more_than_4_gb_is_refused(
+def test_a_suite_that_takes_more_than_4_gb_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert suite_twice.LIMIT == 4 * 10**9
@@ -147,7 +147,7 @@ def test_U_05_a_suite_that_takes_more_than_4_gb_is_refused(
 
 
 @pytest.mark.slow
-def test_Z_06_scenarios_of_topics_services_and_actions_end_alike_in_two_runs(
+def test_scenarios_of_topics_services_and_actions_end_alike_in_two_runs(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert (

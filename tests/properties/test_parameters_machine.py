@@ -184,7 +184,7 @@ TestParameters.settings = settings(deadline=None, max_examples=60, stateful_step
 
 @settings(deadline=None)
 @given(VALUES)
-def test_P_01_every_value_survives_the_wire(value: Any) -> None:
+def test_every_value_survives_the_wire(value: Any) -> None:
     parameter = Parameter("p", value)
     assert from_parameter(to_parameter(parameter)) == parameter
 

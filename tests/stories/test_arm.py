@@ -22,9 +22,7 @@ async def position(observer: System) -> GetPosition_Response:
     return await observer.node("observer").call(GET_CURRENT_POSITION, GetPosition.Request())
 
 
-async def test_X_06_the_client_moves_the_arm_by_the_servers_of_two_other_processes(
-    start: Start, observer: System
-) -> None:
+async def test_the_client_moves_the_arm_by_the_servers_of_two_other_processes(start: Start, observer: System) -> None:
     await start(*ARM, "position_service")
     await start(*ARM, "move_arm_server")
 
@@ -45,9 +43,7 @@ async def test_X_06_the_client_moves_the_arm_by_the_servers_of_two_other_process
     assert reached.arm_status == "IDLE"
 
 
-async def test_X_06_a_motion_is_canceled_half_way_and_the_position_is_told_quickly(
-    start: Start, observer: System
-) -> None:
+async def test_a_motion_is_canceled_half_way_and_the_position_is_told_quickly(start: Start, observer: System) -> None:
     await start(*ARM, "position_service")
     await start(*ARM, "move_arm_server")
     me = observer.node("observer")

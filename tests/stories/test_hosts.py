@@ -61,7 +61,7 @@ async def lossy(hosts: Hosts, by: str, conditions: Conditions) -> tuple[str, str
 
 
 @TWO
-async def test_Q_20_reliable_messages_all_arrive_in_order_over_a_link_that_loses_a_tenth(hosts: Hosts) -> None:
+async def test_reliable_messages_all_arrive_in_order_over_a_link_that_loses_a_tenth(hosts: Hosts) -> None:
     sure, _ = await lossy(hosts, "tcp", LOSSY)
 
     assert sure.startswith("sure 1000 ordered")
@@ -70,7 +70,7 @@ async def test_Q_20_reliable_messages_all_arrive_in_order_over_a_link_that_loses
 
 
 @TWO
-async def test_Q_21_over_a_udp_link_what_is_lost_is_not_sent_again_and_the_order_is_kept(hosts: Hosts) -> None:
+async def test_over_a_udp_link_what_is_lost_is_not_sent_again_and_the_order_is_kept(hosts: Hosts) -> None:
     _, unsure = await lossy(hosts, "udp", LOSSY)
 
     assert "ordered" in unsure.split()
@@ -79,7 +79,7 @@ async def test_Q_21_over_a_udp_link_what_is_lost_is_not_sent_again_and_the_order
 
 
 @TWO
-async def test_B_11_reliable_messages_are_late_where_those_of_best_effort_are_lost(hosts: Hosts) -> None:
+async def test_reliable_messages_are_late_where_those_of_best_effort_are_lost(hosts: Hosts) -> None:
     conditions = Conditions(delay=0.005, jitter=0.002, loss=0.05)
     sure, _ = await lossy(hosts, "tcp", conditions)
     await hosts.end_programs()
@@ -90,7 +90,7 @@ async def test_B_11_reliable_messages_are_late_where_those_of_best_effort_are_lo
 
 
 @TWO
-async def test_B_03_best_effort_is_not_faster_it_carries_what_is_not_lost_and_reliable_all(
+async def test_best_effort_is_not_faster_it_carries_what_is_not_lost_and_reliable_all(
     hosts: Hosts,
 ) -> None:
     rates: dict[tuple[str, float], float] = {}
@@ -114,7 +114,7 @@ async def test_B_03_best_effort_is_not_faster_it_carries_what_is_not_lost_and_re
     assert rates["tcp", 0.05] > 0.9 * rates["tcp", 0.0]
 
 
-async def test_DDS_09_with_delay_and_loss_messages_arrive_and_calls_end_also_when_the_server_is_started_again(
+async def test_with_delay_and_loss_messages_arrive_and_calls_end_also_when_the_server_is_started_again(
     hosts: Hosts,
 ) -> None:
     hearer = await hosts.far(2, "hearer")
@@ -177,7 +177,7 @@ async def test_a_link_that_is_cut_for_10_seconds_and_healed_carries_topics_and_c
 LAB = ("robot.tutorials", "humanoid_lab", "--log-level", "debug", "--only")
 
 
-async def test_X_09_the_checklist_of_the_lab_holds_for_three_hosts(hosts: Hosts) -> None:
+async def test_the_checklist_of_the_lab_holds_for_three_hosts(hosts: Hosts) -> None:
     names = ("sensor_simulator", "planner", "motor_controller")
     programs = [
         await hosts.start(
@@ -242,7 +242,7 @@ async def second_by_second(hosts: Hosts, noisy: bool, **environment: str) -> tup
 
 
 @TWO
-async def test_B_08_a_thin_link_carries_more_images_when_it_compresses_and_commands_overtake_them(
+async def test_a_thin_link_carries_more_images_when_it_compresses_and_commands_overtake_them(
     hosts: Hosts,
 ) -> None:
     uncompressed = {"ZENOH_CONFIG_OVERRIDE": "transport/unicast/compression/enabled=false"}

@@ -40,7 +40,7 @@ async def counted(observer: System, seconds: float) -> tuple[int, int]:
     return numbers[0], numbers[1]
 
 
-async def test_X_09_the_checklist_holds_for_three_processes(start: Start, observer: System) -> None:
+async def test_the_checklist_holds_for_three_processes(start: Start, observer: System) -> None:
     programs = [await start(*LAB, name) for name in ("sensor_simulator", "planner", "motor_controller")]
     await until(observer, lambda: {"/sensor_simulator", "/planner", "/motor_controller"} <= nodes(observer))
     await programs[2].says("Published motor commands")
@@ -57,7 +57,7 @@ async def test_X_09_the_checklist_holds_for_three_processes(start: Start, observ
     assert [line for program in programs for line in program.lines if "[error" in line or "[warning" in line] == []
 
 
-async def test_X_09_a_planner_that_is_killed_and_started_again_is_asked_again_and_nobody_else_restarts(
+async def test_a_planner_that_is_killed_and_started_again_is_asked_again_and_nobody_else_restarts(
     start: Start, observer: System
 ) -> None:
     sensor, planner, motors = [await start(*LAB, name) for name in ("sensor_simulator", "planner", "motor_controller")]

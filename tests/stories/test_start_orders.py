@@ -52,7 +52,7 @@ async def test_the_first_is_killed_and_then_a_third_is_started(start: Start) -> 
     await hears(listener, third)
 
 
-async def test_M_13_processes_of_different_domains_do_not_meet_and_those_of_one_do(start: Start) -> None:
+async def test_processes_of_different_domains_do_not_meet_and_those_of_one_do(start: Start) -> None:
     first, other = await start(*TALKER, ROS_DOMAIN_ID="1"), await start(*LISTENER, ROS_DOMAIN_ID="2")
     await first.says("Publishing: Hello World 3")
     listener = await start(*LISTENER, ROS_DOMAIN_ID="1")

@@ -104,7 +104,7 @@ def server_of(rig: Rig) -> Any:
 # -- the way of a goal -----------------------------------------------------------------------------------------------
 
 
-async def test_A_01_goal_feedback_result(rig: Rig) -> None:
+async def test_goal_feedback_result(rig: Rig) -> None:
     await rig.start(Counter)
     seen: list[list[int]] = []
     async with rig.me.start(COUNT, order(3)) as goal:
@@ -119,7 +119,7 @@ async def test_A_01_goal_feedback_result(rig: Rig) -> None:
     assert (await goal) == answer  # it may be awaited again
 
 
-async def test_A_02_the_states_come_in_order(rig: Rig) -> None:
+async def test_the_states_come_in_order(rig: Rig) -> None:
     await rig.start(Counter)
     handle: Handle = rig.me.start(COUNT, order(2))
     seen = [handle.status]
@@ -139,7 +139,7 @@ async def test_A_02_the_states_come_in_order(rig: Rig) -> None:
     assert repr(handle) == f"<goal {handle.goal_id.hex()[:8]} for /count: CANCELED>"
 
 
-async def test_A_62_a_goal_that_waits_is_accepted_and_one_that_runs_executes(rig: Rig) -> None:
+async def test_a_goal_that_waits_is_accepted_and_one_that_runs_executes(rig: Rig) -> None:
     await rig.start(serving(Counter.count, queue(1), note=lambda self, what: None))
     first, second = await rig.start_goal(COUNT, order(2)), await rig.start_goal(COUNT, order(1))
     assert (first.status, second.status) == (GoalStatus.EXECUTING, GoalStatus.ACCEPTED)
@@ -149,7 +149,7 @@ async def test_A_62_a_goal_that_waits_is_accepted_and_one_that_runs_executes(rig
     assert second.status is GoalStatus.SUCCEEDED
 
 
-async def test_A_61_each_feedback_is_a_value_of_its_own(rig: Rig) -> None:
+async def test_each_feedback_is_a_value_of_its_own(rig: Rig) -> None:
     await rig.start(Counter)
     goal = await rig.start_goal(COUNT, order(3))
     collected = [feedback async for feedback in goal]
@@ -226,7 +226,7 @@ async def test_a_node_that_is_opened_again_under_its_name_draws_other_ids(rig: R
     assert len(set(ids)) == 3
 
 
-async def test_A_60_and_A_64_while_a_goal_runs_its_node_answers_and_ticks(rig: Rig) -> None:
+async def test_while_a_goal_runs_its_node_answers_and_ticks(rig: Rig) -> None:
     class Worker(Counter):
         ticks = 0
 
@@ -250,7 +250,7 @@ async def test_A_60_and_A_64_while_a_goal_runs_its_node_answers_and_ticks(rig: R
 # -- refusals --------------------------------------------------------------------------------------------------------
 
 
-async def test_A_03_and_A_65_a_server_may_reject_a_goal_with_a_reason_before_it_runs(rig: Rig) -> None:
+async def test_a_server_may_reject_a_goal_with_a_reason_before_it_runs(rig: Rig) -> None:
     class Careful(Counter):
         @COUNT.accepts
         def check(self, goal: Fibonacci.Goal) -> None:
@@ -309,7 +309,7 @@ async def test_an_async_acceptance_check_that_returns_false_accepts_no_goal(rig:
     assert rig.node(Truthful).log_of == []
 
 
-async def test_A_04_a_server_may_refuse_to_cancel(rig: Rig) -> None:
+async def test_a_server_may_refuse_to_cancel(rig: Rig) -> None:
     class Stubborn(Counter):
         @COUNT.cancels
         def may_cancel(self, goal: Fibonacci.Goal) -> bool:
@@ -325,7 +325,7 @@ async def test_A_04_a_server_may_refuse_to_cancel(rig: Rig) -> None:
             await goal
 
 
-async def test_A_04_leaving_the_block_of_a_goal_that_may_not_be_canceled_lets_it_run_on(rig: Rig) -> None:
+async def test_leaving_the_block_of_a_goal_that_may_not_be_canceled_lets_it_run_on(rig: Rig) -> None:
     class Stubborn(Counter):
         @COUNT.cancels
         async def may_cancel(self, goal: Fibonacci.Goal) -> bool:
@@ -500,14 +500,14 @@ async def test_what_has_not_been_sent_cannot_be_used(rig: Rig) -> None:
         await handle.send()
 
 
-async def test_S_25_a_second_server_of_an_action_is_refused(rig: Rig) -> None:
+async def test_a_second_server_of_an_action_is_refused(rig: Rig) -> None:
     with pytest.raises(
         StartFailed, match="/two would be the second server of action /count, which /one serves already"
     ):
         await rig.start(Child(Counter, name="one"), Child(Counter, name="two"))
 
 
-async def test_S_35_a_goal_of_another_type_than_is_served_is_refused_with_both_types(rig: Rig) -> None:
+async def test_a_goal_of_another_type_than_is_served_is_refused_with_both_types(rig: Rig) -> None:
     await rig.start(Counter)
     look_up = Action(LookupTransform, "count")
     with pytest.raises(
@@ -520,7 +520,7 @@ async def test_S_35_a_goal_of_another_type_than_is_served_is_refused_with_both_t
 # -- cancellation ----------------------------------------------------------------------------------------------------
 
 
-async def test_A_05_a_cancel_takes_effect_at_the_await_and_no_feedback_follows(rig: Rig) -> None:
+async def test_a_cancel_takes_effect_at_the_await_and_no_feedback_follows(rig: Rig) -> None:
     await rig.start(Counter)
     goal = await rig.start_goal(COUNT, order(10))
     await rig.advance(3.5)
@@ -537,7 +537,7 @@ async def test_A_05_a_cancel_takes_effect_at_the_await_and_no_feedback_follows(r
     assert (caught.value.reason, caught.value.result) == ("canceled by its client", None)
 
 
-async def test_A_06_a_finished_goal_cannot_be_canceled(rig: Rig) -> None:
+async def test_a_finished_goal_cannot_be_canceled(rig: Rig) -> None:
     await rig.start(Counter)
     goal = await rig.start_goal(COUNT, order(1))
     await goal
@@ -565,7 +565,7 @@ async def test_a_second_cancel_changes_nothing(rig: Rig) -> None:
     assert await goal.cancel("third") is False
 
 
-async def test_A_09_a_cancel_belongs_to_its_goal(rig: Rig) -> None:
+async def test_a_cancel_belongs_to_its_goal(rig: Rig) -> None:
     await rig.start(serving(Counter.count, "queue", note=lambda self, what: None))
     first, second, third = [await rig.start_goal(COUNT, order(2)) for _ in range(3)]
     assert await third.cancel() is True
@@ -577,7 +577,7 @@ async def test_A_09_a_cancel_belongs_to_its_goal(rig: Rig) -> None:
     assert await fourth == result(1)
 
 
-async def test_A_66_a_goal_that_reached_its_end_in_the_instant_of_the_cancel_has_one_outcome(rig: Rig) -> None:
+async def test_a_goal_that_reached_its_end_in_the_instant_of_the_cancel_has_one_outcome(rig: Rig) -> None:
     await rig.start(Counter)
     goal = await rig.start_goal(COUNT, order(1))
     await rig.system.clock.sleep_until(1.0)  # the body's sleep, scheduled before, has ended in this instant
@@ -587,7 +587,7 @@ async def test_A_66_a_goal_that_reached_its_end_in_the_instant_of_the_cancel_has
     assert (await goal.ended()) is outcome
 
 
-async def test_A_66_a_cancel_after_the_last_word_comes_too_late(rig: Rig) -> None:
+async def test_a_cancel_after_the_last_word_comes_too_late(rig: Rig) -> None:
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:
         yield Done(result(42))
         await self.clock.sleep(1.0)  # putting things in order
@@ -613,7 +613,7 @@ async def test_a_goal_canceled_in_the_very_moment_of_its_acceptance_is_canceled_
     assert await (await rig.start_goal(COUNT, order(2))) == result(1, 2)
 
 
-async def test_A_63_leaving_the_block_cancels_and_waits_for_the_clean_up(rig: Rig) -> None:
+async def test_leaving_the_block_cancels_and_waits_for_the_clean_up(rig: Rig) -> None:
     await rig.start(Counter)
     async with rig.me.start(COUNT, order(10)) as goal:
         await rig.advance(2.5)
@@ -621,7 +621,7 @@ async def test_A_63_leaving_the_block_cancels_and_waits_for_the_clean_up(rig: Ri
     assert (await goal.ended()).reason == "its client left the goal's block"
 
 
-async def test_A_63_a_client_that_is_canceled_takes_its_goal_with_it(rig: Rig) -> None:
+async def test_a_client_that_is_canceled_takes_its_goal_with_it(rig: Rig) -> None:
     await rig.start(Counter)
     goals: list[Handle] = []
 
@@ -638,7 +638,7 @@ async def test_A_63_a_client_that_is_canceled_takes_its_goal_with_it(rig: Rig) -
     assert goals[0].status is GoalStatus.CANCELED
 
 
-async def test_A_63_a_client_without_a_block_that_disappears_leaves_its_goal_running(rig: Rig) -> None:
+async def test_a_client_without_a_block_that_disappears_leaves_its_goal_running(rig: Rig) -> None:
     await rig.start(Counter)
 
     async def client() -> None:
@@ -1019,7 +1019,7 @@ async def test_D3_a_body_that_swallows_its_cancellation_and_just_ends_aborts_its
     assert outcome.reason.startswith("canceled by its client, but its body ended without a result")
 
 
-async def test_A_08_an_exception_in_the_body_aborts_the_goal_and_a_retry_may_succeed(rig: Rig) -> None:
+async def test_an_exception_in_the_body_aborts_the_goal_and_a_retry_may_succeed(rig: Rig) -> None:
     class Moody(Node):
         attempts = 0
 
@@ -1132,7 +1132,7 @@ async def test_arrivals_reject_refuses_while_another_goal_runs(rig: Rig) -> None
     assert await (await rig.start_goal(COUNT, order(1))) == result(1)
 
 
-async def test_A_07_arrivals_preempt_cancels_cleans_up_then_starts(rig: Rig) -> None:
+async def test_arrivals_preempt_cancels_cleans_up_then_starts(rig: Rig) -> None:
     class Driver(Node):
         def __init__(self) -> None:
             self.story: list[tuple[float, str]] = []
@@ -1162,7 +1162,7 @@ async def test_A_07_arrivals_preempt_cancels_cleans_up_then_starts(rig: Rig) -> 
     assert rig.node(Driver).story == [(0.0, "begin 1"), (1.5, "end 1"), (1.5, "begin 3"), (12.0, "end 3")]
 
 
-async def test_A_07_goals_that_arrive_together_preempt_each_other_and_the_last_one_runs(rig: Rig) -> None:
+async def test_goals_that_arrive_together_preempt_each_other_and_the_last_one_runs(rig: Rig) -> None:
     await rig.start(serving(Counter.count, "preempt", note=lambda self, what: None))
     goals = await asyncio.gather(*(rig.start_goal(COUNT, order(index)) for index in (3, 2, 1)))
     outcomes = [await goal.ended() for goal in goals]

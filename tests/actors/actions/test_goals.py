@@ -59,7 +59,7 @@ def test_a_state_is_active_cancelable_or_terminal() -> None:
     assert [status.name for status in GoalStatus if status.is_terminal] == ["SUCCEEDED", "CANCELED", "ABORTED"]
 
 
-def test_A_02_a_goal_goes_from_accepted_over_executing_to_its_result() -> None:
+def test_a_goal_goes_from_accepted_over_executing_to_its_result() -> None:
     table = GoalTable()
     record = table.accept(goal_id(1), 5)
     assert (record.status, record.stamp_ns, goal_id(1) in table, len(table)) == (GoalStatus.ACCEPTED, 5, True, 1)
@@ -95,7 +95,7 @@ def test_an_illegal_event_is_an_error_and_changes_nothing() -> None:
     assert (record.status, record.result, table.next_expiry()) == (GoalStatus.EXECUTING, None, None)
 
 
-def test_A_66_the_first_end_counts() -> None:
+def test_the_first_end_counts() -> None:
     table = GoalTable()
     record = running(table, 1)
     table.cancel(goal_id(1))
@@ -192,7 +192,7 @@ def test_the_answers_to_a_cancel_request_are_numbered_as_in_ros_2() -> None:
     }
 
 
-def test_A_04_a_server_may_refuse_some_or_all(five: GoalTable) -> None:
+def test_a_server_may_refuse_some_or_all(five: GoalTable) -> None:
     assert five.cancel(agrees=lambda record: False).code is CancelCode.REJECTED
     assert five.cancel(goal_id(1), agrees=lambda record: False).code is CancelCode.REJECTED
     outcome = five.cancel(agrees=lambda record: record.goal_id == goal_id(4))
@@ -200,7 +200,7 @@ def test_A_04_a_server_may_refuse_some_or_all(five: GoalTable) -> None:
     assert five.status_of(goal_id(1)) is GoalStatus.EXECUTING
 
 
-def test_A_66_a_goal_that_ends_while_the_server_is_asked_is_left_alone(five: GoalTable) -> None:
+def test_a_goal_that_ends_while_the_server_is_asked_is_left_alone(five: GoalTable) -> None:
     selection = five.select()
     assert ids(selection.candidates) == [1, 4, 5]
     first = selection.candidates[0]
@@ -210,7 +210,7 @@ def test_A_66_a_goal_that_ends_while_the_server_is_asked_is_left_alone(five: Goa
     assert (first.status, first.result) == (GoalStatus.SUCCEEDED, "just in time")
 
 
-def test_A_09_canceling_one_goal_leaves_the_others_alone(five: GoalTable) -> None:
+def test_canceling_one_goal_leaves_the_others_alone(five: GoalTable) -> None:
     five.cancel(goal_id(1))
     assert [record.status.name for record in five.records()] == [
         "CANCELING",

@@ -61,7 +61,7 @@ class Shaky(Node):
         return total(request.a)
 
 
-async def test_A_08_a_server_fails_twice_and_the_third_attempt_succeeds(rig: Rig) -> None:
+async def test_a_server_fails_twice_and_the_third_attempt_succeeds(rig: Rig) -> None:
     await rig.start(Shaky)
     failures: list[ActorError] = []
     seen: list[list[int]] = []
@@ -86,7 +86,7 @@ async def test_A_08_a_server_fails_twice_and_the_third_attempt_succeeds(rig: Rig
     assert [record.fields["again_in"] for record in told] == [1.0, 2.0]
 
 
-async def test_A_08_the_last_failure_is_raised_and_says_how_often_it_was_tried(rig: Rig) -> None:
+async def test_the_last_failure_is_raised_and_says_how_often_it_was_tried(rig: Rig) -> None:
     await rig.start(Shaky)
     with pytest.raises(GoalAborted, match="motor 2 stalled") as raised:
         await retry(rig.me, COUNT, order(5), attempts=2, backoff=EVEN)
@@ -96,7 +96,7 @@ async def test_A_08_the_last_failure_is_raised_and_says_how_often_it_was_tried(r
     assert last.fields["again_in"] is None
 
 
-async def test_A_08_an_aborted_goal_with_a_result_is_tried_again(rig: Rig) -> None:
+async def test_an_aborted_goal_with_a_result_is_tried_again(rig: Rig) -> None:
     class Halfway(Node):
         tries = 0
 
@@ -109,7 +109,7 @@ async def test_A_08_an_aborted_goal_with_a_result_is_tried_again(rig: Rig) -> No
     assert await retry(rig.me, COUNT, order(1)) == result(1)
 
 
-async def test_A_08_a_rejection_is_the_servers_word_and_not_tried_again(rig: Rig) -> None:
+async def test_a_rejection_is_the_servers_word_and_not_tried_again(rig: Rig) -> None:
     await rig.start(Shaky)
     with pytest.raises(GoalRejected, match="backwards") as raised:
         await retry(rig.me, COUNT, order(-1), attempts=5)
@@ -118,7 +118,7 @@ async def test_A_08_a_rejection_is_the_servers_word_and_not_tried_again(rig: Rig
     assert events(rig.logs, "attempt") == []
 
 
-async def test_A_08_a_call_that_times_out_is_tried_again_with_its_own_timeout(rig: Rig) -> None:
+async def test_a_call_that_times_out_is_tried_again_with_its_own_timeout(rig: Rig) -> None:
     await rig.start(Shaky)
     failures: list[ActorError] = []
     # the first attempt holds the server for five seconds, the second (from 2.5 s to 4 s) waits behind it, the third is served
@@ -129,7 +129,7 @@ async def test_A_08_a_call_that_times_out_is_tried_again_with_its_own_timeout(ri
     assert rig.now == 6.0
 
 
-async def test_A_08_a_failed_handler_is_not_tried_again_unless_asked_for(rig: Rig) -> None:
+async def test_a_failed_handler_is_not_tried_again_unless_asked_for(rig: Rig) -> None:
     await rig.start(Shaky)
     with pytest.raises(ServiceFailed, match="negative"):
         await retry(rig.me, ADD, two(1, -1), attempts=5)
@@ -140,7 +140,7 @@ async def test_A_08_a_failed_handler_is_not_tried_again_unless_asked_for(rig: Ri
     assert raised.value.__notes__ == ["tried 5 times in 15.000 s"]
 
 
-async def test_A_08_a_restart_of_the_server_is_ridden_out(rig: Rig) -> None:
+async def test_a_restart_of_the_server_is_ridden_out(rig: Rig) -> None:
     await rig.start(Child(Shaky, backoff=Backoff(2.0, 2.0, jitter=0.0)))
     rig.crash(Shaky)
     await rig.quiet()
@@ -150,7 +150,7 @@ async def test_A_08_a_restart_of_the_server_is_ridden_out(rig: Rig) -> None:
     assert rig.now == 3.0
 
 
-async def test_A_08_a_server_that_is_gone_for_good_is_not_waited_for(rig: Rig) -> None:
+async def test_a_server_that_is_gone_for_good_is_not_waited_for(rig: Rig) -> None:
     await rig.start(Child(Shaky, restart=temporary))
     rig.node(Shaky).stop("done")
     await rig.quiet()
@@ -159,7 +159,7 @@ async def test_A_08_a_server_that_is_gone_for_good_is_not_waited_for(rig: Rig) -
     assert rig.now == 0.0
 
 
-async def test_A_08_a_server_that_comes_late_is_found(rig: Rig) -> None:
+async def test_a_server_that_comes_late_is_found(rig: Rig) -> None:
     await rig.start(Node)
     failures: list[ActorError] = []
     with pytest.raises(ServiceUnavailable):
@@ -170,7 +170,7 @@ async def test_A_08_a_server_that_comes_late_is_found(rig: Rig) -> None:
     assert rig.now == 4.0
 
 
-async def test_A_08_the_waits_are_jittered_by_the_nodes_own_random_numbers(rig: Rig) -> None:
+async def test_the_waits_are_jittered_by_the_nodes_own_random_numbers(rig: Rig) -> None:
     await rig.start(Shaky)
     expected = Backoff(1.0, 10.0).delay(0, rig.system.runtime.random("/rig#1"))
     await retry(rig.me, COUNT, order(1), backoff=Backoff(1.0, 10.0))
@@ -179,13 +179,13 @@ async def test_A_08_the_waits_are_jittered_by_the_nodes_own_random_numbers(rig: 
 
 
 @pytest.mark.parametrize("attempts", [0, -1])
-async def test_A_08_less_than_one_attempt_is_refused(rig: Rig, attempts: int) -> None:
+async def test_less_than_one_attempt_is_refused(rig: Rig, attempts: int) -> None:
     await rig.start(Shaky)
     with pytest.raises(ValueError, match="at least one"):
         await retry(rig.me, ADD, two(1, 1), attempts=attempts)
 
 
-async def test_A_08_one_attempt_is_a_plain_call(rig: Rig) -> None:
+async def test_one_attempt_is_a_plain_call(rig: Rig) -> None:
     await rig.start(Shaky)
     with pytest.raises(CallTimeout) as raised:
         await retry(rig.me, ADD, two(1, 1), attempts=1)

@@ -101,7 +101,7 @@ REMEDIES = {
 
 @pytest.mark.parametrize("policy", WEAK)
 @pytest.mark.parametrize("publisher_first", [True, False])
-async def test_Q_28_each_policy_that_keeps_a_pair_apart_is_named_once_on_both_sides(
+async def test_each_policy_that_keeps_a_pair_apart_is_named_once_on_both_sides(
     policy: str, publisher_first: bool
 ) -> None:
     offered, requested = WEAK[policy]

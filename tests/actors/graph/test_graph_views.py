@@ -45,7 +45,7 @@ class Strict(Node):
 TREE = Supervisor("robot", children=[Child(Lidar), Child(Mapper)])
 
 
-async def test_R_01_a_snapshot_names_who_says_what_to_whom(rig: Rig) -> None:
+async def test_a_snapshot_names_who_says_what_to_whom(rig: Rig) -> None:
     system = await rig.start(TREE)
     await rig.advance(10.0)
     await rig.call(RESET, Trigger.Request())

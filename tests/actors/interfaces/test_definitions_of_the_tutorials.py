@@ -81,7 +81,7 @@ def test_a_definition_has_the_fields_of_its_document_in_their_order(name: str) -
     assert fields(name) == DEFINITIONS[name]
 
 
-def test_I_24_I_27_a_service_and_an_action_bring_their_parts_as_classes_of_their_own() -> None:
+def test_a_service_and_an_action_bring_their_parts_as_classes_of_their_own() -> None:
     assert SetBool.Request is not SetBool.Response
     assert SetBool.Request(data=True).data
     assert SetBool.Response(success=True, message="on").message == "on"
@@ -90,24 +90,24 @@ def test_I_24_I_27_a_service_and_an_action_bring_their_parts_as_classes_of_their
     assert Fibonacci.Goal(order=3).order == 3
 
 
-def test_I_28_the_result_of_setting_parameters_can_be_imported_from_the_parameters() -> None:
+def test_the_result_of_setting_parameters_can_be_imported_from_the_parameters() -> None:
     from actors.parameters import SetParametersResult
 
     refusal = SetParametersResult(successful=False, reason="max_velocity must be between 0.0 and 10.0")
     assert (refusal.successful, refusal.reason) == (False, "max_velocity must be between 0.0 and 10.0")
 
 
-def test_I_29_the_answer_to_a_cancel_lists_the_goals_that_are_being_canceled() -> None:
+def test_the_answer_to_a_cancel_lists_the_goals_that_are_being_canceled() -> None:
     assert CancelGoal.Response().goals_canceling == ()
 
 
-def test_I_43_both_fibonacci_types_are_there_and_differ() -> None:
+def test_both_fibonacci_types_are_there_and_differ() -> None:
     assert OwnFibonacci is not Fibonacci
     assert OwnFibonacci.__ros_type__ == "my_robot_pkg/action/Fibonacci"
     assert Fibonacci.__ros_type__ == "example_interfaces/action/Fibonacci"
 
 
-async def test_I_08_an_empty_message_runs_the_callback_once(rig: Rig) -> None:
+async def test_an_empty_message_runs_the_callback_once(rig: Rig) -> None:
     class Counter(Node):
         def __init__(self) -> None:
             self.calls: list[Empty] = []

@@ -56,7 +56,7 @@ def files(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.rglob("*") if path.is_file())
 
 
-def test_I_50_a_folder_is_loaded_in_whatever_order_its_types_need_each_other(folder: Path) -> None:
+def test_a_folder_is_loaded_in_whatever_order_its_types_need_each_other(folder: Path) -> None:
     loaded = load_folder(folder)
     assert {cls.__ros_type__ for cls in loaded} == {
         "my_pkg/msg/Sample",
@@ -82,7 +82,7 @@ def test_a_file_added_later_is_found_when_its_name_is_asked_for(folder: Path) ->
     assert len(late().samples) == 2
 
 
-async def test_U_04_V_51_a_new_definition_is_published_and_served_without_a_build(tmp_path: Path, rig: Rig) -> None:
+async def test_a_new_definition_is_published_and_served_without_a_build(tmp_path: Path, rig: Rig) -> None:
     report: Any = load(write(tmp_path, "fresh_msgs/msg/Report", "string text\nfloat32[3] where\n"))
     ask: Any = load(write(tmp_path, "fresh_msgs/srv/Ask", "string what\n---\nReport report\n"))
     asked = Service(ask, "ask")
@@ -121,7 +121,7 @@ def test_text_is_enough() -> None:
     assert load("int64 a\nint64 b\n---\nint64 sum\n", "lone_pkg/srv/Add") is adder
 
 
-def test_I_50_a_wrong_number_of_separators_is_refused_with_file_and_line(tmp_path: Path) -> None:
+def test_a_wrong_number_of_separators_is_refused_with_file_and_line(tmp_path: Path) -> None:
     path = write(tmp_path, "my_pkg/srv/Bad", "bool a\n---\nbool b\n---\nbool c\n")
     with pytest.raises(DefinitionError, match=rf"{path}, line 4: a \.srv file has one line '---'.*found 2") as error:
         load(path)
@@ -131,7 +131,7 @@ def test_I_50_a_wrong_number_of_separators_is_refused_with_file_and_line(tmp_pat
         load(path)
 
 
-def test_I_51_an_unknown_nested_type_is_refused_when_loading(tmp_path: Path) -> None:
+def test_an_unknown_nested_type_is_refused_when_loading(tmp_path: Path) -> None:
     path = write(tmp_path, "my_pkg/msg/Bad", "# a comment\n\nstd_msgs/Heder header\n")
     with pytest.raises(
         DefinitionError, match=rf"{path}, line 3: type std_msgs/Heder is not known\. Did you mean 'std_msgs/msg/Header'"

@@ -26,14 +26,14 @@ from actors.interfaces.std_srvs.srv import SetBool
 from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 
 
-def test_I_51_both_spellings_of_a_name_mean_the_same_class() -> None:
+def test_both_spellings_of_a_name_mean_the_same_class() -> None:
     assert get_message("std_msgs/Header") is get_message("std_msgs/msg/Header") is Header
     assert get_service("std_srvs/SetBool") is get_service("std_srvs/srv/SetBool") is SetBool
     assert get_action("example_interfaces/Fibonacci") is Fibonacci
     assert SensorData.__ros_fields__[0].message is Header
 
 
-def test_I_50_every_definition_that_ships_is_a_usable_type() -> None:
+def test_every_definition_that_ships_is_a_usable_type() -> None:
     getters: dict[str, Any] = {"msg": get_message, "srv": get_service, "action": get_action}
     shipped = [name for name in known_names() if not name.startswith(("tests/", "my_pkg/", "other/"))]
     assert len(shipped) >= 247
@@ -43,7 +43,7 @@ def test_I_50_every_definition_that_ships_is_a_usable_type() -> None:
         assert type_hash(cls).startswith("RIHS01_")
 
 
-def test_I_31_two_types_of_one_name_in_two_packages_are_two_types() -> None:
+def test_two_types_of_one_name_in_two_packages_are_two_types() -> None:
     other = get_message("humanoid_control_interfaces/msg/SensorData")
     assert other is not SensorData
     assert type_hash(other) != type_hash(SensorData)

@@ -10,14 +10,14 @@ from actors.interfaces.std_srvs.srv import SetBool
 from actors.interfaces.text import show_text
 
 
-def test_I_52_a_service_is_shown_with_both_sections() -> None:
+def test_a_service_is_shown_with_both_sections() -> None:
     assert show("my_robot_interfaces/srv/GetBatteryStatus", comments="none") == (
         "string robot_id\n---\nfloat32 voltage\nfloat32 percentage\nfloat32 estimated_runtime_minutes\n"
         "string health_status\nbool is_charging\n"
     )
 
 
-def test_I_30_the_fields_of_the_sensor_data_are_shown_in_order() -> None:
+def test_the_fields_of_the_sensor_data_are_shown_in_order() -> None:
     lines = show("my_robot_interfaces/msg/SensorData", comments="none").splitlines()
     assert [line for line in lines if not line.startswith("\t")] == [
         "std_msgs/Header header",

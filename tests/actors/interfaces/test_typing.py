@@ -103,7 +103,7 @@ def marked() -> set[int]:
 
 
 @pytest.mark.slow
-def test_I_53_mypy_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
+def test_mypy_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
     command = [sys.executable, "-m", "mypy", "--strict", "--no-error-summary", "--hide-error-context", str(sample)]
     output = subprocess.run(command, capture_output=True, text=True, cwd=ROOT).stdout
     found = {int(number) for number in re.findall(r"sample\.py:(\d+): error", output)}
@@ -111,7 +111,7 @@ def test_I_53_mypy_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
 
 
 @pytest.mark.slow
-def test_I_53_pyright_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
+def test_pyright_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
     if shutil.which("pyright", path=str(Path(sys.executable).parent)) is None:
         pytest.skip("pyright is not installed")
     config = {

@@ -123,7 +123,7 @@ async def test_the_lab_of_the_tutorial_is_launched_in_any_order(
     assert "Received trajectory with 10 waypoints" in said(rig, "/motor_controller")
 
 
-async def test_G_02_V_23_the_camera_of_the_tutorials_launch_file_publishes_where_it_was_remapped_to(rig: Rig) -> None:
+async def test_the_camera_of_the_tutorials_launch_file_publishes_where_it_was_remapped_to(rig: Rig) -> None:
     await started(rig, Packages(environment={}).file("camera_driver", "camera.launch.xml"))
     moved, original = (
         rig.probe(Topic(Image, name, qos.SENSOR_DATA)) for name in ("/perception/camera/rgb", "/camera/image")

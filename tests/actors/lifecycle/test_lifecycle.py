@@ -48,7 +48,7 @@ def answering(**answers: HookResult | Exception) -> Callable[[LifecycleHook], Ho
     return run
 
 
-def test_L_01_there_are_four_states_to_rest_in_and_the_first_is_unconfigured() -> None:
+def test_there_are_four_states_to_rest_in_and_the_first_is_unconfigured() -> None:
     assert [state.label for state in STATES if state.is_primary] == [
         "unknown",
         "unconfigured",
@@ -63,7 +63,7 @@ def test_L_01_there_are_four_states_to_rest_in_and_the_first_is_unconfigured() -
 
 
 @pytest.mark.parametrize(("start", "label"), EDGES)
-def test_L_02_all_seven_edges_work(start: LifecycleState, label: str) -> None:
+def test_all_seven_edges_work(start: LifecycleState, label: str) -> None:
     machine = LifecycleMachine(start)
     assert machine.change(all_well, label)
     assert machine.state is EDGES[start, label]
@@ -71,7 +71,7 @@ def test_L_02_all_seven_edges_work(start: LifecycleState, label: str) -> None:
 
 @pytest.mark.parametrize("start", PRIMARY)
 @pytest.mark.parametrize("label", LABELS)
-def test_L_03_every_other_transition_is_refused_with_the_state_named(start: LifecycleState, label: str) -> None:
+def test_every_other_transition_is_refused_with_the_state_named(start: LifecycleState, label: str) -> None:
     if (start, label) in EDGES:
         return
     seen: list[LifecycleTransition] = []
@@ -85,11 +85,11 @@ def test_L_03_every_other_transition_is_refused_with_the_state_named(start: Life
     assert (machine.state, seen) == (start, [])
 
 
-def test_L_03_thirteen_pairs_are_refused() -> None:
+def test_thirteen_pairs_are_refused() -> None:
     assert len([1 for start in PRIMARY for label in LABELS if (start, label) not in EDGES]) == 13
 
 
-def test_L_06_finalized_has_no_exits() -> None:
+def test_finalized_has_no_exits() -> None:
     machine = LifecycleMachine(FINALIZED)
     assert machine.available() == ()
     with pytest.raises(TransitionRefused, match="none: it is the end"):
@@ -123,7 +123,7 @@ def test_the_owner_runs_the_hooks_one_at_a_time() -> None:
     assert (machine.state, machine.succeeded) == (INACTIVE, True)
 
 
-def test_L_08_a_failure_goes_back_and_an_error_is_handled() -> None:
+def test_a_failure_goes_back_and_an_error_is_handled() -> None:
     machine = LifecycleMachine()
     machine.begin("configure")
     assert machine.finish(HookResult.FAILURE) is None
@@ -137,7 +137,7 @@ def test_L_08_a_failure_goes_back_and_an_error_is_handled() -> None:
 
 
 @pytest.mark.parametrize("answer", [HookResult.FAILURE, HookResult.ERROR, RuntimeError("no way")])
-def test_L_08_an_error_that_is_not_handled_is_the_end(answer: HookResult | Exception) -> None:
+def test_an_error_that_is_not_handled_is_the_end(answer: HookResult | Exception) -> None:
     machine = LifecycleMachine()
     assert not machine.change(answering(on_configure=HookResult.ERROR, on_error=answer), "configure")
     assert machine.state is FINALIZED
@@ -205,7 +205,7 @@ def test_every_step_is_an_event() -> None:
     ]
 
 
-def test_L_04_L_05_publishing_is_over_after_every_exit_from_active() -> None:
+def test_publishing_is_over_after_every_exit_from_active() -> None:
     for label, result in [
         ("deactivate", HookResult.SUCCESS),
         ("deactivate", HookResult.ERROR),

@@ -77,7 +77,7 @@ async def change(rig: Rig, label: str) -> bool:
     return (await rig.call(CHANGE, ChangeState.Request(transition=Transition(label=label)))).success
 
 
-async def test_L_04_an_inactive_node_says_nothing_and_an_active_one_does(rig: Rig) -> None:
+async def test_an_inactive_node_says_nothing_and_an_active_one_does(rig: Rig) -> None:
     await rig.start(Camera)
     heard = rig.probe(OUT)
     await rig.advance(1.0)
@@ -95,7 +95,7 @@ async def test_L_04_an_inactive_node_says_nothing_and_an_active_one_does(rig: Ri
     assert (await rig.call(STATE, GetState.Request())).current_state.label == "inactive"
 
 
-async def test_L_03_an_impossible_transition_is_refused_and_changes_nothing(rig: Rig) -> None:
+async def test_an_impossible_transition_is_refused_and_changes_nothing(rig: Rig) -> None:
     await rig.start(Camera)
     assert not await change(rig, "activate")
     assert rig.node(Camera).state is LifecycleState.UNCONFIGURED
@@ -105,7 +105,7 @@ async def test_L_03_an_impossible_transition_is_refused_and_changes_nothing(rig:
     assert [one.transition.label for one in offered.available_transitions] == ["configure", "shutdown"]
 
 
-async def test_L_08_failure_keeps_the_state_and_an_error_goes_through_on_fault(rig: Rig) -> None:
+async def test_failure_keeps_the_state_and_an_error_goes_through_on_fault(rig: Rig) -> None:
     await rig.start(Camera)
     camera = rig.node(Camera)
     camera.refuses = "configure"
@@ -153,7 +153,7 @@ async def test_autostart_goes_to_active_before_the_next_sibling_starts(rig: Rig)
     ]
 
 
-async def test_L_07_all_are_configured_then_activated_in_order_and_brought_down_in_reverse(rig: Rig) -> None:
+async def test_all_are_configured_then_activated_in_order_and_brought_down_in_reverse(rig: Rig) -> None:
     system = await rig.start(Supervisor("cameras", children=[Child(Camera, name="left"), Child(Camera, name="right")]))
     await bring_up(system)
     await bring_down(system)
@@ -171,7 +171,7 @@ async def test_bring_up_names_the_node_that_does_not_come_up(rig: Rig) -> None:
         await bring_up(system)
 
 
-async def test_L_06_the_end_of_the_node_runs_its_shutdown_hook(rig: Rig) -> None:
+async def test_the_end_of_the_node_runs_its_shutdown_hook(rig: Rig) -> None:
     await rig.start(AutoCamera)
     camera = rig.node(AutoCamera)
     await rig.system.stop()
@@ -207,7 +207,7 @@ class Busy(LifecycleNode):
         yield Done(Fibonacci.Result())
 
 
-async def test_L_06_a_finalized_node_has_left_the_graph_but_for_its_standard_services(rig: Rig) -> None:
+async def test_a_finalized_node_has_left_the_graph_but_for_its_standard_services(rig: Rig) -> None:
     await rig.start(Busy)
     heard = rig.probe(OUT)
     goal = await rig.start_goal(Action(Fibonacci, "count"), Fibonacci.Goal(order=1))
@@ -240,7 +240,7 @@ async def test_L_06_a_finalized_node_has_left_the_graph_but_for_its_standard_ser
     assert rig.incarnation(Busy) == 1
 
 
-async def test_L_06_a_call_that_waits_for_a_node_that_is_shut_down_fails(rig: Rig) -> None:
+async def test_a_call_that_waits_for_a_node_that_is_shut_down_fails(rig: Rig) -> None:
     await rig.start(Busy)
     asked = asyncio.ensure_future(rig.call(Service(Trigger, "ask"), Trigger.Request(), timeout=60.0))
     await rig.advance(1.0)
@@ -281,7 +281,7 @@ async def test_bringing_down_goes_only_as_far_as_each_node_is_up(rig: Rig) -> No
     assert getattr(second.node, "seen", None) == []
 
 
-async def test_L_01_a_shut_down_node_stays_finalized_to_its_end_and_runs_no_hook_again(rig: Rig) -> None:
+async def test_a_shut_down_node_stays_finalized_to_its_end_and_runs_no_hook_again(rig: Rig) -> None:
     await rig.start(Camera)
     camera = rig.node(Camera)
     assert await change(rig, "shutdown")
@@ -374,7 +374,7 @@ async def test_who_brings_up_a_node_whose_transition_never_ends_is_told_of_its_e
         await asyncio.wait_for(task, 10.0)
 
 
-async def test_L_04_a_publisher_that_is_made_on_the_way_up_waits_for_the_activation_too(rig: Rig) -> None:
+async def test_a_publisher_that_is_made_on_the_way_up_waits_for_the_activation_too(rig: Rig) -> None:
     class Late(LifecycleNode):
         async def on_configure(self, previous: LifecycleState) -> HookResult | None:
             self.out = self.publisher(OUT)
@@ -388,7 +388,7 @@ async def test_L_04_a_publisher_that_is_made_on_the_way_up_waits_for_the_activat
     assert [message.data for message in heard] == ["in time"]
 
 
-async def test_L_04_a_node_that_will_not_rest_goes_on_as_it_was(rig: Rig) -> None:
+async def test_a_node_that_will_not_rest_goes_on_as_it_was(rig: Rig) -> None:
     class Restless(AutoCamera):
         async def on_deactivate(self, previous: LifecycleState) -> HookResult | None:
             return HookResult.FAILURE

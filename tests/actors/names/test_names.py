@@ -61,14 +61,14 @@ def test_substitutions_of_the_user_are_expanded_and_cannot_hide_those_of_ros() -
         ("x" * 300, "too_long", 246),
     ],
 )
-def test_T_10_a_bad_topic_name_is_refused_with_the_reason(typed: str, code: str, index: int) -> None:
+def test_a_bad_topic_name_is_refused_with_the_reason(typed: str, code: str, index: int) -> None:
     with pytest.raises(InvalidName) as caught:
         names.expand(typed, "node", "/")
 
     assert (caught.value.code, caught.value.index) == (code, index)
 
 
-def test_M_03_a_bad_node_name_is_refused_with_the_place_of_the_fault() -> None:
+def test_a_bad_node_name_is_refused_with_the_place_of_the_fault() -> None:
     with pytest.raises(InvalidName, match=r"'motor-ctl!' is not a valid node name: only letters.*at 5: '-'") as caught:
         names.validate_node_name("motor-ctl!")
 
@@ -128,13 +128,13 @@ def test_the_event_topic_of_a_service_is_hidden() -> None:
     assert names.is_hidden("/get_map/_service_event")
 
 
-def test_T_10_style_hints_name_the_better_spelling() -> None:
+def test_style_hints_name_the_better_spelling() -> None:
     assert "camera_rgb" in names.lint_name("CameraRGB")[0]
     assert "left_arm_joint_commands" in names.lint_name("arm/commands")[0]
     assert names.lint_name("left_arm_joint_commands") == ()
 
 
-def test_M_03_style_hints_for_nodes() -> None:
+def test_style_hints_for_nodes() -> None:
     assert "camera_driver" in names.lint_node_name("node1")[0]
     assert names.lint_node_name("camera_driver") == ()
     assert names.lint_node_name("CameraDriver") == (

@@ -12,21 +12,21 @@ def rules(*texts: str) -> list[Rule]:
     return [Rule.parse(text) for text in texts]
 
 
-def test_M_10_a_node_publishes_under_the_new_name() -> None:
+def test_a_node_publishes_under_the_new_name() -> None:
     remapping = Remapping(rules("old_topic:=new_topic"))
 
     assert remapping.resolve_topic("old_topic", "talker", "/") == "/new_topic"
     assert remapping.resolve_topic("other", "talker", "/") == "/other"
 
 
-def test_M_11_an_absolute_name_moves_to_another() -> None:
+def test_an_absolute_name_moves_to_another() -> None:
     remapping = Remapping(rules("/camera/image:=/perception/camera/rgb"))
 
     assert remapping.resolve_topic("image", "driver", "/camera") == "/perception/camera/rgb"
     assert remapping.resolve_service("image", "driver", "/camera") == "/perception/camera/rgb"
 
 
-def test_M_12_two_instances_live_in_two_namespaces() -> None:
+def test_two_instances_live_in_two_namespaces() -> None:
     for side in ("left", "right"):
         remapping = Remapping(rules(f"__ns:=/{side}", "__node:=eye"))
         node, namespace = remapping.identity("camera", "")

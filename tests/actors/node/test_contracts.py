@@ -50,7 +50,7 @@ def test_what_is_no_service_or_action_type_is_refused() -> None:
 
 
 @pytest.mark.parametrize("name", ["1bad", "a b", "a//b", "a-", "", "/", "a/", "{x}/a", "~x"])
-def test_T_10_a_name_that_no_node_could_use_is_refused_by_every_kind_of_contract(name: str) -> None:
+def test_a_name_that_no_node_could_use_is_refused_by_every_kind_of_contract(name: str) -> None:
     for make in (
         lambda: Topic(String, name),
         lambda: Service(AddTwoInts, name),

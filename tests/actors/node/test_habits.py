@@ -67,7 +67,7 @@ class Pilot(Node):
         ("call_async", "await self.call(SERVICE, request)"),
     ],
 )
-def test_E_09_a_name_of_rclpy_is_refused_with_what_to_write(name: str, written: str) -> None:
+def test_a_name_of_rclpy_is_refused_with_what_to_write(name: str, written: str) -> None:
     with pytest.raises(AttributeError) as refused:
         getattr(Pilot(), name)
     said = str(refused.value)
@@ -76,7 +76,7 @@ def test_E_09_a_name_of_rclpy_is_refused_with_what_to_write(name: str, written: 
     assert said.endswith("; see docs/coming-from-ros2.md")
 
 
-def test_E_09_rclpys_names_are_really_missing_and_not_shown() -> None:
+def test_rclpys_names_are_really_missing_and_not_shown() -> None:
     class Managed(LifecycleNode):
         """A plain one."""
 
@@ -87,7 +87,7 @@ def test_E_09_rclpys_names_are_really_missing_and_not_shown() -> None:
     assert "publisher" in dir(Managed()) and "on_configure" in dir(Managed())
 
 
-async def test_E_09_a_class_may_use_them_for_itself(rig: Rig) -> None:
+async def test_a_class_may_use_them_for_itself(rig: Rig) -> None:
     class Own(Node):
         executor = None
 

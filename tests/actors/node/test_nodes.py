@@ -87,7 +87,7 @@ class Exclusive(Node):
         yield Done(result())
 
 
-async def test_E_01_and_E_03_handlers_of_one_node_never_overlap_whatever_calls_for_them(rig: Rig) -> None:
+async def test_handlers_of_one_node_never_overlap_whatever_calls_for_them(rig: Rig) -> None:
     await rig.start(Exclusive)
     for value in range(10):
         rig.publish(NUMBERS, number(value))
@@ -101,7 +101,7 @@ async def test_E_01_and_E_03_handlers_of_one_node_never_overlap_whatever_calls_f
     assert node.story.count("tick") > 5
 
 
-async def test_E_01_order_is_the_order_of_arrival_and_control_goes_first(rig: Rig) -> None:
+async def test_order_is_the_order_of_arrival_and_control_goes_first(rig: Rig) -> None:
     await rig.start(Exclusive)
     rig.publish(NUMBERS, number(0))
     call = asyncio.create_task(rig.call(ADD, two(1, 2)))
@@ -113,7 +113,7 @@ async def test_E_01_order_is_the_order_of_arrival_and_control_goes_first(rig: Ri
     assert rig.node(Exclusive).story[:4] == ["take", "check", "add", "take"]
 
 
-async def test_E_03_four_workers_that_increment_ten_thousand_times_each_lose_nothing(rig: Rig) -> None:
+async def test_four_workers_that_increment_ten_thousand_times_each_lose_nothing(rig: Rig) -> None:
     class Register(Node):
         value = 0
 
@@ -145,7 +145,7 @@ async def test_E_03_four_workers_that_increment_ten_thousand_times_each_lose_not
     assert (await rig.call(ADD, two(0, 0))).sum == 40_000
 
 
-async def test_E_05_many_nodes_share_one_loop(rig: Rig) -> None:
+async def test_many_nodes_share_one_loop(rig: Rig) -> None:
     await rig.start(
         *(
             Child(Exclusive, name=f"n{index}", remap={"add": f"add_{index}", "count": f"count_{index}"})
@@ -157,7 +157,7 @@ async def test_E_05_many_nodes_share_one_loop(rig: Rig) -> None:
     assert [rig.state(f"n{index}").node.story for index in range(3)] == [["take"]] * 3  # type: ignore[union-attr]
 
 
-async def test_E_09_a_node_has_nothing_to_spin(rig: Rig) -> None:
+async def test_a_node_has_nothing_to_spin(rig: Rig) -> None:
     await rig.start(Exclusive)
     node = rig.node(Exclusive)
     assert not [name for name in dir(node) if "spin" in name]
@@ -445,7 +445,7 @@ async def test_randomness_depends_on_seed_name_and_incarnation_only(rig: Rig) ->
 # -- failures --------------------------------------------------------------------------------------------------------
 
 
-async def test_E_08_on_error_may_say_continue_and_the_node_goes_on(rig: Rig) -> None:
+async def test_on_error_may_say_continue_and_the_node_goes_on(rig: Rig) -> None:
     asked: list[tuple[str, str]] = []
 
     class Tolerant(Node):
@@ -675,7 +675,7 @@ async def test_a_failure_cleans_up_in_the_same_order(rig: Rig) -> None:
     assert Orderly.story == [*ORDER_OF_END, "1.3 on_stop: it raised OSError: bearing seized"]
 
 
-async def test_E_07_after_its_end_a_node_is_gone_from_the_graph(rig: Rig) -> None:
+async def test_after_its_end_a_node_is_gone_from_the_graph(rig: Rig) -> None:
     await rig.start(Child(Orderly, restart=temporary))
     await rig.start_goal(COUNT, order(1))
     await supervisor_of(rig).terminate_child("orderly")
@@ -970,7 +970,7 @@ async def test_offloaded_work_that_fails_fails_its_handler(rig: Rig) -> None:
 # -- a subclass ------------------------------------------------------------------------------------------------------
 
 
-async def test_E_11_a_subclass_inherits_what_its_base_declares(rig: Rig) -> None:
+async def test_a_subclass_inherits_what_its_base_declares(rig: Rig) -> None:
     other = Topic(Int32, "other")
 
     class Derived(Exclusive):

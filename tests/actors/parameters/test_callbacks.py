@@ -41,13 +41,13 @@ def bounded(parameters: Sequence[Parameter]) -> SetResult:
 
 
 @pytest.mark.parametrize("gains", [(1.0, 2.0), (1.0, 2.0, 3.0, 4.0)])
-def test_P_13_pid_gains_need_three_elements(store: ParameterStore, gains: tuple[float, ...]) -> None:
+def test_pid_gains_need_three_elements(store: ParameterStore, gains: tuple[float, ...]) -> None:
     store.add_on_set_callback(three_gains)
     assert store.set_values({"pid_gains": gains}) == SetResult(False, "pid_gains must have 3 elements")
     assert store.values["pid_gains"] == (1.0, 0.1, 0.01)
 
 
-def test_P_14_V_39_side_effects_come_only_after_everything_is_accepted(store: ParameterStore, log: list[Any]) -> None:
+def test_side_effects_come_only_after_everything_is_accepted(store: ParameterStore, log: list[Any]) -> None:
     store.add_on_set_callback(three_gains)
     store.add_post_set_callback(lambda parameters: log.append([(p.name, store.values[p.name]) for p in parameters]))
     assert not store.set_values({"max_velocity": 5.0, "pid_gains": (1.0, 2.0)}).successful
@@ -56,7 +56,7 @@ def test_P_14_V_39_side_effects_come_only_after_everything_is_accepted(store: Pa
     assert log == ["event", [("max_velocity", 5.0)]]
 
 
-def test_P_19_V_40_the_reason_of_the_first_refusal_is_kept(store: ParameterStore) -> None:
+def test_the_reason_of_the_first_refusal_is_kept(store: ParameterStore) -> None:
     store.add_on_set_callback(three_gains)
     store.add_on_set_callback(bounded)
     result = store.set_values({"max_velocity": 11.0, "pid_gains": (1.0,)})

@@ -55,7 +55,7 @@ def test_the_class_shows_the_declaration_and_a_started_node_the_value() -> None:
     assert repr(Mover.speed) == "<parameter 'speed': DOUBLE = 0.5>"
 
 
-def test_P_11_a_node_reads_the_new_value_after_a_set() -> None:
+def test_a_node_reads_the_new_value_after_a_set() -> None:
     mover = started_mover()
     assert mover.__machinery__ is not None
     assert mover.__machinery__.parameters.set_values({"speed": 1}).successful
@@ -67,7 +67,7 @@ def test_reading_before_the_start_says_when_to_read() -> None:
         _ = Mover().speed
 
 
-def test_P_02_reading_an_undeclared_one_names_parameter_and_node() -> None:
+def test_reading_an_undeclared_one_names_parameter_and_node() -> None:
     mover = started_mover()
     assert mover.__machinery__ is not None
     mover.__machinery__.parameters.undeclare("speed")
@@ -101,7 +101,7 @@ def test_a_missing_end_is_open() -> None:
     assert parameter(1.0).descriptor.floating_point_range is None
 
 
-def test_P_16_an_int_with_a_float_among_its_limits_is_a_float() -> None:
+def test_an_int_with_a_float_among_its_limits_is_a_float() -> None:
     assert parameter(1, ge=0.0, le=2).default.type is ParameterType.DOUBLE
     assert parameter(1, choices=(1, 2.5)).descriptor.choices == (1.0, 2.5)
     assert parameter((1, 0.5)).default.value == (1.0, 0.5)

@@ -32,7 +32,7 @@ def test_steps_of_floats_compare_with_a_relative_tolerance() -> None:
     assert FloatingPointRange(0.0, 1.0).objection(1.00001) is not None
 
 
-def test_V_38_nan_is_inside_no_range() -> None:
+def test_nan_is_inside_no_range() -> None:
     assert FloatingPointRange(0.0, 10.0).objection(math.nan) is not None
     assert FloatingPointRange(-math.inf, math.inf).objection(math.nan) is not None
     assert FloatingPointRange(0.0, math.inf).objection(math.inf) is None
@@ -83,7 +83,7 @@ def test_choices_name_what_is_allowed() -> None:
     )
 
 
-def test_P_15_a_static_type_is_exact_and_the_reason_names_both_types() -> None:
+def test_a_static_type_is_exact_and_the_reason_names_both_types() -> None:
     described = ParameterDescriptor(name="max_velocity", type=ParameterType.DOUBLE)
     assert described.type_objection(Parameter("max_velocity", 1.0)) is None
     assert (

@@ -48,7 +48,7 @@ def setting(*parameters: Parameter) -> tuple[msg.Parameter, ...]:
 
 
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: ParameterType.of(value).name)
-def test_P_01_each_of_the_nine_types_makes_the_round_trip(value: Any) -> None:
+def test_each_of_the_nine_types_makes_the_round_trip(value: Any) -> None:
     parameter = Parameter("p", value)
     message = wire.to_parameter(parameter)
     assert (message.name, message.value.type) == ("p", parameter.type.value)
@@ -137,7 +137,7 @@ def test_listing(store: ParameterStore) -> None:
     assert (listed.names, listed.prefixes) == (("group.b",), ("group",))
 
 
-def test_P_04_setting_answers_for_each_and_goes_on_after_a_failure(store: ParameterStore) -> None:
+def test_setting_answers_for_each_and_goes_on_after_a_failure(store: ParameterStore) -> None:
     request = srv.SetParameters.Request(
         parameters=(
             *setting(Parameter("zz", 1), Parameter("fixed", "y"), Parameter("a", "text"), Parameter("group.b", 2.0)),

@@ -61,7 +61,7 @@ class Driver(Node):
         self.said.append(("post_set", sorted(one.name for one in parameters)))
 
 
-async def test_P_11_a_set_is_validated_stored_and_told_in_ros_order(rig: Rig) -> None:
+async def test_a_set_is_validated_stored_and_told_in_ros_order(rig: Rig) -> None:
     await rig.start(Driver)
     driver = rig.node(Driver)
     assert driver.set_parameter("speed", 1.5) == SetResult()
@@ -74,7 +74,7 @@ async def test_P_11_a_set_is_validated_stored_and_told_in_ros_order(rig: Rig) ->
     ]
 
 
-async def test_P_11_a_refusal_says_why_and_changes_and_tells_nothing(rig: Rig) -> None:
+async def test_a_refusal_says_why_and_changes_and_tells_nothing(rig: Rig) -> None:
     await rig.start(Driver)
     driver = rig.node(Driver)
     assert driver.set_parameter("speed", 1.3) == SetResult(False, "1.3 m/s makes it sway")
@@ -86,7 +86,7 @@ async def test_P_11_a_refusal_says_why_and_changes_and_tells_nothing(rig: Rig) -
     )
 
 
-async def test_P_11_other_nodes_requests_meet_the_same_checks(rig: Rig) -> None:
+async def test_other_nodes_requests_meet_the_same_checks(rig: Rig) -> None:
     await rig.start(Driver)
     wanted = [to_parameter(Parameter("speed", value)) for value in (1.3, 2.5, 1.0)]
     answer = await rig.call(SET, srv.SetParameters.Request(parameters=wanted))

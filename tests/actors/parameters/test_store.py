@@ -62,7 +62,7 @@ def names(change: ParameterChange) -> tuple[list[str], list[str], list[str]]:
 # -- what the class declares, and overrides ---------------------------------------------------------------------------
 
 
-def test_P_10_a_node_starts_with_the_values_of_its_class() -> None:
+def test_a_node_starts_with_the_values_of_its_class() -> None:
     store = motor_controller()
     assert store.values["max_velocity"] == 1.0
     assert store.get("pid_gains") == Parameter("pid_gains", (1.0, 0.1, 0.01))
@@ -70,7 +70,7 @@ def test_P_10_a_node_starts_with_the_values_of_its_class() -> None:
     assert repr(store).startswith("<parameters of /motor_controller: use_sim_time=False, ")
 
 
-def test_P_06_P_17_overrides_replace_declared_values() -> None:
+def test_overrides_replace_declared_values() -> None:
     slow, fast = motor_controller({"max_velocity": 0.2}), motor_controller({"max_velocity": 8.0, "unused": 1})
     assert (slow.values["max_velocity"], fast.values["max_velocity"]) == (0.2, 8.0)
     assert not fast.has("unused")
@@ -78,7 +78,7 @@ def test_P_06_P_17_overrides_replace_declared_values() -> None:
     assert motor_controller({"use_sim_time": True}).values["use_sim_time"] is True
 
 
-def test_P_16_an_int_in_an_override_widens_to_the_declared_float() -> None:
+def test_an_int_in_an_override_widens_to_the_declared_float() -> None:
     store = motor_controller({"max_velocity": 2, "pid_gains": [1, 0.5, 0]})
     assert store.get("max_velocity") == Parameter("max_velocity", 2.0)
     assert store.get("pid_gains") == Parameter("pid_gains", (1.0, 0.5, 0.0))
@@ -91,12 +91,12 @@ def test_an_override_of_another_type_fails_the_node() -> None:
 
 
 @pytest.mark.parametrize("wrong", [-0.1, 10.1, math.nan])
-def test_P_12_an_override_outside_the_range_fails_the_node(wrong: float) -> None:
+def test_an_override_outside_the_range_fails_the_node(wrong: float) -> None:
     with pytest.raises(InvalidParameterValue, match="out of range"):
         motor_controller({"max_velocity": wrong})
 
 
-def test_P_07_two_nodes_of_one_class_are_independent() -> None:
+def test_two_nodes_of_one_class_are_independent() -> None:
     left, right = motor_controller(), motor_controller()
     assert left.set_values({"max_velocity": 3.0}).successful
     left.undeclare("pid_gains")
@@ -232,7 +232,7 @@ def test_undeclaring_is_silent_and_refused_for_read_only_ones(changes: list[Para
 # -- reading ----------------------------------------------------------------------------------------------------------
 
 
-def test_P_02_reading_an_undeclared_parameter_names_node_parameter_and_neighbours(store: ParameterStore) -> None:
+def test_reading_an_undeclared_parameter_names_node_parameter_and_neighbours(store: ParameterStore) -> None:
     with pytest.raises(ParameterNotDeclared, match="node /n has not declared 'zz'; declared are: start_type_d"):
         store.get("zz")
     with pytest.raises(ParameterNotDeclared):
@@ -281,7 +281,7 @@ def test_listing_refuses_wrong_arguments(prefixes: Any, depth: Any, error: type[
 @pytest.mark.parametrize(
     ("value", "allowed"), [(0.0, True), (10.0, True), (-0.1, False), (10.1, False), (math.nan, False)]
 )
-def test_P_12_V_38_max_velocity_lies_between_0_and_10(value: float, allowed: bool) -> None:
+def test_max_velocity_lies_between_0_and_10(value: float, allowed: bool) -> None:
     store = motor_controller()
     result = store.set_values({"max_velocity": value})
     assert result.successful == allowed
@@ -289,7 +289,7 @@ def test_P_12_V_38_max_velocity_lies_between_0_and_10(value: float, allowed: boo
     assert allowed or "out of range 0.0..10.0" in result.reason
 
 
-def test_P_15_a_wrong_type_is_refused_with_a_reason(changes: list[ParameterChange]) -> None:
+def test_a_wrong_type_is_refused_with_a_reason(changes: list[ParameterChange]) -> None:
     store = motor_controller(on_event=changes.append)
     changes.clear()
     result = store.set_values({"max_velocity": "fast"})
@@ -298,7 +298,7 @@ def test_P_15_a_wrong_type_is_refused_with_a_reason(changes: list[ParameterChang
     assert changes == []
 
 
-def test_P_16_the_service_is_exact_where_python_widens() -> None:
+def test_the_service_is_exact_where_python_widens() -> None:
     store = motor_controller()
     assert not store.set([Parameter("max_velocity", 2)])[0].successful
     assert store.set_values({"max_velocity": 2}).successful
@@ -331,7 +331,7 @@ def test_a_set_keeps_what_came_before_an_undeclared_name() -> None:
     assert store.values["use_sim_time"] is False
 
 
-def test_P_14_an_atomic_set_is_all_or_nothing_with_one_event(changes: list[ParameterChange]) -> None:
+def test_an_atomic_set_is_all_or_nothing_with_one_event(changes: list[ParameterChange]) -> None:
     store = motor_controller(on_event=changes.append)
     changes.clear()
     assert not store.set_values({"max_velocity": 5.0, "pid_gains": "two"}).successful

@@ -38,7 +38,7 @@ from actors.parameters.text import parse_parameter
         ("{", "{"),
     ],
 )
-def test_P_04_P_05_text_is_typed_as_ros2_param_set_types_it(text: str, value: object) -> None:
+def test_text_is_typed_as_ros2_param_set_types_it(text: str, value: object) -> None:
     assert parse_parameter("max_velocity", text) == Parameter("max_velocity", value)
 
 
@@ -46,7 +46,7 @@ def test_an_empty_list_is_an_empty_array_of_bool() -> None:
     assert parse_parameter("p", "[]") == Parameter("p", (), ParameterType.BOOL_ARRAY)
 
 
-def test_P_01_an_integer_beyond_64_bits_is_refused() -> None:
+def test_an_integer_beyond_64_bits_is_refused() -> None:
     with pytest.raises(ValueError, match="64 bits"):
         parse_parameter("p", "9223372036854775808")
 

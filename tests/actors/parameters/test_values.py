@@ -32,7 +32,7 @@ class Mode(IntEnum):
 
 
 @pytest.mark.parametrize(("given", "kind", "kept"), NINE)
-def test_P_01_each_of_the_nine_types_is_inferred_and_kept_immutable(given: Any, kind: ParameterType, kept: Any) -> None:
+def test_each_of_the_nine_types_is_inferred_and_kept_immutable(given: Any, kind: ParameterType, kept: Any) -> None:
     parameter = Parameter("p", given)
     assert (parameter.type, parameter.value) == (kind, kept)
     assert type(parameter.value) is type(kept)
@@ -41,7 +41,7 @@ def test_P_01_each_of_the_nine_types_is_inferred_and_kept_immutable(given: Any, 
 
 
 @pytest.mark.parametrize(("given", "kind", "kept"), NINE)
-def test_P_03_asking_for_the_wrong_type_is_an_error(given: Any, kind: ParameterType, kept: Any) -> None:
+def test_asking_for_the_wrong_type_is_an_error(given: Any, kind: ParameterType, kept: Any) -> None:
     parameter = Parameter("p", given)
     for asked in ParameterType:
         if asked is kind:
@@ -56,7 +56,7 @@ def test_none_is_a_parameter_without_type_and_value() -> None:
 
 
 @pytest.mark.parametrize("number", [2**63, -(2**63) - 1])
-def test_P_01_integers_beyond_64_bits_are_refused(number: int) -> None:
+def test_integers_beyond_64_bits_are_refused(number: int) -> None:
     with pytest.raises(ValueError, match="64 bits"):
         Parameter("p", number)
     with pytest.raises(ValueError, match="64 bits"):
@@ -140,7 +140,7 @@ def test_only_the_five_list_types_are_arrays() -> None:
         (3, ParameterType.INTEGER, 3),
     ],
 )
-def test_P_16_widening_loses_nothing(value: object, kind: ParameterType, kept: object) -> None:
+def test_widening_loses_nothing(value: object, kind: ParameterType, kept: object) -> None:
     assert widened("p", value, kind) == Parameter("p", kept, kind)
 
 

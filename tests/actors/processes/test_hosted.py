@@ -30,7 +30,7 @@ class Counter(Node):
 TREE = Supervisor("top", intensity=Intensity(3, within=60.0), children=[Child(Counter, process=True)])
 
 
-async def test_OTP_M04_what_the_life_of_a_child_says_once_more_in_its_process_is_reported_here(rig: Rig) -> None:
+async def test_what_the_life_of_a_child_says_once_more_in_its_process_is_reported_here(rig: Rig) -> None:
     system = await rig.start(TREE)
     process = cast("SimulatedProcess[Any]", cast("Any", system.runtime.processes).running["top", "counter"])
     supervisor = process.hosted.system.supervisor

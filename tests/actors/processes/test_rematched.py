@@ -66,7 +66,7 @@ async def both_ways(system: System, pid: int) -> None:
             await asyncio.sleep(0.01)
 
 
-async def test_F_02_V_16_a_killed_process_is_replaced_and_its_topics_and_services_are_matched_again() -> None:
+async def test_a_killed_process_is_replaced_and_its_topics_and_services_are_matched_again() -> None:
     async with running(Supervisor("top", children=[Child(Brain), Child(Sensor, process=True)])) as system:
         first = system.nodes["top", "sensor"].process
         assert first != os.getpid()

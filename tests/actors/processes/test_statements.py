@@ -26,15 +26,15 @@ from tests.actors.supervision.test_upgrade import *  # noqa: F403
 from tests.actors.supervision.test_watch import *  # noqa: F403
 
 # These look at the object that is the life, or at its task, which are others here. What they guarantee, other tests of their statement show.
-del test_OTP_A07_descendants_are_found_by_their_path  # noqa: F821
-del test_OTP_D07_a_stop_hook_that_raises_is_a_kill_and_keeps_nobody_waiting  # noqa: F821
+del test_descendants_are_found_by_their_path  # noqa: F821
+del test_a_stop_hook_that_raises_is_a_kill_and_keeps_nobody_waiting  # noqa: F821
 del test_statuses  # noqa: F821
 del test_the_task_of_a_childs_life_is_told_from_all_others  # noqa: F821
 del test_the_state_below_a_supervisor_that_does_not_run_is_that_supervisors  # noqa: F821
 del test_with_tasks_that_start_eagerly_a_life_is_made_only_when_its_supervisor_knows_of_it  # noqa: F821
 
 # These have a life speak after its end, which a process that was killed cannot, or ask at once what a process tells in a later turn.
-del test_OTP_D02_a_leaked_child_that_ends_or_says_ready_later_harms_nobody  # noqa: F821
+del test_a_leaked_child_that_ends_or_says_ready_later_harms_nobody  # noqa: F821
 del test_a_child_that_is_killed_while_it_starts_was_shut_down_and_did_not_fail_to_start  # noqa: F821
 
 # A thousand processes take long.
@@ -49,7 +49,7 @@ def each_child_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @virtual
-async def test_OTP_M04_unknown_input_is_not_fatal() -> None:  # type: ignore[no-redef]
+async def test_unknown_input_is_not_fatal() -> None:  # type: ignore[no-redef]
     """As in `test_reports`, but what a process tells is heard in a later turn."""
     world = World()
     async with kit.running(world, Supervisor("root", children=[kit.child("a")])) as supervisor:

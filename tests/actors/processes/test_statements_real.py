@@ -55,14 +55,14 @@ async def gave_up(system: System) -> None:
         await system.wait()
 
 
-async def test_OTP_S02_children_start_in_order_each_after_the_one_before_is_ready(diary: Diary) -> None:
+async def test_children_start_in_order_each_after_the_one_before_is_ready(diary: Diary) -> None:
     children = in_order(diary, "a", "b", "c", a={"start": 0.2})
     async with running(Supervisor("top", children=children)):
         assert diary.lines() == ["start a", "ready a", "start b", "ready b", "start c", "ready c"]
         assert len({diary.processes(name)[0] for name in "abc"} | {os.getpid()}) == 4
 
 
-async def test_OTP_S03_a_failed_start_is_rolled_back(diary: Diary) -> None:
+async def test_a_failed_start_is_rolled_back(diary: Diary) -> None:
     tree = Supervisor("top", children=in_order(diary, "a", "b", "c", b={"refuse": 9}))
     with pytest.raises(StartFailed, match="b refuses") as caught:
         async with running(tree):
@@ -75,14 +75,14 @@ async def test_OTP_S03_a_failed_start_is_rolled_back(diary: Diary) -> None:
     assert diary.lines() == ["start a", "ready a", "start b", "stop b", "end b", "stop a", "end a"]
 
 
-async def test_OTP_S04_a_child_may_decline_to_start(diary: Diary) -> None:
+async def test_a_child_may_decline_to_start(diary: Diary) -> None:
     async with running(Supervisor("top", children=in_order(diary, "a", "b", a={"skip": True}))) as system:
         assert system.supervisor is not None
         assert [(each.id, each.state) for each in system.supervisor.children()] == [("a", "stopped"), ("b", "running")]
         assert reports(system) == []
 
 
-async def test_OTP_S10_a_failed_start_child_is_forgotten(diary: Diary) -> None:
+async def test_a_failed_start_child_is_forgotten(diary: Diary) -> None:
     (broken,) = in_order(diary, "b", b={"refuse": 9})
     async with running(Supervisor("top", children=in_order(diary, "a"))) as system:
         assert system.supervisor is not None
@@ -91,7 +91,7 @@ async def test_OTP_S10_a_failed_start_child_is_forgotten(diary: Diary) -> None:
         assert [each.id for each in system.supervisor.children()] == ["a"]
 
 
-async def test_OTP_A03_A05_a_terminated_child_can_be_started_again_in_a_new_process(diary: Diary) -> None:
+async def test_a_terminated_child_can_be_started_again_in_a_new_process(diary: Diary) -> None:
     async with running(Supervisor("top", children=in_order(diary, "a"))) as system:
         assert system.supervisor is not None
         await system.supervisor.terminate_child("a")
@@ -103,9 +103,7 @@ async def test_OTP_A03_A05_a_terminated_child_can_be_started_again_in_a_new_proc
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV])
-async def test_OTP_R01_a_permanent_child_is_restarted_when_its_process_is_killed(
-    diary: Diary, number: signal.Signals
-) -> None:
+async def test_a_permanent_child_is_restarted_when_its_process_is_killed(diary: Diary, number: signal.Signals) -> None:
     async with running(Supervisor("top", children=in_order(diary, "a"))) as system:
         os.kill(diary.processes("a")[0], number)
         await until(lambda: diary.lines("ready") == ["ready a", "ready a"])
@@ -117,14 +115,14 @@ async def test_OTP_R01_a_permanent_child_is_restarted_when_its_process_is_killed
         assert system.nodes["top", "a"].incarnation == 2
 
 
-async def test_OTP_R01_a_permanent_child_is_restarted_when_it_stops_by_itself(diary: Diary) -> None:
+async def test_a_permanent_child_is_restarted_when_it_stops_by_itself(diary: Diary) -> None:
     plan = {"after": 0.1, "stops": True, "lives": 1}
     async with running(Supervisor("top", children=in_order(diary, "a", a=plan))) as system:
         await until(lambda: diary.lines("ready") == ["ready a", "ready a"])
         assert reports(system) == ["child_terminated a"]
 
 
-async def test_OTP_R02_a_transient_child_is_restarted_after_a_kill_and_not_after_an_orderly_end(diary: Diary) -> None:
+async def test_a_transient_child_is_restarted_after_a_kill_and_not_after_an_orderly_end(diary: Diary) -> None:
     plans: dict[str, Any] = {"a": {}, "b": {"after": 0.1, "stops": True}}
     transients: dict[str, Any] = {name: {"restart": transient} for name in "ab"}
     async with running(Supervisor("top", children=in_order(diary, "a", "b", options=transients, **plans))) as system:
@@ -134,7 +132,7 @@ async def test_OTP_R02_a_transient_child_is_restarted_after_a_kill_and_not_after
         assert reports(system) == ["child_terminated a"]
 
 
-async def test_OTP_R03_a_temporary_child_is_not_restarted_and_is_forgotten(diary: Diary) -> None:
+async def test_a_temporary_child_is_not_restarted_and_is_forgotten(diary: Diary) -> None:
     children = in_order(diary, "a", "b", options={"a": {"restart": temporary}})
     async with running(Supervisor("top", children=children)) as system:
         kill(diary, "a")
@@ -145,7 +143,7 @@ async def test_OTP_R03_a_temporary_child_is_not_restarted_and_is_forgotten(diary
         assert diary.lines("start") == ["start a", "start b"]
 
 
-async def test_OTP_R04_a_temporary_bystander_of_a_group_restart_is_stopped_and_not_started(diary: Diary) -> None:
+async def test_a_temporary_bystander_of_a_group_restart_is_stopped_and_not_started(diary: Diary) -> None:
     children = in_order(diary, "a", "b", options={"b": {"restart": temporary}})
     async with running(Supervisor("top", strategy=one_for_all, children=children)) as system:
         await killed_and_back(diary, "a")
@@ -154,20 +152,20 @@ async def test_OTP_R04_a_temporary_bystander_of_a_group_restart_is_stopped_and_n
         assert [each.id for each in system.supervisor.children()] == ["a"]
 
 
-async def test_OTP_T01_one_for_one_restarts_the_killed_process_only(diary: Diary) -> None:
+async def test_one_for_one_restarts_the_killed_process_only(diary: Diary) -> None:
     async with running(Supervisor("top", children=in_order(diary, "a", "b", "c"))):
         await killed_and_back(diary, "b")
         assert diary.lines("start", "stop") == ["start a", "start b", "start c", "start b"]
 
 
-async def test_OTP_T02_T04_one_for_all_stops_the_others_in_reverse_order_and_starts_all_in_order(diary: Diary) -> None:
+async def test_one_for_all_stops_the_others_in_reverse_order_and_starts_all_in_order(diary: Diary) -> None:
     async with running(Supervisor("top", strategy=one_for_all, children=in_order(diary, "a", "b", "c"))):
         await killed_and_back(diary, "b")
         await until(lambda: diary.lines("ready").count("ready c") == 2)
         assert diary.lines("start", "stop")[3:] == ["stop c", "stop a", "start a", "start b", "start c"]
 
 
-async def test_OTP_T03_T04_rest_for_one_restarts_those_after_the_killed_process(diary: Diary) -> None:
+async def test_rest_for_one_restarts_those_after_the_killed_process(diary: Diary) -> None:
     async with running(Supervisor("top", strategy=rest_for_one, children=in_order(diary, "a", "b", "c"))):
         await killed_and_back(diary, "b")
         await until(lambda: diary.lines("ready").count("ready c") == 2)
@@ -175,7 +173,7 @@ async def test_OTP_T03_T04_rest_for_one_restarts_those_after_the_killed_process(
         assert len(diary.processes("a")) == 1
 
 
-async def test_OTP_T05_instances_in_processes_are_restarted_with_their_own_arguments(diary: Diary) -> None:
+async def test_instances_in_processes_are_restarted_with_their_own_arguments(diary: Diary) -> None:
     template = Child(Scripted, process=True)
     async with running(DynamicSupervisor("top", template)) as system:
         assert system.supervisor is not None
@@ -185,7 +183,7 @@ async def test_OTP_T05_instances_in_processes_are_restarted_with_their_own_argum
         assert diary.lines("start") == ["start one", "start two", "start two"]
 
 
-async def test_OTP_T06_a_failure_climbs_the_tree(diary: Diary) -> None:
+async def test_a_failure_climbs_the_tree(diary: Diary) -> None:
     inner = Supervisor("inner", intensity=Intensity(0), children=in_order(diary, "b", "c"))
     async with running(Supervisor("top", children=[*in_order(diary, "a"), inner])) as system:
         await killed_and_back(diary, "b")
@@ -194,7 +192,7 @@ async def test_OTP_T06_a_failure_climbs_the_tree(diary: Diary) -> None:
         assert reports(system) == ["child_terminated b", "shutdown b", "child_terminated inner"]
 
 
-async def test_OTP_T06_a_subtree_with_a_process_of_its_own_that_gives_up_is_restarted_in_a_new_process(
+async def test_a_subtree_with_a_process_of_its_own_that_gives_up_is_restarted_in_a_new_process(
     diary: Diary,
 ) -> None:
     nodes = [child.replace(process=False) for child in in_order(diary, "b", "c", b={"after": 0.2, "lives": 1})]
@@ -208,7 +206,7 @@ async def test_OTP_T06_a_subtree_with_a_process_of_its_own_that_gives_up_is_rest
         await until(lambda: system.nodes["top", "inner", "c"].state == "running")
 
 
-async def test_OTP_I01_a_process_that_is_killed_once_too_often_ends_its_supervisor(diary: Diary) -> None:
+async def test_a_process_that_is_killed_once_too_often_ends_its_supervisor(diary: Diary) -> None:
     tree = Supervisor("top", intensity=Intensity(2, within=60.0), children=in_order(diary, "a", "b"))
     with pytest.raises(SupervisorGaveUp, match="signal SIGKILL"):
         async with running(tree) as system:
@@ -219,7 +217,7 @@ async def test_OTP_I01_a_process_that_is_killed_once_too_often_ends_its_supervis
     assert diary.lines("stop", "end") == ["stop a", "end a"]
 
 
-async def test_OTP_I03_zero_tolerance(diary: Diary) -> None:
+async def test_zero_tolerance(diary: Diary) -> None:
     with pytest.raises(SupervisorGaveUp):
         async with running(Supervisor("top", intensity=Intensity(0), children=in_order(diary, "a"))) as system:
             kill(diary, "a")
@@ -227,7 +225,7 @@ async def test_OTP_I03_zero_tolerance(diary: Diary) -> None:
     assert diary.lines("start") == ["start a"]
 
 
-async def test_OTP_I04_I06_attempts_that_fail_count_and_are_repeated_until_one_holds(diary: Diary) -> None:
+async def test_attempts_that_fail_count_and_are_repeated_until_one_holds(diary: Diary) -> None:
     tree = Supervisor("top", intensity=Intensity(3, within=60.0), children=in_order(diary, "a"))
     async with running(tree) as system:
         refusing = Child(Scripted, name="b", args=(str(diary.path), {"after": 0.05, "lives": 3}), process=True)
@@ -239,7 +237,7 @@ async def test_OTP_I04_I06_attempts_that_fail_count_and_are_repeated_until_one_h
         await gave_up(system)
 
 
-async def test_OTP_I07_rest_for_one_is_retried_with_its_group(diary: Diary) -> None:
+async def test_rest_for_one_is_retried_with_its_group(diary: Diary) -> None:
     tree = Supervisor(
         "top",
         strategy=rest_for_one,
@@ -256,7 +254,7 @@ async def test_OTP_I07_rest_for_one_is_retried_with_its_group(diary: Diary) -> N
         }  # each attempt of b is followed by one of c, or by the next one of b
 
 
-async def test_OTP_I08_a_supervisor_answers_while_a_process_waits_for_its_next_attempt(diary: Diary) -> None:
+async def test_a_supervisor_answers_while_a_process_waits_for_its_next_attempt(diary: Diary) -> None:
     options: dict[str, Any] = {"a": {"backoff": Backoff(60.0, 60.0)}}
     async with running(Supervisor("top", children=in_order(diary, "a", options=options))) as system:
         kill(diary, "a")
@@ -267,7 +265,7 @@ async def test_OTP_I08_a_supervisor_answers_while_a_process_waits_for_its_next_a
         assert diary.lines("ready") == ["ready a", "ready b"]
 
 
-async def test_OTP_I09_a_retry_can_be_cancelled(diary: Diary) -> None:
+async def test_a_retry_can_be_cancelled(diary: Diary) -> None:
     options: dict[str, Any] = {"a": {"backoff": Backoff(60.0, 60.0)}}
     async with running(Supervisor("top", children=in_order(diary, "a", options=options))) as system:
         kill(diary, "a")
@@ -278,13 +276,13 @@ async def test_OTP_I09_a_retry_can_be_cancelled(diary: Diary) -> None:
         assert len(diary.processes("a")) == 1
 
 
-async def test_OTP_D01_processes_stop_in_reverse_order_one_at_a_time(diary: Diary) -> None:
+async def test_processes_stop_in_reverse_order_one_at_a_time(diary: Diary) -> None:
     async with running(Supervisor("top", children=in_order(diary, "a", "b", "c", c={"cleanup": 0.2}))):
         pass
     assert diary.lines("stop", "end") == ["stop c", "end c", "stop b", "end b", "stop a", "end a"]
 
 
-async def test_OTP_D02_a_process_that_cleans_up_for_too_long_is_terminated_and_the_others_stop_in_order(
+async def test_a_process_that_cleans_up_for_too_long_is_terminated_and_the_others_stop_in_order(
     diary: Diary,
 ) -> None:
     children = in_order(diary, "a", "b", b={"cleanup": 1000}, options={"b": {"stop": 0.2}})
@@ -295,7 +293,7 @@ async def test_OTP_D02_a_process_that_cleans_up_for_too_long_is_terminated_and_t
     assert system.reports[-1].reason == Killed(0.2)
 
 
-async def test_OTP_D02_a_process_that_does_not_hear_is_killed(diary: Diary) -> None:
+async def test_a_process_that_does_not_hear_is_killed(diary: Diary) -> None:
     children = in_order(diary, "a", "b", b={"deaf": True}, options={"b": {"stop": 0.2, "hang": math.inf}})
     async with running(Supervisor("top", children=children)) as system:
         pass
@@ -304,14 +302,14 @@ async def test_OTP_D02_a_process_that_does_not_hear_is_killed(diary: Diary) -> N
     assert system.reports[-1].reason == Killed(0.2)
 
 
-async def test_OTP_D03_a_brutal_kill_leaves_no_time_for_a_clean_up(diary: Diary) -> None:
+async def test_a_brutal_kill_leaves_no_time_for_a_clean_up(diary: Diary) -> None:
     async with running(Supervisor("top", children=in_order(diary, "a", options={"a": {"stop": "kill"}}))) as system:
         pass
     assert diary.lines() == ["start a", "ready a"]
     assert reports(system) == []
 
 
-async def test_OTP_D04_without_a_limit_a_clean_up_is_waited_for(diary: Diary) -> None:
+async def test_without_a_limit_a_clean_up_is_waited_for(diary: Diary) -> None:
     children = in_order(diary, "a", a={"cleanup": 0.5}, options={"a": {"stop": math.inf}})
     async with running(Supervisor("top", children=children)) as system:
         pass
@@ -319,7 +317,7 @@ async def test_OTP_D04_without_a_limit_a_clean_up_is_waited_for(diary: Diary) ->
     assert reports(system) == []
 
 
-async def test_OTP_D05_a_process_that_dies_while_the_tree_stops_is_reported_and_not_waited_for(diary: Diary) -> None:
+async def test_a_process_that_dies_while_the_tree_stops_is_reported_and_not_waited_for(diary: Diary) -> None:
     async with running(Supervisor("top", children=in_order(diary, "a", "b", b={"cleanup": 1000}))) as system:
         stop = asyncio.create_task(system.stop())
         await until(lambda: diary.lines("stop") == ["stop b"])
@@ -329,7 +327,7 @@ async def test_OTP_D05_a_process_that_dies_while_the_tree_stops_is_reported_and_
     assert sorted(reports(system)) == ["shutdown_error a", "shutdown_error b"]
 
 
-async def test_OTP_D06_instances_stop_together(diary: Diary) -> None:
+async def test_instances_stop_together(diary: Diary) -> None:
     async with running(DynamicSupervisor("top", Child(Scripted, process=True))) as system:
         assert system.supervisor is not None
         for name in ("one", "two"):
@@ -337,7 +335,7 @@ async def test_OTP_D06_instances_stop_together(diary: Diary) -> None:
     assert sorted(diary.lines("stop", "end")[:2]) == ["stop one", "stop two"]
 
 
-async def test_OTP_D08_a_failed_start_reaches_the_program_with_its_cause(diary: Diary) -> None:
+async def test_a_failed_start_reaches_the_program_with_its_cause(diary: Diary) -> None:
     inner = Supervisor("inner", process=True, children=[*in_order(diary, "a", "b", b={"refuse": 9})])
     with pytest.raises(StartFailed, match="top/inner/b") as caught:
         async with running(Supervisor("top", children=[inner])):
@@ -346,7 +344,7 @@ async def test_OTP_D08_a_failed_start_reaches_the_program_with_its_cause(diary: 
     assert diary.lines("end") == ["end b", "end a"]
 
 
-async def test_OTP_G02_the_end_of_a_significant_process_ends_its_supervisor(diary: Diary) -> None:
+async def test_the_end_of_a_significant_process_ends_its_supervisor(diary: Diary) -> None:
     options: dict[str, Any] = {"b": {"restart": temporary, "significant": True}}
     children = in_order(diary, "a", "b", options=options)
     async with running(Supervisor("top", auto_shutdown=any_significant, children=children)) as system:
@@ -355,7 +353,7 @@ async def test_OTP_G02_the_end_of_a_significant_process_ends_its_supervisor(diar
     assert diary.lines("stop") == ["stop a"]
 
 
-async def test_OTP_G04_the_last_of_all_significant_processes_ends_its_supervisor(diary: Diary) -> None:
+async def test_the_last_of_all_significant_processes_ends_its_supervisor(diary: Diary) -> None:
     options: dict[str, Any] = {name: {"restart": temporary, "significant": True} for name in "ab"}
     children = in_order(diary, "a", "b", options=options)
     async with running(Supervisor("top", auto_shutdown=all_significant, children=children)) as system:

@@ -30,7 +30,7 @@ def ages(probe: Probe[Float64]) -> list[float]:
     return [at - message.data for at, message in zip(probe.times, probe.messages, strict=True)]
 
 
-async def test_Q_13_critical_data_arrives_whole_over_a_link_that_loses_a_fifth_and_late_where_it_was_sent_again(
+async def test_critical_data_arrives_whole_over_a_link_that_loses_a_fifth_and_late_where_it_was_sent_again(
     lab: Lab,
 ) -> None:
     await lab.start("plant", Plant)
@@ -47,5 +47,5 @@ async def test_Q_13_critical_data_arrives_whole_over_a_link_that_loses_a_fifth_a
     assert max(ages(critical)) > 10 * max(ages(telemetry))  # what a message that is sent again costs
 
 
-def test_Q_13_the_profile_is_reliable_and_keeps_ten() -> None:
+def test_the_profile_is_reliable_and_keeps_ten() -> None:
     assert repr(CRITICAL.qos) == "QoS(keep_last 10, reliable, volatile)"

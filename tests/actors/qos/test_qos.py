@@ -24,7 +24,7 @@ from actors.qos import BEST_AVAILABLE_DURATION, Durability, History, InvalidQoS,
         (qos.STATE, "reliable", "transient_local", 1),
     ],
 )
-def test_Q_01_to_Q_11_the_profiles_of_the_field(profile: QoS, reliability: str, durability: str, depth: int) -> None:
+def test_the_profiles_of_the_field(profile: QoS, reliability: str, durability: str, depth: int) -> None:
     assert profile.history is History.KEEP_LAST
     assert (profile.reliability, profile.durability, profile.depth) == (reliability, durability, depth)
     assert QoS(depth=depth, reliability=Reliability(reliability), durability=Durability(durability)) == profile
@@ -65,7 +65,7 @@ def test_a_depth_of_zero_warns_and_keeps_one() -> None:
     assert (made.depth, made.given_depth) == (1, 0)
 
 
-def test_Q_25_keep_all_is_bounded() -> None:
+def test_keep_all_is_bounded() -> None:
     unsaid = QoS(history=History.KEEP_ALL)
     small = QoS(history=History.KEEP_ALL, limit=3)
 
@@ -78,7 +78,7 @@ def test_Q_25_keep_all_is_bounded() -> None:
         QoS(depth=3, limit=3)
 
 
-def test_Q_25_keep_all_with_best_effort_warns() -> None:
+def test_keep_all_with_best_effort_warns() -> None:
     with pytest.warns(QoSWarning, match="make it reliable"):
         QoS(history=History.KEEP_ALL, reliability=Reliability.BEST_EFFORT)
 
@@ -162,7 +162,7 @@ def test_the_repr_shows_what_differs_from_the_ordinary() -> None:
     assert "reliability system_default" in repr(qos.SYSTEM_DEFAULT)
 
 
-def test_Q_28_nine_of_sixteen_pairs_deliver() -> None:
+def test_nine_of_sixteen_pairs_deliver() -> None:
     kinds = [
         QoS(depth=1, reliability=reliability, durability=durability)
         for reliability in (Reliability.RELIABLE, Reliability.BEST_EFFORT)
@@ -180,7 +180,7 @@ def test_Q_28_nine_of_sixteen_pairs_deliver() -> None:
         assert offered.transient_local or not requested.transient_local
 
 
-def test_Q_29_the_reason_names_the_policies_and_both_sides() -> None:
+def test_the_reason_names_the_policies_and_both_sides() -> None:
     verdict = qos.compatible(qos.SENSOR_DATA, qos.MAP.replace(deadline=0.1))
 
     assert verdict.level == "error"

@@ -117,7 +117,7 @@ async def in_thread(work: Callable[[], object]) -> None:
         await asyncio.get_running_loop().run_in_executor(thread, work)
 
 
-def test_S_04_a_script_calls_publishes_listens_and_runs_a_goal_and_leaves_nothing_behind() -> None:
+def test_a_script_calls_publishes_listens_and_runs_a_goal_and_leaves_nothing_behind() -> None:
     before = set(threading.enumerate())
     seen: list[list[int]] = []
 
@@ -135,7 +135,7 @@ def test_S_04_a_script_calls_publishes_listens_and_runs_a_goal_and_leaves_nothin
     assert not left_over(before)
 
 
-async def test_S_04_a_thread_joins_the_system_of_an_event_loop(rig: Rig) -> None:
+async def test_a_thread_joins_the_system_of_an_event_loop(rig: Rig) -> None:
     await rig.start(Desk)
     sums: list[int] = []
 
@@ -152,7 +152,7 @@ async def test_S_04_a_thread_joins_the_system_of_an_event_loop(rig: Rig) -> None
     assert "/thread" not in {state.identity.fqn for state in rig.system.nodes.values()}
 
 
-async def test_S_04_inside_an_event_loop_it_is_refused_with_advice_to_await(rig: Rig) -> None:
+async def test_inside_an_event_loop_it_is_refused_with_advice_to_await(rig: Rig) -> None:
     await rig.start(Desk)
     with pytest.raises(InsideEventLoop, match=r"async with actors\.open_node"), blocking.open_node("script"):
         pass
@@ -195,7 +195,7 @@ def test_where_an_event_loop_without_nodes_runs_as_in_a_notebook_a_call_may_bloc
     assert asyncio.run(cells()) == [42, 42]
 
 
-async def test_S_04_in_a_callback_it_is_refused_instead_of_dead_locking(rig: Rig) -> None:
+async def test_in_a_callback_it_is_refused_instead_of_dead_locking(rig: Rig) -> None:
     refused: list[str] = []
 
     class Impatient(Node):

@@ -45,7 +45,7 @@ async def for_ever() -> None:
 
 
 @pytest.mark.parametrize(("number", "error", "code"), SIGNALS)
-def test_E_06_who_waits_for_the_system_sees_a_signal_as_its_orderly_end(
+def test_who_waits_for_the_system_sees_a_signal_as_its_orderly_end(
     number: signal.Signals, error: type[BaseException], code: int
 ) -> None:
     async def main() -> int:
@@ -60,7 +60,7 @@ def test_E_06_who_waits_for_the_system_sees_a_signal_as_its_orderly_end(
 
 
 @pytest.mark.parametrize(("number", "error", "code"), SIGNALS)
-def test_E_06_who_does_something_else_is_interrupted_as_the_signal_would_have_done(
+def test_who_does_something_else_is_interrupted_as_the_signal_would_have_done(
     number: signal.Signals, error: type[BaseException], code: int
 ) -> None:
     async def main() -> None:
@@ -74,7 +74,7 @@ def test_E_06_who_does_something_else_is_interrupted_as_the_signal_would_have_do
     assert isinstance(ended.value, KeyboardInterrupt) or ended.value.args == (code,)
 
 
-def test_E_06_a_signal_while_the_tree_starts_takes_the_start_back() -> None:
+def test_a_signal_while_the_tree_starts_takes_the_start_back() -> None:
     class Slow(Node):
         async def on_start(self) -> None:
             signal.raise_signal(signal.SIGTERM)
@@ -90,7 +90,7 @@ def test_E_06_a_signal_while_the_tree_starts_takes_the_start_back() -> None:
     assert story == ["stop b", "stop a"]
 
 
-def test_E_06_a_second_signal_kills_what_does_not_stop() -> None:
+def test_a_second_signal_kills_what_does_not_stop() -> None:
     class Stuck(Node):
         async def on_stop(self, reason: object) -> None:
             story.append("stuck")

@@ -84,7 +84,7 @@ BRITTLE = Supervisor("system", intensity=Intensity(0, within=5.0), children=[Chi
 
 
 @pytest.mark.virtual
-async def test_E_06_a_tree_starts_in_order_and_stops_in_reverse_order() -> None:
+async def test_a_tree_starts_in_order_and_stops_in_reverse_order() -> None:
     children = [Child(Named, name=name) for name in ("a", "b", "c")]
     async with quiet_run(Supervisor("system", children=children)) as system:
         assert Named.story == ["start a", "start b", "start c"]
@@ -471,13 +471,13 @@ sys.exit({how}(main{call}))
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
 @pytest.mark.parametrize("how", ["execute", "asyncio.run"])
-def test_E_06_a_signal_stops_the_tree_in_order_and_wait_returns(tmp_path: Path, name: str, code: int, how: str) -> None:
+def test_a_signal_stops_the_tree_in_order_and_wait_returns(tmp_path: Path, name: str, code: int, how: str) -> None:
     body = WAITING.format(name=name, how=how, call="()" if how == "asyncio.run" else "")
     assert script(tmp_path, body) == (code, ["stop b", "stop a", "waited"], "")
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
-def test_E_06_a_signal_interrupts_a_block_that_does_something_else(tmp_path: Path, name: str, code: int) -> None:
+def test_a_signal_interrupts_a_block_that_does_something_else(tmp_path: Path, name: str, code: int) -> None:
     body = f"""
         async def main():
             async with run(TREE, sinks=()):
@@ -493,7 +493,7 @@ def test_E_06_a_signal_interrupts_a_block_that_does_something_else(tmp_path: Pat
     assert script(tmp_path, body) == (code, ["stop b", "stop a", "interrupted"], "")
 
 
-def test_E_06_a_signal_while_the_tree_starts_takes_the_start_back(tmp_path: Path) -> None:
+def test_a_signal_while_the_tree_starts_takes_the_start_back(tmp_path: Path) -> None:
     body = """
         class Slow(Node):
             async def on_start(self):
@@ -509,7 +509,7 @@ def test_E_06_a_signal_while_the_tree_starts_takes_the_start_back(tmp_path: Path
     assert script(tmp_path, body) == (143, ["stop a"], "")
 
 
-def test_E_06_a_second_signal_kills_what_is_still_stopping(tmp_path: Path) -> None:
+def test_a_second_signal_kills_what_is_still_stopping(tmp_path: Path) -> None:
     body = """
         async def main():
             async with run(STUCK, sinks=()) as system:

@@ -30,7 +30,7 @@ class Detector(Node):
         await self.clock.sleep(0.05)
 
 
-async def test_H_04_late_messages_are_explained_by_their_age_the_queue_and_the_callback(rig: Rig) -> None:
+async def test_late_messages_are_explained_by_their_age_the_queue_and_the_callback(rig: Rig) -> None:
     """30 pictures a second, 50 ms each, depth 60: the queue is full after 6 s, and what is taken out is 2 s old."""
     await rig.start(Detector, Camera)
     await rig.advance(60.0)
@@ -45,7 +45,7 @@ async def test_H_04_late_messages_are_explained_by_their_age_the_queue_and_the_c
     assert view.inbox_age == pytest.approx(load.age, abs=1e-6)
 
 
-async def test_H_04_with_depth_1_messages_are_fresh(rig: Rig) -> None:
+async def test_with_depth_1_messages_are_fresh(rig: Rig) -> None:
     class Quick(Node):
         @IMAGES.on(qos=1)
         async def detect(self, picture: Int32) -> None:

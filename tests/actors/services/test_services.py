@@ -72,13 +72,13 @@ class Crowd(Node):
 # -- answers ---------------------------------------------------------------------------------------------------------
 
 
-async def test_S_01_a_hundred_callers_at_once_get_each_their_own_sum(rig: Rig) -> None:
+async def test_a_hundred_callers_at_once_get_each_their_own_sum(rig: Rig) -> None:
     await rig.start(Adder)
     answers = await asyncio.gather(*(rig.call(ADD, two(value, 1000)) for value in range(100)))
     assert [answer.sum for answer in answers] == [value + 1000 for value in range(100)]
 
 
-async def test_S_01_and_so_do_the_callers_of_a_concurrent_server(rig: Rig) -> None:
+async def test_and_so_do_the_callers_of_a_concurrent_server(rig: Rig) -> None:
     await rig.start(Crowd)
     answers = await asyncio.gather(*(rig.call(ADD, two(value, 1), timeout=60.0) for value in range(100)))
     assert [answer.sum for answer in answers] == [value + 1 for value in range(100)]
@@ -86,7 +86,7 @@ async def test_S_01_and_so_do_the_callers_of_a_concurrent_server(rig: Rig) -> No
     assert rig.now == 34.0
 
 
-async def test_S_03_a_node_that_awaits_an_answer_goes_on_ticking_when_its_handler_is_concurrent(rig: Rig) -> None:
+async def test_a_node_that_awaits_an_answer_goes_on_ticking_when_its_handler_is_concurrent(rig: Rig) -> None:
     class Caller(Node):
         def __init__(self) -> None:
             self.ticks = 0
@@ -127,7 +127,7 @@ async def test_requests_that_wait_are_counted_for_the_service_they_are_for(rig: 
     assert views == {"/add": (3, 0), "/ping": (1, 0)}
 
 
-async def test_S_09_after_a_call_the_answer_is_there_after_a_publish_nothing_is(rig: Rig) -> None:
+async def test_after_a_call_the_answer_is_there_after_a_publish_nothing_is(rig: Rig) -> None:
     class Doubler(Adder):
         def __init__(self) -> None:
             self.seen: list[int] = []
@@ -143,13 +143,13 @@ async def test_S_09_after_a_call_the_answer_is_there_after_a_publish_nothing_is(
     assert rig.node(Doubler).seen == [1]
 
 
-async def test_S_26_overlapping_calls_of_one_client_do_not_share_their_requests(rig: Rig) -> None:
+async def test_overlapping_calls_of_one_client_do_not_share_their_requests(rig: Rig) -> None:
     await rig.start(Crowd)
     first, second = await asyncio.gather(rig.call(ADD, two(1, 2), timeout=2.0), rig.call(ADD, two(3, 4), timeout=2.0))
     assert (first.sum, second.sum) == (3, 7)
 
 
-async def test_I_25_a_request_without_fields_needs_no_words(rig: Rig) -> None:
+async def test_a_request_without_fields_needs_no_words(rig: Rig) -> None:
     class Pinged(Node):
         @PING.serve()
         async def ping(self, request: Trigger.Request) -> Trigger.Response:
@@ -176,14 +176,14 @@ async def test_a_server_can_be_added_while_its_node_runs(rig: Rig) -> None:
 # -- missing and slow servers ----------------------------------------------------------------------------------------
 
 
-async def test_S_05_a_service_that_nobody_serves_is_unavailable_when_the_timeout_is_over(rig: Rig) -> None:
+async def test_a_service_that_nobody_serves_is_unavailable_when_the_timeout_is_over(rig: Rig) -> None:
     await rig.start(Node)
     with pytest.raises(ServiceUnavailable, match=r"nobody serves /add \[AddTwoInts\] after 5 s: start its node"):
         await rig.call(ADD, two(1, 2), timeout=5.0)
     assert rig.now == 5.0
 
 
-async def test_S_05_a_server_that_appears_in_time_answers(rig: Rig) -> None:
+async def test_a_server_that_appears_in_time_answers(rig: Rig) -> None:
     await rig.start(Node)
     call = asyncio.create_task(rig.call(ADD, two(1, 2), timeout=5.0))
     await rig.advance(2.0)
@@ -193,7 +193,7 @@ async def test_S_05_a_server_that_appears_in_time_answers(rig: Rig) -> None:
     assert rig.now == 2.0
 
 
-async def test_S_05_the_wait_for_the_server_counts_into_the_timeout(rig: Rig) -> None:
+async def test_the_wait_for_the_server_counts_into_the_timeout(rig: Rig) -> None:
     await rig.start(Node)
     call = asyncio.create_task(rig.call(ADD, two(4, 7), timeout=5.0))
     await rig.advance(2.0)
@@ -204,7 +204,7 @@ async def test_S_05_the_wait_for_the_server_counts_into_the_timeout(rig: Rig) ->
     assert rig.now == pytest.approx(5.0)
 
 
-async def test_S_08_waiting_in_slices_with_a_line_each_and_an_end(rig: Rig) -> None:
+async def test_waiting_in_slices_with_a_line_each_and_an_end(rig: Rig) -> None:
     class Patient(Node):
         """N-03's way to wait: one line a second, and not for ever."""
 
@@ -234,7 +234,7 @@ async def test_S_08_waiting_in_slices_with_a_line_each_and_an_end(rig: Rig) -> N
         await rig.me.wait_for(ADD, COUNT, timeout=1.0)
 
 
-async def test_S_07_a_late_answer_is_dropped_and_the_next_call_gets_its_own(rig: Rig) -> None:
+async def test_a_late_answer_is_dropped_and_the_next_call_gets_its_own(rig: Rig) -> None:
     await rig.start(Adder)
     with pytest.raises(CallTimeout, match="/adder did not answer /add in time"):
         await rig.call(ADD, two(6, 7), timeout=5.0)
@@ -267,7 +267,7 @@ async def test_a_caller_that_is_canceled_is_forgotten_its_request_is_not_worked_
 # -- servers that fail -----------------------------------------------------------------------------------------------
 
 
-async def test_S_06_an_exception_in_the_handler_is_that_callers_the_server_lives(rig: Rig) -> None:
+async def test_an_exception_in_the_handler_is_that_callers_the_server_lives(rig: Rig) -> None:
     await rig.start(Adder)
     with pytest.raises(
         ServiceFailed, match="/adder failed to serve the request: ValueError: 13 brings bad luck"
@@ -282,7 +282,7 @@ async def test_S_06_an_exception_in_the_handler_is_that_callers_the_server_lives
     assert isinstance(caught.value.__cause__, ValueError)
 
 
-async def test_I_53_an_answer_or_a_request_of_the_wrong_type_is_named(rig: Rig) -> None:
+async def test_an_answer_or_a_request_of_the_wrong_type_is_named(rig: Rig) -> None:
     class Confused(Node):
         @ADD.serve()
         async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
@@ -314,7 +314,7 @@ async def test_a_handler_that_awaits_something_canceled_fails_that_call_only(rig
     assert rig.incarnation(Careless) == 1
 
 
-async def test_S_02_a_server_that_is_killed_with_the_request_tells_the_caller_at_once(rig: Rig) -> None:
+async def test_a_server_that_is_killed_with_the_request_tells_the_caller_at_once(rig: Rig) -> None:
     children = [Child(Node, name="head"), Child(Adder, stop=0.5)]
     await rig.start(Supervisor("system", strategy=one_for_all, children=children))
     served = asyncio.create_task(rig.call(ADD, two(5, 7), timeout=60.0))
@@ -334,7 +334,7 @@ async def test_S_02_a_server_that_is_killed_with_the_request_tells_the_caller_at
     assert rig.incarnation("adder") == 2
 
 
-async def test_S_02_a_call_to_a_node_that_is_being_restarted_fails_at_once(rig: Rig) -> None:
+async def test_a_call_to_a_node_that_is_being_restarted_fails_at_once(rig: Rig) -> None:
     await rig.start(Child(Crowd, backoff=Backoff(10.0, 10.0)))
     open_calls = [asyncio.create_task(rig.call(ADD, two(1, 2), timeout=60.0)) for _ in range(5)]
     await rig.quiet()
@@ -396,7 +396,7 @@ async def test_requests_that_come_in_the_start_phase_are_answered_when_it_is_ove
 
 
 @pytest.mark.parametrize("how", ["stops itself", "raises Stop", "is terminated", "fails for good"])
-async def test_S_02_a_call_to_a_node_that_has_stopped_for_good_fails_at_once(rig: Rig, how: str) -> None:
+async def test_a_call_to_a_node_that_has_stopped_for_good_fails_at_once(rig: Rig, how: str) -> None:
     restart: Restart = temporary if how == "fails for good" else transient
     await rig.start(Supervisor("system", children=[Child(Adder, restart=restart), Child(Node, name="other")]))
     await rig.me.call(ADD, two(1, 2))
@@ -490,7 +490,7 @@ async def test_a_service_handler_may_raise_Stop_to_end_its_node(rig: Rig) -> Non
 # -- who may serve ---------------------------------------------------------------------------------------------------
 
 
-async def test_S_25_a_second_server_is_refused_and_both_are_named(rig: Rig) -> None:
+async def test_a_second_server_is_refused_and_both_are_named(rig: Rig) -> None:
     with pytest.raises(
         StartFailed,
         match="/second would be the second server of service /add, which /first serves already: give one of them another name",
@@ -511,7 +511,7 @@ class Trickster(Node):
         return Trigger.Response(success=True)
 
 
-async def test_S_35_a_second_server_of_another_type_is_refused_with_both_types(rig: Rig) -> None:
+async def test_a_second_server_of_another_type_is_refused_with_both_types(rig: Rig) -> None:
     with pytest.raises(
         StartFailed,
         match="which /adder serves already as example_interfaces/srv/AddTwoInts, not as std_srvs/srv/Trigger",
@@ -519,7 +519,7 @@ async def test_S_35_a_second_server_of_another_type_is_refused_with_both_types(r
         await rig.start(Adder, Trickster)
 
 
-async def test_S_35_who_asks_for_another_type_than_is_served_hears_both_and_the_server_hears_nothing(rig: Rig) -> None:
+async def test_who_asks_for_another_type_than_is_served_hears_both_and_the_server_hears_nothing(rig: Rig) -> None:
     await rig.start(Adder)
     with pytest.raises(
         WrongType,
@@ -529,7 +529,7 @@ async def test_S_35_who_asks_for_another_type_than_is_served_hears_both_and_the_
     assert (await rig.call(ADD, two(1, 2))).sum == 3
 
 
-async def test_S_35_the_type_counts_again_when_another_node_has_taken_over_the_name(rig: Rig) -> None:
+async def test_the_type_counts_again_when_another_node_has_taken_over_the_name(rig: Rig) -> None:
     await rig.start(Child(Adder, name="first"))
     assert (await rig.call(ADD, two(1, 2))).sum == 3
     supervisor = rig.system.supervisor
@@ -540,7 +540,7 @@ async def test_S_35_the_type_counts_again_when_another_node_has_taken_over_the_n
     assert (await rig.call(ADD_AS_TRIGGER, Trigger.Request())).success
 
 
-async def test_S_25_a_node_that_is_replaced_by_one_without_the_service_frees_its_name(rig: Rig) -> None:
+async def test_a_node_that_is_replaced_by_one_without_the_service_frees_its_name(rig: Rig) -> None:
     class Idle(Node):
         pass
 
@@ -740,7 +740,7 @@ async def test_a_handler_that_starts_a_goal_of_its_own_node_is_told_so(rig: Rig)
 
 
 @pytest.mark.parametrize(("seconds", "told"), [(0.9, []), (1.5, ["a request took 1.5 s"])])
-async def test_K_03_a_concurrent_service_that_takes_more_than_a_second_is_told_once_to_become_an_action(
+async def test_a_concurrent_service_that_takes_more_than_a_second_is_told_once_to_become_an_action(
     seconds: float, told: list[str], rig: Rig
 ) -> None:
     class Patient(Node):

@@ -35,7 +35,7 @@ OFTEN = Intensity(1000, within=1.0)
 
 
 @virtual
-async def test_OTP_A01_start_child_on_a_running_id() -> None:
+async def test_start_child_on_a_running_id() -> None:
     async with running(World(), Supervisor("root", children=[child("x")])) as supervisor:
         with pytest.raises(AlreadyStarted, match="root already runs x") as refused:
             await supervisor.start_child(child("x"))
@@ -43,7 +43,7 @@ async def test_OTP_A01_start_child_on_a_running_id() -> None:
 
 
 @virtual
-async def test_OTP_A02_start_child_on_a_stopped_id() -> None:
+async def test_start_child_on_a_stopped_id() -> None:
     async with running(World(x=Script(cleanup=1)), Supervisor("root", children=[child("x")])) as supervisor:
         stopping = asyncio.ensure_future(supervisor.terminate_child("x"))
         await settle()
@@ -55,7 +55,7 @@ async def test_OTP_A02_start_child_on_a_stopped_id() -> None:
 
 
 @virtual
-async def test_OTP_A03_terminate_child_keeps_the_spec() -> None:
+async def test_terminate_child_keeps_the_spec() -> None:
     world = World(x=Script(cleanup=1))
     async with running(world, Supervisor("root", children=[child("x")])) as supervisor:
         ref = supervisor.which("x")
@@ -71,14 +71,14 @@ async def test_OTP_A03_terminate_child_keeps_the_spec() -> None:
 
 
 @virtual
-async def test_OTP_A03_a_temporary_child_is_forgotten() -> None:
+async def test_a_temporary_child_is_forgotten() -> None:
     async with running(World(), Supervisor("root", children=[child("x", restart=temporary)])) as supervisor:
         await supervisor.terminate_child("x")
         assert supervisor.children() == []
 
 
 @virtual
-async def test_OTP_A04_terminate_child_is_idempotent_and_checks_ids() -> None:
+async def test_terminate_child_is_idempotent_and_checks_ids() -> None:
     world = World(x=Script(cleanup=1))
     async with running(world, Supervisor("root", children=[child("x")])) as supervisor:
         await asyncio.gather(supervisor.terminate_child("x"), supervisor.terminate_child("x"))
@@ -89,7 +89,7 @@ async def test_OTP_A04_terminate_child_is_idempotent_and_checks_ids() -> None:
 
 
 @virtual
-async def test_OTP_A05_restart_child() -> None:
+async def test_restart_child() -> None:
     world = World(x=Script(start=1))
     async with running(world, Supervisor("root", children=[child("x")])) as supervisor:
         with pytest.raises(Running, match=r"terminate_child\('x'\) first") as refused:
@@ -111,7 +111,7 @@ async def test_OTP_A05_restart_child() -> None:
 
 
 @virtual
-async def test_OTP_A06_delete_child_needs_a_stopped_child() -> None:
+async def test_delete_child_needs_a_stopped_child() -> None:
     world = World(y=[Script(), Script(start=100)])
     async with running(world, Supervisor("root", children=[child("x"), child("y")])) as supervisor:
         with pytest.raises(Running):
@@ -129,7 +129,7 @@ async def test_OTP_A06_delete_child_needs_a_stopped_child() -> None:
 
 
 @virtual
-async def test_OTP_A07_introspection() -> None:
+async def test_introspection() -> None:
     world = World(b=[Script(), Script(start=100)], c=Script(cleanup=1), e=Script(refuse=Skip()))
     tree = Supervisor("root", children=[child("a"), child("b"), child("c"), child("d"), child("e"), Supervisor("sub")])
     async with running(world, tree) as supervisor:
@@ -152,7 +152,7 @@ async def test_OTP_A07_introspection() -> None:
 
 
 @virtual
-async def test_OTP_A07_descendants_are_found_by_their_path() -> None:
+async def test_descendants_are_found_by_their_path() -> None:
     world = World()
     tree = Supervisor("root", children=[Supervisor("sub", children=[child("a")]), child("b")])
     async with running(world, tree) as root:
@@ -175,7 +175,7 @@ async def test_OTP_A07_descendants_are_found_by_their_path() -> None:
 
 
 @virtual
-async def test_OTP_A07_references_are_equal_only_to_the_same_incarnation() -> None:
+async def test_references_are_equal_only_to_the_same_incarnation() -> None:
     world = World()
     async with running(world, Supervisor("root", children=[child("x")])) as supervisor:
         first = supervisor.which("x")
@@ -192,7 +192,7 @@ async def test_OTP_A07_references_are_equal_only_to_the_same_incarnation() -> No
 
 
 @virtual
-async def test_OTP_A08_spec_read_back() -> None:
+async def test_spec_read_back() -> None:
     declared = child("x", restart=transient)
     async with running(World(), Supervisor("root")) as supervisor:
         await supervisor.start_child(declared)
@@ -206,7 +206,7 @@ async def test_OTP_A08_spec_read_back() -> None:
 
 
 @virtual
-async def test_OTP_A09_dynamic_supervisor_addressing() -> None:
+async def test_dynamic_supervisor_addressing() -> None:
     world = World()
     tree = Supervisor("root", children=[child("foreign"), DynamicSupervisor("pool", child("drone"))])
     async with running(world, tree) as root:

@@ -38,7 +38,7 @@ def significant(name: str, restart: Restart = temporary) -> Child:
 @pytest.mark.parametrize("restart", [temporary, transient])
 @pytest.mark.parametrize("end", ENDS)
 @virtual
-async def test_OTP_G01_non_significant_exits_are_ignored(
+async def test_non_significant_exits_are_ignored(
     mode: AutoShutdown, restart: Restart, end: BaseException | None
 ) -> None:
     world = World()
@@ -51,7 +51,7 @@ async def test_OTP_G01_non_significant_exits_are_ignored(
 
 @pytest.mark.parametrize("end", [*ENDS, "killed"])
 @virtual
-async def test_OTP_G02_any_temporary_significant(end: BaseException | str | None) -> None:
+async def test_any_temporary_significant(end: BaseException | str | None) -> None:
     world = World()
     sub = Supervisor("sub", auto_shutdown=any_significant, children=[child("a"), significant("b"), child("c")])
     async with running(world, Supervisor("root", children=[sub])) as root:
@@ -69,7 +69,7 @@ async def test_OTP_G02_any_temporary_significant(end: BaseException | str | None
 
 
 @virtual
-async def test_OTP_G02_the_root_returns_and_tells_why() -> None:
+async def test_the_root_returns_and_tells_why() -> None:
     world = World()
     async with running(world, Supervisor("root", auto_shutdown=any_significant, children=[significant("a")])):
         world.finish("a")
@@ -80,7 +80,7 @@ async def test_OTP_G02_the_root_returns_and_tells_why() -> None:
 
 
 @virtual
-async def test_OTP_G03_any_transient_significant() -> None:
+async def test_any_transient_significant() -> None:
     world = World()
     tree = Supervisor("root", auto_shutdown=any_significant, children=[significant("a", transient), child("b")])
     async with running(world, tree):
@@ -94,7 +94,7 @@ async def test_OTP_G03_any_transient_significant() -> None:
 
 
 @virtual
-async def test_OTP_G04_a_significant_child_that_waits_for_its_restart_has_not_ended() -> None:
+async def test_a_significant_child_that_waits_for_its_restart_has_not_ended() -> None:
     world = World()
     waits = significant("a", transient).replace(backoff=Backoff(5.0, 5.0, jitter=0.0))
     async with running(world, Supervisor("root", auto_shutdown=all_significant, children=[waits, significant("b")])):
@@ -109,7 +109,7 @@ async def test_OTP_G04_a_significant_child_that_waits_for_its_restart_has_not_en
 
 @pytest.mark.parametrize("restart", [temporary, transient])
 @virtual
-async def test_OTP_G04_all(restart: Restart) -> None:
+async def test_all(restart: Restart) -> None:
     world = World()
     children = [significant("a", restart), significant("b", restart), child("c")]
     async with running(world, Supervisor("root", auto_shutdown=all_significant, children=children)):
@@ -122,7 +122,7 @@ async def test_OTP_G04_all(restart: Restart) -> None:
 
 
 @virtual
-async def test_OTP_G04_one_that_is_restarting_has_not_ended() -> None:
+async def test_one_that_is_restarting_has_not_ended() -> None:
     world = World(a=[Script(), Script(start=10)])
     children = [significant("a", transient), significant("b", transient)]
     async with running(world, Supervisor("root", auto_shutdown=all_significant, children=children)):
@@ -137,7 +137,7 @@ async def test_OTP_G04_one_that_is_restarting_has_not_ended() -> None:
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("restart", [temporary, transient])
 @virtual
-async def test_OTP_G05_administrative_stop_does_not_count(mode: AutoShutdown, restart: Restart) -> None:
+async def test_administrative_stop_does_not_count(mode: AutoShutdown, restart: Restart) -> None:
     world = World()
     tree = Supervisor("root", auto_shutdown=mode, children=[significant("a", restart), child("b")])
     async with running(world, tree) as supervisor:
@@ -151,7 +151,7 @@ async def test_OTP_G05_administrative_stop_does_not_count(mode: AutoShutdown, re
 @pytest.mark.parametrize("restart", [temporary, transient])
 @pytest.mark.parametrize("strategy", [one_for_all, rest_for_one])
 @virtual
-async def test_OTP_G06_bystanders_do_not_count(mode: AutoShutdown, restart: Restart, strategy: Strategy) -> None:
+async def test_bystanders_do_not_count(mode: AutoShutdown, restart: Restart, strategy: Strategy) -> None:
     world = World()
     children = [child("a"), significant("b", restart)]
     async with running(world, Supervisor("root", strategy=strategy, auto_shutdown=mode, children=children)):
@@ -163,7 +163,7 @@ async def test_OTP_G06_bystanders_do_not_count(mode: AutoShutdown, restart: Rest
 
 @pytest.mark.parametrize("marked", [True, False])
 @virtual
-async def test_OTP_G07_escalation_follows_significance(marked: bool) -> None:
+async def test_escalation_follows_significance(marked: bool) -> None:
     world = World()
     inner = Supervisor(
         "inner",
@@ -181,7 +181,7 @@ async def test_OTP_G07_escalation_follows_significance(marked: bool) -> None:
 
 @pytest.mark.parametrize("mode", MODES)
 @virtual
-async def test_OTP_G09_dynamic_supervisors(mode: AutoShutdown) -> None:
+async def test_dynamic_supervisors(mode: AutoShutdown) -> None:
     world = World()
     async with running(world, DynamicSupervisor("pool", significant("a"), auto_shutdown=mode)) as pool:
         await pool.spawn()
@@ -195,7 +195,7 @@ async def test_OTP_G09_dynamic_supervisors(mode: AutoShutdown) -> None:
 
 
 @virtual
-async def test_OTP_U02_live_change_of_auto_shutdown() -> None:
+async def test_live_change_of_auto_shutdown() -> None:
     world = World()
     tree = Supervisor("root", auto_shutdown=any_significant, children=[significant("a", transient), child("b")])
     async with running(world, tree) as supervisor:
@@ -212,7 +212,7 @@ async def test_OTP_U02_live_change_of_auto_shutdown() -> None:
 
 
 @virtual
-async def test_OTP_U02_live_change_of_significance() -> None:
+async def test_live_change_of_significance() -> None:
     world = World()
     tree = Supervisor("root", auto_shutdown=any_significant, children=[child("a", restart=transient), child("b")])
     async with running(world, tree) as supervisor:

@@ -40,7 +40,7 @@ class IMUReader:
 def camera() -> None: ...
 
 
-def test_OTP_S06_declared_defaults() -> None:
+def test_declared_defaults() -> None:
     tree = Supervisor("robot", children=[Child(GpsDriver), Supervisor("legs")])
     node, legs = tree.children
     assert (tree.strategy, tree.intensity, tree.auto_shutdown) == ("one_for_one", Intensity(3, within=5.0), "never")
@@ -63,7 +63,7 @@ def test_OTP_S06_declared_defaults() -> None:
         ({"children": 5}, "children", "5"),
     ],
 )
-def test_OTP_S07_bad_supervisor_options_are_named(options: dict[str, Any], option: str, value: str) -> None:
+def test_bad_supervisor_options_are_named(options: dict[str, Any], option: str, value: str) -> None:
     with pytest.raises(DeclarationError) as refused:
         Supervisor("robot", **options)
     assert "Supervisor('robot')" in str(refused.value)
@@ -72,13 +72,13 @@ def test_OTP_S07_bad_supervisor_options_are_named(options: dict[str, Any], optio
 
 
 @pytest.mark.parametrize("restarts", [-1, 1.5, True, "3", None])
-def test_OTP_S07_bad_intensities_are_named(restarts: Any) -> None:
+def test_bad_intensities_are_named(restarts: Any) -> None:
     with pytest.raises(DeclarationError, match=r"Intensity: restarts must be .* not "):
         Intensity(restarts)
 
 
 @pytest.mark.parametrize("within", [0, 0.0, -1.0, math.inf, math.nan, "5", None, True])
-def test_OTP_S07_bad_periods_are_named(within: Any) -> None:
+def test_bad_periods_are_named(within: Any) -> None:
     with pytest.raises(DeclarationError, match=r"Intensity: within must be .* not "):
         Intensity(1, within=within)
 
@@ -103,14 +103,14 @@ def test_OTP_S07_bad_periods_are_named(within: Any) -> None:
         ({"args": 1}, "args"),
     ],
 )
-def test_OTP_S08_bad_child_specs_are_named(options: dict[str, Any], option: str) -> None:
+def test_bad_child_specs_are_named(options: dict[str, Any], option: str) -> None:
     factory = options.pop("factory", GpsDriver)
     with pytest.raises(DeclarationError, match=rf"Child\(.*\): {option}\b"):
         Child(factory, **options)
 
 
 @pytest.mark.parametrize("factory", [lambda: None, GpsDriver().__class__.__eq__])
-def test_OTP_S08_a_child_needs_an_id(factory: Any) -> None:
+def test_a_child_needs_an_id(factory: Any) -> None:
     if factory.__name__ == "<lambda>":
         with pytest.raises(DeclarationError, match="give it one: name="):
             Child(factory)
@@ -118,12 +118,12 @@ def test_OTP_S08_a_child_needs_an_id(factory: Any) -> None:
 
 
 @pytest.mark.parametrize("stranger", [GpsDriver, 42, None])
-def test_OTP_S08_only_children_can_be_children(stranger: Any) -> None:
+def test_only_children_can_be_children(stranger: Any) -> None:
     with pytest.raises(DeclarationError, match="a child must be a Child or a Supervisor"):
         Supervisor("robot", children=[stranger])
 
 
-def test_OTP_S08_a_class_in_the_place_of_a_child_is_told_how() -> None:
+def test_a_class_in_the_place_of_a_child_is_told_how() -> None:
     with pytest.raises(DeclarationError, match=r"write Child\(GpsDriver\)"):
         Supervisor("robot", children=[GpsDriver])  # type: ignore[list-item]
 
@@ -162,7 +162,7 @@ def test_the_children_may_be_the_second_argument() -> None:
     assert repr(Supervisor("robot")) == "Supervisor('robot')"
 
 
-def test_OTP_S09_ids_are_unique() -> None:
+def test_ids_are_unique() -> None:
     with pytest.raises(DeclarationError, match="duplicate id 'gps_driver'"):
         Supervisor("robot", children=[Child(GpsDriver), Child(GpsDriver)])
     with pytest.raises(DeclarationError, match="duplicate id 'camera'"):
@@ -170,14 +170,14 @@ def test_OTP_S09_ids_are_unique() -> None:
 
 
 @pytest.mark.parametrize("make", [lambda **o: Child(GpsDriver, **o), lambda **o: Supervisor("legs", **o)])
-def test_OTP_G08_significant_and_permanent_do_not_go_together(make: Any) -> None:
+def test_significant_and_permanent_do_not_go_together(make: Any) -> None:
     with pytest.raises(DeclarationError) as refused:
         make(significant=True)
     assert "significant=True" in str(refused.value)
     assert "restart=permanent" in str(refused.value)
 
 
-def test_OTP_G08_significant_needs_an_auto_shutdown() -> None:
+def test_significant_needs_an_auto_shutdown() -> None:
     watchdog = Child(GpsDriver, restart=transient, significant=True)
     for build in (lambda: Supervisor("robot", children=[watchdog]), lambda: DynamicSupervisor("pool", watchdog)):
         with pytest.raises(DeclarationError) as refused:

@@ -163,7 +163,7 @@ async def test_a_child_that_was_added_is_forgotten_with_its_supervisor_s_entry(r
     assert rig.state("kept").state == "stopped"
 
 
-async def test_S_02_who_asks_for_an_ended_child_hears_at_once_that_it_has_stopped(rig: Rig) -> None:
+async def test_who_asks_for_an_ended_child_hears_at_once_that_it_has_stopped(rig: Rig) -> None:
     await start(rig)
     pool = workers(rig)
     await pool.spawn(name="worker")

@@ -33,7 +33,7 @@ OFTEN = Intensity(1000, within=1.0)
 
 @pytest.mark.parametrize("strategy", EVERY)
 @virtual
-async def test_OTP_I01_giving_up(strategy: Strategy) -> None:
+async def test_giving_up(strategy: Strategy) -> None:
     world = World()
     tree = Supervisor(
         "root", strategy=strategy, intensity=Intensity(2, within=100), children=[child("a"), child("b"), child("c")]
@@ -68,7 +68,7 @@ async def test_a_supervisor_that_allows_no_restart_tells_of_the_end_and_not_of_a
 
 
 @virtual
-async def test_OTP_I01_an_orderly_end_can_be_the_last_straw_too() -> None:
+async def test_an_orderly_end_can_be_the_last_straw_too() -> None:
     world = World()
     async with running(world, Supervisor("root", intensity=Intensity(0), children=[child("a")])):
         world.finish("a")
@@ -78,7 +78,7 @@ async def test_OTP_I01_an_orderly_end_can_be_the_last_straw_too() -> None:
 
 
 @virtual
-async def test_OTP_I02_spaced_failures_never_trip_it() -> None:
+async def test_spaced_failures_never_trip_it() -> None:
     world = World(a=Script(after=2.1, end=OSError("again")))
     async with running(world, Supervisor("root", intensity=Intensity(1, within=1.0), children=[child("a")])):
         await asyncio.sleep(2.1 * 500 + 1)
@@ -87,7 +87,7 @@ async def test_OTP_I02_spaced_failures_never_trip_it() -> None:
 
 @pytest.mark.parametrize("strategy", EVERY)
 @virtual
-async def test_OTP_I03_zero_tolerance(strategy: Strategy) -> None:
+async def test_zero_tolerance(strategy: Strategy) -> None:
     world = World()
     async with running(world, Supervisor("root", strategy=strategy, intensity=Intensity(0), children=[child("a")])):
         world.crash("a")
@@ -98,7 +98,7 @@ async def test_OTP_I03_zero_tolerance(strategy: Strategy) -> None:
 
 @pytest.mark.parametrize("strategy", EVERY)
 @virtual
-async def test_OTP_I04_failed_attempts_count(strategy: Strategy) -> None:
+async def test_failed_attempts_count(strategy: Strategy) -> None:
     world = World(b=[Script(), Script(start=0.1, refuse=OSError("dead"))])
     tree = Supervisor("root", strategy=strategy, intensity=Intensity(4), children=[child("a"), child("b"), child("c")])
     async with running(world, tree):
@@ -115,7 +115,7 @@ async def test_OTP_I04_failed_attempts_count(strategy: Strategy) -> None:
 
 
 @virtual
-async def test_OTP_I04_failed_attempts_count_for_instances_of_a_template() -> None:
+async def test_failed_attempts_count_for_instances_of_a_template() -> None:
     world = World(a_1=[Script(), Script(refuse=OSError("dead"))])
     async with running(world, DynamicSupervisor("pool", child("a"), intensity=Intensity(4))) as pool:
         await pool.spawn()
@@ -134,7 +134,7 @@ def fits(window: Window, now: float, intensity: Intensity) -> bool:
     return not full
 
 
-def test_OTP_I05_sliding_window() -> None:
+def test_sliding_window() -> None:
     window, intensity = Window(), Intensity(2, within=5.0)
     assert fits(window, 0.1, intensity)
     assert fits(window, 3.0, intensity)
@@ -144,7 +144,7 @@ def test_OTP_I05_sliding_window() -> None:
 
 
 @virtual
-async def test_OTP_I05_a_restart_exactly_as_old_as_the_period_counts() -> None:
+async def test_a_restart_exactly_as_old_as_the_period_counts() -> None:
     for last, survives in ((5.0, False), (5.000001, True)):
         world = World()
         async with running(world, Supervisor("root", intensity=Intensity(1, within=5.0), children=[child("a")])):
@@ -158,7 +158,7 @@ async def test_OTP_I05_a_restart_exactly_as_old_as_the_period_counts() -> None:
 
 
 @given(st.lists(st.integers(0, 20), max_size=40), st.integers(0, 5), st.integers(1, 15))
-def test_OTP_I05_the_window_counts_what_a_full_list_would(gaps: list[int], restarts: int, within: int) -> None:
+def test_the_window_counts_what_a_full_list_would(gaps: list[int], restarts: int, within: int) -> None:
     window, intensity, times, now = Window(), Intensity(restarts, within), list[float](), 0.0
     for gap in gaps:
         now += gap / 10
@@ -168,7 +168,7 @@ def test_OTP_I05_the_window_counts_what_a_full_list_would(gaps: list[int], resta
 
 
 @virtual
-async def test_OTP_I06_one_for_all_retry() -> None:
+async def test_one_for_all_retry() -> None:
     world = World(b=[Script(), Script(refuse=OSError("not yet")), Script()])
     async with running(world, Supervisor("root", strategy=one_for_all, children=[child("a"), child("b"), child("c")])):
         world.times.clear()
@@ -182,7 +182,7 @@ async def test_OTP_I06_one_for_all_retry() -> None:
 
 
 @virtual
-async def test_OTP_I07_rest_for_one_retry() -> None:
+async def test_rest_for_one_retry() -> None:
     world = World(b=[Script(), Script(refuse=OSError("not yet")), Script()])
     async with running(world, Supervisor("root", strategy=rest_for_one, children=[child("a"), child("b"), child("c")])):
         world.times.clear()
@@ -212,7 +212,7 @@ async def check_responsive(supervisor: RunningSupervisor, name: str) -> None:
 @pytest.mark.parametrize("strategy", EVERY)
 @pytest.mark.parametrize("slow", [False, True])
 @virtual
-async def test_OTP_I08_responsive_while_retrying(slow: bool, strategy: Strategy) -> None:
+async def test_responsive_while_retrying(slow: bool, strategy: Strategy) -> None:
     world = World(b=broken_after_the_first(start=10.0 if slow else 0.0))
     retrying = child("b", backoff=None if slow else Backoff(10.0, 10.0))
     tree = Supervisor("root", strategy=strategy, intensity=OFTEN, children=[child("a"), retrying])
@@ -229,7 +229,7 @@ async def test_OTP_I08_responsive_while_retrying(slow: bool, strategy: Strategy)
 
 
 @virtual
-async def test_OTP_I08_responsive_while_an_instance_of_a_template_retries() -> None:
+async def test_responsive_while_an_instance_of_a_template_retries() -> None:
     world = World(b_1=broken_after_the_first(start=10.0))
     async with running(world, DynamicSupervisor("pool", child("b"), intensity=OFTEN)) as pool:
         await pool.spawn()
@@ -245,7 +245,7 @@ async def test_OTP_I08_responsive_while_an_instance_of_a_template_retries() -> N
 @pytest.mark.parametrize("strategy", EVERY)
 @pytest.mark.parametrize("backoff", [None, Backoff(100.0, 100.0)])
 @virtual
-async def test_OTP_I09_retry_can_be_cancelled(backoff: Backoff | None, strategy: Strategy) -> None:
+async def test_retry_can_be_cancelled(backoff: Backoff | None, strategy: Strategy) -> None:
     world = World(a=broken_after_the_first(start=100.0))
     tree = Supervisor("root", strategy=strategy, intensity=OFTEN, children=[child("a", backoff=backoff), child("b")])
     async with running(world, tree) as supervisor:
@@ -263,7 +263,7 @@ async def test_OTP_I09_retry_can_be_cancelled(backoff: Backoff | None, strategy:
 @pytest.mark.parametrize("strategy", EVERY)
 @pytest.mark.parametrize("backoff", [None, Backoff(100.0, 100.0)])
 @virtual
-async def test_OTP_I09_stop_drops_pending_retries(backoff: Backoff | None, strategy: Strategy) -> None:
+async def test_stop_drops_pending_retries(backoff: Backoff | None, strategy: Strategy) -> None:
     world = World(a=broken_after_the_first(start=100.0))
     tree = Supervisor("root", strategy=strategy, intensity=OFTEN, children=[child("a", backoff=backoff), child("b")])
     async with running(world, tree) as supervisor:

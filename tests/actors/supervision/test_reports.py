@@ -33,7 +33,7 @@ OFTEN = Intensity(1000, within=1.0)
 
 
 @virtual
-async def test_OTP_M01_one_structured_report_per_event() -> None:
+async def test_one_structured_report_per_event() -> None:
     crashed, refused, jammed = OSError("crashed"), OSError("refused"), OSError("jammed")
     world = World(b=[Script(), Script(refuse=refused), Script()], c=[Script(), Script(cleanup=100), Script()])
     children = [child("a"), child("b"), child("c", stop=2.0)]
@@ -70,7 +70,7 @@ async def test_OTP_M01_one_structured_report_per_event() -> None:
         assert all(each.supervisor == ("root",) and each.restart == "permanent" for each in world.reports)
 
 
-def test_OTP_M01_reports_and_reasons_read_well() -> None:
+def test_reports_and_reasons_read_well() -> None:
     ref = ChildRef(("robot", "gaits", "walk"), 3)
     report = Report("child_terminated", ("robot", "gaits"), ref, "permanent", 1.0, Failed(OSError("no encoder")))
     assert str(report) == "robot/gaits: child_terminated: walk (incarnation 3): it raised OSError: no encoder"
@@ -111,7 +111,7 @@ async def test_what_a_debugger_shows_reads_well() -> None:
 
 
 @virtual
-async def test_OTP_M01_a_report_hook_that_raises_does_not_keep_the_supervisor_from_its_work() -> None:
+async def test_a_report_hook_that_raises_does_not_keep_the_supervisor_from_its_work() -> None:
     class Deaf(World):
         def report(self, report: Report) -> None:
             super().report(report)
@@ -219,7 +219,7 @@ class Cargo:
 
 @pytest.mark.parametrize("dynamic", [True, False])
 @virtual
-async def test_OTP_M02_nothing_is_kept_for_ended_temporary_children(dynamic: bool) -> None:
+async def test_nothing_is_kept_for_ended_temporary_children(dynamic: bool) -> None:
     class Carrier:
         def __init__(self, child: Child) -> None:
             self.child = child
@@ -269,7 +269,7 @@ def calls_of(story: Callable[[], Any]) -> int:
 
 
 @pytest.mark.parametrize("kind", ["static", "dynamic"])
-def test_OTP_M03_linear_start_and_stop(kind: str) -> None:
+def test_linear_start_and_stop(kind: str) -> None:
     def story(number: int) -> Callable[[], Any]:
         async def grow_and_shrink() -> None:
             world, names = World(), [f"a_{n}" for n in range(1, number + 1)]
@@ -303,7 +303,7 @@ class set_of_lives(dict[Any, None]):
 
 
 @virtual
-async def test_OTP_M04_unknown_input_is_not_fatal() -> None:
+async def test_unknown_input_is_not_fatal() -> None:
     world = World()
     async with running(world, Supervisor("root", children=[child("a")])) as supervisor:
         first = world["a"]

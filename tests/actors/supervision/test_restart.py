@@ -28,7 +28,7 @@ OFTEN = Intensity(1000, within=1.0)
 
 @pytest.mark.parametrize("end", [None, Stop("asked by a peer"), OSError("broken")])
 @virtual
-async def test_OTP_R01_permanent(end: BaseException | None) -> None:
+async def test_permanent(end: BaseException | None) -> None:
     world = World()
     async with running(world, Supervisor("root", children=[child("a", restart=permanent)])) as supervisor:
         world["a"].end(end)
@@ -40,7 +40,7 @@ async def test_OTP_R01_permanent(end: BaseException | None) -> None:
 
 @pytest.mark.parametrize("end", [None, Stop(), Stop("done for today")])
 @virtual
-async def test_OTP_R02_transient_is_not_restarted_after_an_orderly_end(end: BaseException | None) -> None:
+async def test_transient_is_not_restarted_after_an_orderly_end(end: BaseException | None) -> None:
     world = World()
     async with running(world, Supervisor("root", children=[child("a", restart=transient)])) as supervisor:
         world["a"].end(end)
@@ -51,7 +51,7 @@ async def test_OTP_R02_transient_is_not_restarted_after_an_orderly_end(end: Base
 
 
 @virtual
-async def test_OTP_R02_transient_is_restarted_after_a_failure() -> None:
+async def test_transient_is_restarted_after_a_failure() -> None:
     world = World()
     async with running(world, Supervisor("root", children=[child("a", restart=transient)])):
         world.crash("a")
@@ -67,7 +67,7 @@ async def test_OTP_R02_transient_is_restarted_after_a_failure() -> None:
 
 @pytest.mark.parametrize("end", [None, Stop(), OSError("broken")])
 @virtual
-async def test_OTP_R03_temporary(end: BaseException | None) -> None:
+async def test_temporary(end: BaseException | None) -> None:
     world = World()
     async with running(world, Supervisor("root", children=[child("a", restart=temporary), child("b")])) as supervisor:
         world["a"].end(end)
@@ -79,7 +79,7 @@ async def test_OTP_R03_temporary(end: BaseException | None) -> None:
 
 @pytest.mark.parametrize("strategy", [one_for_all, rest_for_one])
 @virtual
-async def test_OTP_R04_temporary_bystander(strategy: Strategy) -> None:
+async def test_temporary_bystander(strategy: Strategy) -> None:
     world = World()
     children = [child("a"), child("b", restart=temporary), child("c")]
     tree = Supervisor("root", strategy=strategy, intensity=Intensity(1, within=10), children=children)
@@ -94,7 +94,7 @@ async def test_OTP_R04_temporary_bystander(strategy: Strategy) -> None:
 
 
 @virtual
-async def test_OTP_T01_one_for_one() -> None:
+async def test_one_for_one() -> None:
     world = World()
     async with running(world, Supervisor("root", strategy=one_for_one, children=[child("a"), child("b")])):
         bystander = world["b"]
@@ -105,7 +105,7 @@ async def test_OTP_T01_one_for_one() -> None:
 
 
 @virtual
-async def test_OTP_T02_one_for_all() -> None:
+async def test_one_for_all() -> None:
     world = World(a=Script(cleanup=1), c=Script(cleanup=1))
     tree = Supervisor("root", strategy=one_for_all, children=[child("a"), child("b"), child("c")])
     async with running(world, tree):
@@ -128,7 +128,7 @@ async def test_OTP_T02_one_for_all() -> None:
 
 
 @virtual
-async def test_OTP_T03_rest_for_one() -> None:
+async def test_rest_for_one() -> None:
     world = World()
     tree = Supervisor("root", strategy=rest_for_one, children=[child("a"), child("b"), child("c")])
     async with running(world, tree):
@@ -142,7 +142,7 @@ async def test_OTP_T03_rest_for_one() -> None:
 
 
 @virtual
-async def test_OTP_T04_order_inside_a_group_restart() -> None:
+async def test_order_inside_a_group_restart() -> None:
     names = ["one", "two", "three", "four", "five"]
     world = World(**{name: Script(start=0.1, cleanup=0.1) for name in names})
     tree = Supervisor("root", strategy=rest_for_one, children=[child(name) for name in names])
@@ -166,7 +166,7 @@ async def test_OTP_T04_order_inside_a_group_restart() -> None:
 
 
 @virtual
-async def test_OTP_T05_dynamic_restart_keeps_its_own_arguments() -> None:
+async def test_dynamic_restart_keeps_its_own_arguments() -> None:
     world = World()
     async with running(world, DynamicSupervisor("pool", child("drone", args=["fleet"]))) as pool:
         await pool.spawn("red", parameters={"speed": 1.0})
@@ -183,7 +183,7 @@ async def test_OTP_T05_dynamic_restart_keeps_its_own_arguments() -> None:
 
 
 @virtual
-async def test_OTP_T06_failure_climbs_the_tree() -> None:
+async def test_failure_climbs_the_tree() -> None:
     world = World()
     subtree = Supervisor("sub", intensity=Intensity(1, within=10), children=[child("helper"), child("worker")])
     async with running(world, Supervisor("root", children=[child("other"), subtree])) as root:
@@ -203,7 +203,7 @@ async def test_OTP_T06_failure_climbs_the_tree() -> None:
 
 
 @virtual
-async def test_OTP_T06_a_transient_subtree_that_gives_up_has_ended_in_order() -> None:
+async def test_a_transient_subtree_that_gives_up_has_ended_in_order() -> None:
     world = World()
     subtree = Supervisor("sub", intensity=Intensity(0), restart=transient, children=[child("worker")])
     async with running(world, Supervisor("root", children=[subtree])) as root:

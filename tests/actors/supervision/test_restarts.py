@@ -65,7 +65,7 @@ class Odometer(Node):
             self.checkpoint(self.kilometers)
 
 
-async def test_F_01_a_node_that_crashes_is_restarted_and_the_others_never_notice(rig: Rig) -> None:
+async def test_a_node_that_crashes_is_restarted_and_the_others_never_notice(rig: Rig) -> None:
     rig.expect_failure(ValueError)
 
     class Beacon(Node):
@@ -367,7 +367,7 @@ async def test_a_child_whose_declaration_changes_its_name_is_known_by_the_new_on
     assert rig.system.runtime.directory.find("/one") is not None
 
 
-async def test_M_01_a_second_node_of_a_name_is_refused_and_the_first_is_named(rig: Rig) -> None:
+async def test_a_second_node_of_a_name_is_refused_and_the_first_is_named(rig: Rig) -> None:
     first, second = Child(Odometer, name="planner"), Child(Odometer, name="other", remap={"__node": "planner"})
     with pytest.raises(
         StartFailed,

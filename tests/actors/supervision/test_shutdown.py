@@ -36,7 +36,7 @@ async def stop(supervisor: RunningSupervisor, world: World) -> None:
 
 
 @virtual
-async def test_OTP_D01_reverse_order_one_at_a_time() -> None:
+async def test_reverse_order_one_at_a_time() -> None:
     world = World(a=Script(cleanup=1), b=Script(cleanup=2), c=Script(cleanup=3))
     async with running(world, Supervisor("root", children=[child("a"), child("b"), child("c")])) as supervisor:
         await stop(supervisor, world)
@@ -51,7 +51,7 @@ async def test_OTP_D01_reverse_order_one_at_a_time() -> None:
 
 
 @virtual
-async def test_OTP_D01_subtrees_stop_as_one_child() -> None:
+async def test_subtrees_stop_as_one_child() -> None:
     world = World(b=Script(cleanup=1), c=Script(cleanup=1))
     tree = Supervisor("root", children=[child("a"), Supervisor("sub", children=[child("b"), child("c")]), child("d")])
     async with running(world, tree) as supervisor:
@@ -63,7 +63,7 @@ async def test_OTP_D01_subtrees_stop_as_one_child() -> None:
 
 
 @virtual
-async def test_OTP_D02_stop_timeout() -> None:
+async def test_stop_timeout() -> None:
     world = World(a=Script(cleanup=1.5), b=Script(cleanup=100), c=Script(cleanup=1.5))
     children = [child(name, stop=2.0) for name in "abc"]
     async with running(world, Supervisor("root", children=children)) as supervisor:
@@ -82,7 +82,7 @@ async def test_OTP_D02_stop_timeout() -> None:
 
 
 @virtual
-async def test_OTP_D02_the_kill_goes_through_shields() -> None:
+async def test_the_kill_goes_through_shields() -> None:
     class Shielded:
         async def run(self, started: object) -> None:
             started()  # type: ignore[operator]
@@ -103,7 +103,7 @@ async def test_OTP_D02_the_kill_goes_through_shields() -> None:
 
 
 @virtual
-async def test_OTP_D02_a_child_that_refuses_to_die_is_abandoned_and_named() -> None:
+async def test_a_child_that_refuses_to_die_is_abandoned_and_named() -> None:
     world = World(a=Script(cleanup=1), b=Script(stubborn=True), c=Script(cleanup=1))
     children = [child(name, stop=2.0) for name in "abc"]
     async with running(world, Supervisor("root", children=children)) as supervisor:
@@ -125,7 +125,7 @@ async def test_OTP_D02_a_child_that_refuses_to_die_is_abandoned_and_named() -> N
 
 @pytest.mark.parametrize("end", [None, OSError("far too late"), asyncio.CancelledError()])
 @virtual
-async def test_OTP_D02_a_leaked_child_that_ends_or_says_ready_later_harms_nobody(end: BaseException | None) -> None:
+async def test_a_leaked_child_that_ends_or_says_ready_later_harms_nobody(end: BaseException | None) -> None:
     world = World(b=[Script(stubborn=True, end=end), Script()])
     async with running(world, Supervisor("root", children=[child("b", stop="kill")])) as supervisor:
         zombie = world["b"]
@@ -144,7 +144,7 @@ async def test_OTP_D02_a_leaked_child_that_ends_or_says_ready_later_harms_nobody
 
 
 @virtual
-async def test_OTP_D02_a_supervisor_is_given_the_time_to_give_up_on_its_own_children() -> None:
+async def test_a_supervisor_is_given_the_time_to_give_up_on_its_own_children() -> None:
     world = World(leaf=Script(stubborn=True))
     inner = Supervisor("inner", stop=3.0, children=[child("leaf", stop=math.inf)])
     async with running(world, Supervisor("root", children=[Supervisor("outer", children=[inner])])) as supervisor:
@@ -155,7 +155,7 @@ async def test_OTP_D02_a_supervisor_is_given_the_time_to_give_up_on_its_own_chil
 
 
 @virtual
-async def test_OTP_D03_brutal_kill() -> None:
+async def test_brutal_kill() -> None:
     world = World(a=Script(cleanup=1), b=Script(cleanup=1))
     async with running(world, Supervisor("root", children=[child("a", stop="kill"), child("b")])) as supervisor:
         await stop(supervisor, world)
@@ -170,7 +170,7 @@ async def test_OTP_D03_brutal_kill() -> None:
 
 @pytest.mark.parametrize("how", ["kill", 1.0])
 @virtual
-async def test_OTP_D03_a_child_that_was_killed_and_has_ended_is_not_given_up_later(how: StopTimeout) -> None:
+async def test_a_child_that_was_killed_and_has_ended_is_not_given_up_later(how: StopTimeout) -> None:
     world = World(a=Script(cleanup=5))
     async with running(world, Supervisor("root", children=[child("a", stop=how)])) as supervisor:
         await supervisor.terminate_child("a")
@@ -183,7 +183,7 @@ async def test_OTP_D03_a_child_that_was_killed_and_has_ended_is_not_given_up_lat
 
 
 @virtual
-async def test_OTP_D04_unlimited_timeout() -> None:
+async def test_unlimited_timeout() -> None:
     world = World(a=Script(cleanup=1e6), b=Script(cleanup=1e6))
     tree = Supervisor("root", children=[child("a", stop=math.inf), Supervisor("sub", children=[child("b", stop=2e6)])])
     async with running(world, tree) as supervisor:
@@ -199,7 +199,7 @@ async def test_OTP_D04_unlimited_timeout() -> None:
     [(None, {"permanent"}), (Stop("bye"), set[str]()), (OSError("broke"), {"permanent", "transient", "temporary"})],
 )
 @virtual
-async def test_OTP_D05_children_that_die_by_themselves_meanwhile(
+async def test_children_that_die_by_themselves_meanwhile(
     restart: Restart, end: BaseException | None, unclean: set[str]
 ) -> None:
     world = World(last=Script(cleanup=1))
@@ -213,7 +213,7 @@ async def test_OTP_D05_children_that_die_by_themselves_meanwhile(
 
 
 @virtual
-async def test_OTP_D05_a_child_that_fails_while_it_cleans_up_is_reported() -> None:
+async def test_a_child_that_fails_while_it_cleans_up_is_reported() -> None:
     world = World()
     async with running(world, Supervisor("root", children=[child("a"), child("b")])) as supervisor:
         world["b"].fate.set_result(OSError("jammed"))  # it fails in the same instant
@@ -228,9 +228,7 @@ async def test_OTP_D05_a_child_that_fails_while_it_cleans_up_is_reported() -> No
     [(OSError("no"), ["start_error x"]), (Skip("not now"), []), (None, [])],
 )
 @virtual
-async def test_OTP_D05_a_start_that_comes_to_its_end_meanwhile(
-    refuse: BaseException | None, reports: list[str]
-) -> None:
+async def test_a_start_that_comes_to_its_end_meanwhile(refuse: BaseException | None, reports: list[str]) -> None:
     world = World(x=[Script(), Script(start=0.5, refuse=refuse)], last=Script(cleanup=1))
     async with running(world, Supervisor("root", children=[child("x"), child("last")])) as supervisor:
         await supervisor.terminate_child("x")
@@ -245,7 +243,7 @@ async def test_OTP_D05_a_start_that_comes_to_its_end_meanwhile(
 
 
 @virtual
-async def test_OTP_D06_dynamic_children_stop_together() -> None:
+async def test_dynamic_children_stop_together() -> None:
     world = World(**{f"drone_{n}": Script(cleanup=2) for n in range(1, 101)})
     async with running(world, DynamicSupervisor("pool", child("drone"))) as pool:
         for _ in range(100):
@@ -258,7 +256,7 @@ async def test_OTP_D06_dynamic_children_stop_together() -> None:
 
 @pytest.mark.parametrize("ended", [False, True])
 @virtual
-async def test_OTP_D07_a_child_that_hid_from_its_supervisor(ended: bool) -> None:
+async def test_a_child_that_hid_from_its_supervisor(ended: bool) -> None:
     world = World(a=Script(hides=True, cleanup=1))
     async with running(world, Supervisor("root", children=[child("a", stop=math.inf), child("b")])) as supervisor:
         if ended:
@@ -273,7 +271,7 @@ async def test_OTP_D07_a_child_that_hid_from_its_supervisor(ended: bool) -> None
 
 
 @virtual
-async def test_OTP_D07_a_stop_hook_that_raises_is_a_kill_and_keeps_nobody_waiting() -> None:
+async def test_a_stop_hook_that_raises_is_a_kill_and_keeps_nobody_waiting() -> None:
     class Unstoppable(World):
         def life(self, *args: object) -> object:  # type: ignore[override]
             life = super().life(*args)  # type: ignore[arg-type]

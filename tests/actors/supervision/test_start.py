@@ -43,7 +43,7 @@ from tests.actors.supervision.kit import (
 
 
 @virtual
-async def test_OTP_S01_empty_supervisor() -> None:
+async def test_empty_supervisor() -> None:
     world = World()
     async with running(world, Supervisor("root", children=[Supervisor("empty")])) as root:
         ref = root.which("empty")
@@ -56,7 +56,7 @@ async def test_OTP_S01_empty_supervisor() -> None:
 
 
 @virtual
-async def test_OTP_S02_ordered_blocking_start() -> None:
+async def test_ordered_blocking_start() -> None:
     world = World(a=Script(start=1), b=Script(start=2), c=Script(start=3))
     supervisor = await launch(world, Supervisor("root", children=[child("a"), child("b"), child("c")]))
     await asyncio.sleep(5.9)
@@ -77,7 +77,7 @@ async def test_OTP_S02_ordered_blocking_start() -> None:
 
 
 @virtual
-async def test_OTP_S03_failed_start_is_rolled_back() -> None:
+async def test_failed_start_is_rolled_back() -> None:
     broken = OSError("no such device")
     world = World(a=Script(cleanup=1), b=Script(cleanup=1), c=Script(start=1, refuse=broken))
     tree = Supervisor("root", children=[child("a"), child("b"), child("c"), child("d")])
@@ -93,7 +93,7 @@ async def test_OTP_S03_failed_start_is_rolled_back() -> None:
 
 
 @virtual
-async def test_OTP_S03_a_broken_factory_is_a_failed_start() -> None:
+async def test_a_broken_factory_is_a_failed_start() -> None:
     class Broken(World):
         def life(self, *_: object) -> None:  # type: ignore[override]
             raise TypeError("no argument 'port'")
@@ -105,7 +105,7 @@ async def test_OTP_S03_a_broken_factory_is_a_failed_start() -> None:
 
 @pytest.mark.parametrize("end", [None, Stop("not today")])
 @virtual
-async def test_OTP_S03_ending_before_being_ready_is_a_failed_start(end: Stop | None) -> None:
+async def test_ending_before_being_ready_is_a_failed_start(end: Stop | None) -> None:
     class Early:
         async def run(self, started: object) -> None:
             if end is not None:
@@ -123,7 +123,7 @@ async def test_OTP_S03_ending_before_being_ready_is_a_failed_start(end: Stop | N
 
 
 @virtual
-async def test_OTP_S04_a_child_may_decline_to_start() -> None:
+async def test_a_child_may_decline_to_start() -> None:
     world = World(a=Script(start=1, refuse=Skip("no camera on this robot")))
     async with running(world, Supervisor("root", children=[child("a", restart=transient), child("b")])) as supervisor:
         assert state(supervisor, "a") == "stopped"
@@ -138,7 +138,7 @@ async def test_OTP_S04_a_child_may_decline_to_start() -> None:
 
 
 @virtual
-async def test_OTP_S04_a_child_that_has_started_cannot_decline_any_more() -> None:
+async def test_a_child_that_has_started_cannot_decline_any_more() -> None:
     world = World()
     async with running(world, Supervisor("root", children=[child("a")])):
         world.crash("a", Skip("not after all"))
@@ -148,7 +148,7 @@ async def test_OTP_S04_a_child_that_has_started_cannot_decline_any_more() -> Non
 
 
 @virtual
-async def test_OTP_S05_a_temporary_child_that_declines_leaves_no_trace() -> None:
+async def test_a_temporary_child_that_declines_leaves_no_trace() -> None:
     world = World(a=Script(refuse=Skip()), b=Script(refuse=Skip()))
     async with running(world, Supervisor("root", children=[child("a", restart=temporary)])) as supervisor:
         assert supervisor.counts().specs == 0
@@ -158,7 +158,7 @@ async def test_OTP_S05_a_temporary_child_that_declines_leaves_no_trace() -> None
 
 @pytest.mark.parametrize("spec", [42, None, World, Supervisor])
 @virtual
-async def test_OTP_S08_a_bad_spec_given_to_start_child_disturbs_nobody(spec: object) -> None:
+async def test_a_bad_spec_given_to_start_child_disturbs_nobody(spec: object) -> None:
     world = World()
     async with running(world, Supervisor("root", children=[child("a")])) as supervisor:
         with pytest.raises(DeclarationError, match="a child must be a Child or a Supervisor"):
@@ -168,7 +168,7 @@ async def test_OTP_S08_a_bad_spec_given_to_start_child_disturbs_nobody(spec: obj
 
 
 @virtual
-async def test_OTP_G08_a_significant_child_is_refused_by_a_running_supervisor_without_auto_shutdown() -> None:
+async def test_a_significant_child_is_refused_by_a_running_supervisor_without_auto_shutdown() -> None:
     significant = child("b", restart=transient, significant=True)
     async with running(World(), Supervisor("root")) as supervisor:
         with pytest.raises(DeclarationError, match=r"significant=True.*auto_shutdown=never"):
@@ -178,7 +178,7 @@ async def test_OTP_G08_a_significant_child_is_refused_by_a_running_supervisor_wi
 
 
 @virtual
-async def test_OTP_S10_failed_start_child_is_forgotten() -> None:
+async def test_failed_start_child_is_forgotten() -> None:
     broken = OSError("no such port")
     world = World(x=Script(start=1, refuse=broken))
     async with running(world, Supervisor("root", children=[child("a")])) as supervisor:
@@ -193,7 +193,7 @@ async def test_OTP_S10_failed_start_child_is_forgotten() -> None:
 
 
 @virtual
-async def test_OTP_S11_failed_manual_restart_keeps_the_spec() -> None:
+async def test_failed_manual_restart_keeps_the_spec() -> None:
     world = World(a=[Script(), Script(refuse=OSError("gone"))])
     async with running(world, Supervisor("root", children=[child("a")])) as supervisor:
         await supervisor.terminate_child("a")
@@ -366,7 +366,7 @@ async def test_a_supervisor_that_is_stopped_before_it_runs_starts_nothing() -> N
 
 
 @virtual
-async def test_OTP_D08_a_start_failure_deep_in_the_tree_names_the_leaf() -> None:
+async def test_a_start_failure_deep_in_the_tree_names_the_leaf() -> None:
     broken = OSError("encoder missing")
     world = World(walk=Script(refuse=broken))
     tree = Supervisor("robot", children=[Supervisor("gaits", children=[child("stand"), child("walk")])])
@@ -378,7 +378,7 @@ async def test_OTP_D08_a_start_failure_deep_in_the_tree_names_the_leaf() -> None
     assert world.errors() == ["start_error walk", "start_error gaits"]
 
 
-def test_OTP_D08_start_failure_reaches_main_with_its_cause() -> None:
+def test_start_failure_reaches_main_with_its_cause() -> None:
     program = textwrap.dedent("""
         import asyncio
         from actors.supervision.running import RunningSupervisor

@@ -109,7 +109,7 @@ async def test_replace_while_the_supervisor_still_starts_starts_a_child_that_has
 
 
 @virtual
-async def test_OTP_U01_reconfiguration_while_the_supervisor_still_starts_brings_no_restart_forward() -> None:
+async def test_reconfiguration_while_the_supervisor_still_starts_brings_no_restart_forward() -> None:
     world = World(b=Script(start=10))
     late = child("a", backoff=Backoff(20.0, 20.0, jitter=0.0))
     tree = Supervisor("root", children=[late, child("b")])
@@ -141,7 +141,7 @@ async def test_a_replacement_that_does_not_start_leaves_the_child_stopped() -> N
 
 
 @virtual
-async def test_OTP_U01_live_reconfiguration() -> None:
+async def test_live_reconfiguration() -> None:
     world = World()
     old = Supervisor("root", children=[child("a"), child("gone"), child("b")])
     new = Supervisor("root", strategy=rest_for_one, children=[child("new"), child("a", args=(7,)), child("b")])
@@ -171,7 +171,7 @@ async def test_OTP_U01_live_reconfiguration() -> None:
 
 @pytest.mark.parametrize("invalid", [Supervisor("other"), DynamicSupervisor("root", child("a")), 42, None])
 @virtual
-async def test_OTP_U01_an_invalid_replacement_is_refused_and_nothing_changes(invalid: Supervisor) -> None:
+async def test_an_invalid_replacement_is_refused_and_nothing_changes(invalid: Supervisor) -> None:
     tree = Supervisor("root", children=[child("a")])
     async with running(World(), tree) as supervisor:
         before = supervisor.children()
@@ -182,7 +182,7 @@ async def test_OTP_U01_an_invalid_replacement_is_refused_and_nothing_changes(inv
 
 
 @virtual
-async def test_OTP_U01_a_new_template_serves_the_next_restart_with_the_instances_own_arguments() -> None:
+async def test_a_new_template_serves_the_next_restart_with_the_instances_own_arguments() -> None:
     world = World()
     async with running(world, DynamicSupervisor("pool", child("drone", args=["old"]))) as pool:
         await pool.spawn("red", parameters={"speed": 1.0})
@@ -197,7 +197,7 @@ async def test_OTP_U01_a_new_template_serves_the_next_restart_with_the_instances
 
 
 @virtual
-async def test_OTP_U01_reconfiguration_during_a_group_restart_keeps_the_new_order() -> None:
+async def test_reconfiguration_during_a_group_restart_keeps_the_new_order() -> None:
     world = World(c=Script(cleanup=1))
     old = Supervisor("root", strategy=rest_for_one, children=[child(name) for name in "abc"])
     async with running(world, old) as supervisor:

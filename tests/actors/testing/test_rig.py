@@ -566,7 +566,7 @@ async def test_closing_a_rig_that_never_started_is_fine() -> None:
     await Rig().close()
 
 
-async def test_F19_a_node_is_found_by_class_name_or_full_name(rig: Rig) -> None:
+async def test_a_node_is_found_by_class_name_or_full_name_again(rig: Rig) -> None:
     await rig.start(Child(Node, name="left", namespace="/r1"), Child(Node, name="right", namespace="/r2"))
     right = rig.node("/r2/right")
     assert right.fqn == "/r2/right"

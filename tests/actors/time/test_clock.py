@@ -37,7 +37,7 @@ async def test_virtual_time_of_day_is_the_time_since_the_start() -> None:
     assert (stamp.sec, stamp.nanosec) == (12, 500_000_000)
 
 
-async def test_I_01_the_nanoseconds_of_a_stamp_are_always_less_than_a_second() -> None:
+async def test_the_nanoseconds_of_a_stamp_are_always_less_than_a_second() -> None:
     ours = clock()
     for _ in range(200):
         await ours.sleep(0.0999999999)

@@ -94,7 +94,7 @@ async def test_before_the_first_message_time_is_0_and_stands_still(rig: Rig) -> 
     assert repr(incarnation_of(follower).sim).startswith("<ROS time of /follower: RosClock(")
 
 
-async def test_T_19_stamps_follow_the_simulated_clock_to_the_nanosecond(rig: Rig) -> None:
+async def test_stamps_follow_the_simulated_clock_to_the_nanosecond(rig: Rig) -> None:
     follower = await following(rig)
     await show(rig, 12.5)
     assert follower.clock.now() == 12.5

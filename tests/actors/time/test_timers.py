@@ -39,7 +39,7 @@ class Bench:
         await asyncio.wait([self.task])
 
 
-async def test_T_18_a_hundred_thousand_ticks_are_on_the_grid_to_the_last_bit() -> None:
+async def test_a_hundred_thousand_ticks_are_on_the_grid_to_the_last_bit() -> None:
     ticks: list[Tick] = []
     bench = Bench(lambda tick: ticks.append(tick), 300.0)
     begun = asyncio.get_running_loop().time()

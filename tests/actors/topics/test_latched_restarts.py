@@ -61,7 +61,7 @@ class Crowd(Node):
         raise ValueError("negative")
 
 
-async def test_T_06_a_restarted_node_gets_the_latched_state_again_and_no_volatile_message_twice(rig: Rig) -> None:
+async def test_a_restarted_node_gets_the_latched_state_again_and_no_volatile_message_twice(rig: Rig) -> None:
     rig.expect_failure(ValueError)
     await rig.start(Reader)
     rig.publish(CONFIG, number(7))

@@ -75,7 +75,7 @@ class Watcher(Node):
 
 
 @pytest.mark.task_order("an eager listener looks later, and events that come before it looks are one")
-async def test_H_02_an_incompatible_pair_hears_of_it_on_both_sides_and_the_log_says_once_what_to_change(
+async def test_an_incompatible_pair_hears_of_it_on_both_sides_and_the_log_says_once_what_to_change(
     rig: Rig,
 ) -> None:
     class Sensor(Node):
@@ -112,7 +112,7 @@ async def test_H_02_an_incompatible_pair_hears_of_it_on_both_sides_and_the_log_s
     }
 
 
-async def test_H_03_a_reliable_publisher_serves_a_best_effort_reader_without_a_word(rig: Rig) -> None:
+async def test_a_reliable_publisher_serves_a_best_effort_reader_without_a_word(rig: Rig) -> None:
     await rig.start(Camera)
     out, easy = rig.me.publisher(NUMBERS), rig.me.subscribe(NUMBERS, qos=qos.SENSOR_DATA)
     out(number(1))
@@ -121,7 +121,7 @@ async def test_H_03_a_reliable_publisher_serves_a_best_effort_reader_without_a_w
     assert (out.status.incompatible_qos, easy.status.incompatible_qos) == (0, 0)
 
 
-async def test_T_16_another_type_under_the_same_name_is_an_event_of_its_own(rig: Rig) -> None:
+async def test_another_type_under_the_same_name_is_an_event_of_its_own(rig: Rig) -> None:
     from actors.interfaces.std_msgs.msg import String
 
     await rig.start(Camera)
@@ -132,7 +132,7 @@ async def test_T_16_another_type_under_the_same_name_is_an_event_of_its_own(rig:
     assert (out.status.incompatible_type, other.status.incompatible_type) == (1, 1)
 
 
-async def test_T_06_a_publisher_knows_its_readers_through_their_restarts(rig: Rig) -> None:
+async def test_a_publisher_knows_its_readers_through_their_restarts(rig: Rig) -> None:
     await rig.start(Camera, Watcher)
     told = rig.node(Camera).out.events()
     heard = rig.node(Watcher).subscription(CAMERA)
@@ -230,7 +230,7 @@ async def test_a_heartbeat_that_stops_is_lost_and_a_word_brings_it_back(rig: Rig
 # -- what was lost ----------------------------------------------------------------------------------------------------------
 
 
-async def test_Q_26_X_05_a_reader_that_is_too_slow_hears_how_much_it_loses(rig: Rig) -> None:
+async def test_a_reader_that_is_too_slow_hears_how_much_it_loses(rig: Rig) -> None:
     class Processor(Node):
         """Needs 50 ms for a picture that comes every 33."""
 
@@ -283,7 +283,7 @@ async def test_a_command_that_waited_for_a_restart_too_long_is_not_obeyed(rig: R
     assert rig.node(Legs).subscription(COMMAND).dropped == 0
 
 
-async def test_Q_23_what_is_latched_with_a_lifespan_reaches_late_joiners_while_it_lasts(rig: Rig) -> None:
+async def test_what_is_latched_with_a_lifespan_reaches_late_joiners_while_it_lasts(rig: Rig) -> None:
     fleeting = Topic(Int32, "fleeting", QoS(depth=3, durability=Durability.TRANSIENT_LOCAL, lifespan=1.0))
     await rig.start(Camera)
     out = rig.me.publisher(fleeting)
@@ -314,7 +314,7 @@ async def test_late_listeners_of_rosout_get_what_was_said_in_the_last_ten_second
     assert said(rig.probe(rosout)) == [f"it is {second}" for second in range(31, 41)]
 
 
-async def test_Q_07_a_reader_of_the_log_with_the_profile_for_logs_keeps_the_newest_20_lines_and_hears_nothing_old(
+async def test_a_reader_of_the_log_with_the_profile_for_logs_keeps_the_newest_20_lines_and_hears_nothing_old(
     rig: Rig,
 ) -> None:
     class Chatty(Node):
@@ -339,7 +339,7 @@ async def test_Q_07_a_reader_of_the_log_with_the_profile_for_logs_keeps_the_newe
     assert [(await lines.next()).msg for _ in range(20)] == [f"line {line}" for line in range(10, 30)]
 
 
-async def test_Q_25_a_sender_is_held_back_by_a_slow_keep_all_handler_and_nothing_is_lost(rig: Rig) -> None:
+async def test_a_sender_is_held_back_by_a_slow_keep_all_handler_and_nothing_is_lost(rig: Rig) -> None:
     everything = Topic(Int32, "everything", QoS(history=History.KEEP_ALL, limit=3))
 
     class Archive(Node):

@@ -222,7 +222,7 @@ async def test_a_sender_goes_on_when_the_oldest_message_expires() -> None:
     assert (queue.dropped, (await stream.next()).data) == (0, 3)
 
 
-async def test_Q_25_best_effort_holds_no_sender_back() -> None:
+async def test_best_effort_holds_no_sender_back() -> None:
     entry = topic()
     with pytest.warns(UserWarning, match="KEEP_ALL with best_effort still drops"):
         loose = KEEP_2.replace(reliability=qos.Reliability.BEST_EFFORT)
@@ -234,7 +234,7 @@ async def test_Q_25_best_effort_holds_no_sender_back() -> None:
     assert (values(queue.messages), queue.dropped) == ([0, 0], 4)
 
 
-async def test_Q_25_a_latched_keep_all_publisher_keeps_no_more_than_its_limit() -> None:
+async def test_a_latched_keep_all_publisher_keeps_no_more_than_its_limit() -> None:
     entry = topic()
     latched = KEEP_2.replace(durability=Durability.TRANSIENT_LOCAL)
     out = timed(entry, latched)

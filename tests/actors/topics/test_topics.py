@@ -68,7 +68,7 @@ class Slow(Node):
 # -- who gets what ---------------------------------------------------------------------------------------------------
 
 
-async def test_T_01_a_publisher_never_waits_for_a_slow_reader(rig: Rig) -> None:
+async def test_a_publisher_never_waits_for_a_slow_reader(rig: Rig) -> None:
     await rig.start(Talker, Slow)
     before = rig.now
     for value in range(100):
@@ -78,7 +78,7 @@ async def test_T_01_a_publisher_never_waits_for_a_slow_reader(rig: Rig) -> None:
     assert rig.node(Slow).seen == [95, 96, 97, 98, 99]
 
 
-async def test_T_03_each_of_ten_readers_gets_all_of_a_hundred_messages_in_order(rig: Rig) -> None:
+async def test_each_of_ten_readers_gets_all_of_a_hundred_messages_in_order(rig: Rig) -> None:
     readers = [Child(Collector, name=f"reader_{index}") for index in range(10)]
     await rig.start(Talker, *readers)
     for value in range(100):
@@ -90,7 +90,7 @@ async def test_T_03_each_of_ten_readers_gets_all_of_a_hundred_messages_in_order(
         assert core.node.seen == list(range(100))  # type: ignore[attr-defined]
 
 
-async def test_T_04_a_reader_gets_the_messages_of_three_publishers_each_in_its_own_order(rig: Rig) -> None:
+async def test_a_reader_gets_the_messages_of_three_publishers_each_in_its_own_order(rig: Rig) -> None:
     class Counter(Node):
         out = publishes(NUMBERS)
 
@@ -112,7 +112,7 @@ async def test_T_04_a_reader_gets_the_messages_of_three_publishers_each_in_its_o
         assert [value for value in seen if value // 1000 == index] == list(range(1000 * index, 1000 * index + 50))
 
 
-async def test_T_05_the_order_of_starting_does_not_matter(rig: Rig) -> None:
+async def test_the_order_of_starting_does_not_matter(rig: Rig) -> None:
     await rig.start(Child(Collector, name="early"), Talker, Child(Collector, name="late"))
     assert rig.node(Talker).out.subscription_count == 2
     rig.node(Talker).out(number(1))
@@ -124,7 +124,7 @@ async def test_T_05_the_order_of_starting_does_not_matter(rig: Rig) -> None:
         assert rig.state(name).node.seen == [1, 2]  # type: ignore[union-attr]
 
 
-async def test_T_06_a_crash_of_either_side_leaves_the_other_alive(rig: Rig) -> None:
+async def test_a_crash_of_either_side_leaves_the_other_alive(rig: Rig) -> None:
     await rig.start(Talker, Collector)
     collector = rig.node(Collector)
     rig.crash(Talker)
@@ -142,7 +142,7 @@ async def test_T_06_a_crash_of_either_side_leaves_the_other_alive(rig: Rig) -> N
     assert rig.node(Collector).seen == [2]
 
 
-async def test_T_06_messages_that_come_during_a_restart_wait_for_the_next_life(rig: Rig) -> None:
+async def test_messages_that_come_during_a_restart_wait_for_the_next_life(rig: Rig) -> None:
     rig.expect_failure(ValueError)
 
     class Fragile(Node):
@@ -172,11 +172,11 @@ async def test_T_06_messages_that_come_during_a_restart_wait_for_the_next_life(r
     assert rig.incarnation(Fragile) == 2
 
 
-def test_T_07_a_number_is_the_depth_of_the_default_profile() -> None:
+def test_a_number_is_the_depth_of_the_default_profile() -> None:
     assert Topic(String, "x", 10).qos == qos.DEFAULT
 
 
-async def test_T_08_who_comes_late_misses_what_was_volatile(rig: Rig) -> None:
+async def test_who_comes_late_misses_what_was_volatile(rig: Rig) -> None:
     await rig.start(Talker)
     for value in range(5):
         rig.node(Talker).out(number(value))
@@ -186,7 +186,7 @@ async def test_T_08_who_comes_late_misses_what_was_volatile(rig: Rig) -> None:
     assert stream.received == 1
 
 
-async def test_T_09_a_flood_is_bounded_by_the_depth_and_its_losses_are_counted(rig: Rig) -> None:
+async def test_a_flood_is_bounded_by_the_depth_and_its_losses_are_counted(rig: Rig) -> None:
     await rig.start(Talker)
     streams = [rig.me.subscribe(NUMBERS, qos=5) for _ in range(3)]
     for value in range(100_000):
@@ -198,7 +198,7 @@ async def test_T_09_a_flood_is_bounded_by_the_depth_and_its_losses_are_counted(r
     assert rig.system.graph.topic("/numbers").message_count == 100_000
 
 
-async def test_T_12_relative_names_live_in_the_namespace_of_their_node(rig: Rig) -> None:
+async def test_relative_names_live_in_the_namespace_of_their_node(rig: Rig) -> None:
     absolute = Topic(Int32, "/numbers")
 
     class Both(Node):
@@ -212,14 +212,14 @@ async def test_T_12_relative_names_live_in_the_namespace_of_their_node(rig: Rig)
     assert (values(near), values(far)) == ([1], [2])
 
 
-async def test_T_13_a_topic_is_renamed_from_outside(rig: Rig) -> None:
+async def test_a_topic_is_renamed_from_outside(rig: Rig) -> None:
     await rig.start(Child(Talker, remap={"numbers": "/renamed"}))
     probe = rig.probe(NUMBERS, name="/renamed")
     rig.node(Talker).out(number(1))
     assert values(probe) == [1]
 
 
-async def test_T_14_a_slow_reader_never_stalls_the_others(rig: Rig) -> None:
+async def test_a_slow_reader_never_stalls_the_others(rig: Rig) -> None:
     await rig.start(Talker, Slow, Collector)
     for value in range(3):
         rig.node(Talker).out(number(value))
@@ -228,7 +228,7 @@ async def test_T_14_a_slow_reader_never_stalls_the_others(rig: Rig) -> None:
     assert rig.node(Slow).seen == []
 
 
-async def test_T_16_two_types_under_one_name_are_reported_once_to_both_and_never_mixed(rig: Rig) -> None:
+async def test_two_types_under_one_name_are_reported_once_to_both_and_never_mixed(rig: Rig) -> None:
     as_text = Topic(String, "numbers", 100)
 
     class Reader(Node):
@@ -253,7 +253,7 @@ async def test_T_16_two_types_under_one_name_are_reported_once_to_both_and_never
     assert rig.system.graph.topic("/numbers").type_names == ("std_msgs/msg/Int32", "std_msgs/msg/String")
 
 
-async def test_Q_29_an_incompatible_pair_is_reported_once_to_both_sides_with_the_policy(rig: Rig) -> None:
+async def test_an_incompatible_pair_is_reported_once_to_both_sides_with_the_policy(rig: Rig) -> None:
     best_effort = Topic(Int32, "numbers", qos.SENSOR_DATA)
 
     class Sensor(Node):
@@ -280,7 +280,7 @@ async def test_Q_29_an_incompatible_pair_is_reported_once_to_both_sides_with_the
 
 
 @pytest.mark.parametrize("text", ["1bad", "a b", "a//b", "a-"])
-def test_T_10_a_bad_name_is_refused_when_the_contract_is_made(text: str) -> None:
+def test_a_bad_name_is_refused_when_the_contract_is_made(text: str) -> None:
     with pytest.raises(TypeError, match=r"Topic\(\.\.\., "):
         Topic(String, text)
 
@@ -288,7 +288,7 @@ def test_T_10_a_bad_name_is_refused_when_the_contract_is_made(text: str) -> None
 # -- histories -------------------------------------------------------------------------------------------------------
 
 
-async def test_Q_23_a_latched_topic_replays_its_last_messages_without_gap_or_duplicate(rig: Rig) -> None:
+async def test_a_latched_topic_replays_its_last_messages_without_gap_or_duplicate(rig: Rig) -> None:
     latched = Topic(Int32, "state", LATCHED_3)
 
     class State(Node):
@@ -309,7 +309,7 @@ async def test_Q_23_a_latched_topic_replays_its_last_messages_without_gap_or_dup
     assert late.latest == number(6)
 
 
-async def test_Q_23_a_latched_topic_replays_to_a_reader_that_takes_its_time_nothing_twice(rig: Rig) -> None:
+async def test_a_latched_topic_replays_to_a_reader_that_takes_its_time_nothing_twice(rig: Rig) -> None:
     latched = Topic(Int32, "state", LATCHED_3)
     await rig.start(Talker)
     first, second = rig.me.publisher(latched), rig.me.publisher(latched)
@@ -323,7 +323,7 @@ async def test_Q_23_a_latched_topic_replays_to_a_reader_that_takes_its_time_noth
         await stream.next(timeout=1.0)
 
 
-async def test_Q_23_what_was_latched_goes_with_its_publisher(rig: Rig) -> None:
+async def test_what_was_latched_goes_with_its_publisher(rig: Rig) -> None:
     latched = Topic(Int32, "state", qos.LATCHED)
 
     class State(Node):
@@ -339,7 +339,7 @@ async def test_Q_23_what_was_latched_goes_with_its_publisher(rig: Rig) -> None:
     assert rig.me.subscribe(latched).latest is None
 
 
-async def test_Q_24_a_paused_reader_gets_the_newest_and_its_losses_are_visible(rig: Rig) -> None:
+async def test_a_paused_reader_gets_the_newest_and_its_losses_are_visible(rig: Rig) -> None:
     await rig.start(Talker)
     stream = rig.me.subscribe(NUMBERS, qos=5)
     for value in range(20):
@@ -348,7 +348,7 @@ async def test_Q_24_a_paused_reader_gets_the_newest_and_its_losses_are_visible(r
     assert [(await stream.next()).data for _ in range(5)] == [15, 16, 17, 18, 19]
 
 
-async def test_Q_25_keep_all_holds_back_a_sender_that_awaits_and_loses_nothing(rig: Rig) -> None:
+async def test_keep_all_holds_back_a_sender_that_awaits_and_loses_nothing(rig: Rig) -> None:
     everything = Topic(Int32, "everything", KEEP_ALL_3)
 
     class Worker(Node):
@@ -379,7 +379,7 @@ async def test_Q_25_keep_all_holds_back_a_sender_that_awaits_and_loses_nothing(r
     assert rig.node(Source).sent == [0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 4.0]
 
 
-async def test_Q_25_keep_all_never_overwrites_what_waits_a_plain_publish_is_lost_and_counted(rig: Rig) -> None:
+async def test_keep_all_never_overwrites_what_waits_a_plain_publish_is_lost_and_counted(rig: Rig) -> None:
     everything = Topic(Int32, "everything", KEEP_ALL_3)
     await rig.start(Talker)
     stream = rig.me.subscribe(everything)
@@ -389,7 +389,7 @@ async def test_Q_25_keep_all_never_overwrites_what_waits_a_plain_publish_is_lost
     assert [(await stream.next()).data for _ in range(3)] == [0, 1, 2]
 
 
-async def test_Q_25_a_reader_that_leaves_lets_the_waiting_sender_go_on(rig: Rig) -> None:
+async def test_a_reader_that_leaves_lets_the_waiting_sender_go_on(rig: Rig) -> None:
     everything = Topic(Int32, "everything", KEEP_ALL_3)
     await rig.start(Talker)
     out, stream = rig.me.publisher(everything), rig.me.subscribe(everything)
@@ -406,7 +406,7 @@ async def test_Q_25_a_reader_that_leaves_lets_the_waiting_sender_go_on(rig: Rig)
     assert out.count == 5
 
 
-async def test_Q_25_a_probe_watches_a_keep_all_topic_without_holding_anybody_back(rig: Rig) -> None:
+async def test_a_probe_watches_a_keep_all_topic_without_holding_anybody_back(rig: Rig) -> None:
     everything = Topic(Int32, "everything", KEEP_ALL_3)
     await rig.start(Talker)
     probe, out = rig.probe(everything), rig.me.publisher(everything)
@@ -415,7 +415,7 @@ async def test_Q_25_a_probe_watches_a_keep_all_topic_without_holding_anybody_bac
     assert values(probe) == list(range(10))
 
 
-async def test_Q_25_sending_what_is_not_of_the_type_fails_at_once_not_when_there_is_room(rig: Rig) -> None:
+async def test_sending_what_is_not_of_the_type_fails_at_once_not_when_there_is_room(rig: Rig) -> None:
     everything = Topic(Int32, "everything", KEEP_ALL_3)
     await rig.start(Talker)
     out, stream = rig.me.publisher(everything), rig.me.subscribe(everything)
@@ -429,7 +429,7 @@ async def test_Q_25_sending_what_is_not_of_the_type_fails_at_once_not_when_there
 # -- streams ---------------------------------------------------------------------------------------------------------
 
 
-async def test_T_17_a_stream_and_a_handler_get_the_same_messages(rig: Rig) -> None:
+async def test_a_stream_and_a_handler_get_the_same_messages(rig: Rig) -> None:
     await rig.start(Talker, Collector)
     seen: list[int] = []
 
@@ -451,7 +451,7 @@ async def test_T_17_a_stream_and_a_handler_get_the_same_messages(rig: Rig) -> No
     assert rig.node(Talker).out.subscription_count == 1
 
 
-async def test_T_17_a_break_out_of_the_loop_unsubscribes(rig: Rig) -> None:
+async def test_a_break_out_of_the_loop_unsubscribes(rig: Rig) -> None:
     await rig.start(Talker)
     out = rig.node(Talker).out
 
@@ -467,7 +467,7 @@ async def test_T_17_a_break_out_of_the_loop_unsubscribes(rig: Rig) -> None:
     assert out.subscription_count == 0
 
 
-async def test_T_17_a_stream_ends_with_its_block_and_what_waits_can_still_be_taken(rig: Rig) -> None:
+async def test_a_stream_ends_with_its_block_and_what_waits_can_still_be_taken(rig: Rig) -> None:
     await rig.start(Talker)
     out = rig.node(Talker).out
     async with rig.me.subscribe(NUMBERS) as stream:
@@ -480,7 +480,7 @@ async def test_T_17_a_stream_ends_with_its_block_and_what_waits_can_still_be_tak
     stream.close()
 
 
-async def test_T_17_closing_wakes_who_waits(rig: Rig) -> None:
+async def test_closing_wakes_who_waits(rig: Rig) -> None:
     await rig.start(Talker)
     stream = rig.me.subscribe(NUMBERS)
 
@@ -495,7 +495,7 @@ async def test_T_17_closing_wakes_who_waits(rig: Rig) -> None:
     assert await task == "ended"
 
 
-async def test_T_17_a_forgotten_stream_leaves_the_topic(rig: Rig) -> None:
+async def test_a_forgotten_stream_leaves_the_topic(rig: Rig) -> None:
     await rig.start(Talker)
     stream = rig.me.subscribe(NUMBERS)
     assert rig.node(Talker).out.subscription_count == 1
@@ -504,7 +504,7 @@ async def test_T_17_a_forgotten_stream_leaves_the_topic(rig: Rig) -> None:
     assert rig.node(Talker).out.subscription_count == 0
 
 
-async def test_T_17_two_tasks_on_one_stream_are_told_to_have_one_each(rig: Rig) -> None:
+async def test_two_tasks_on_one_stream_are_told_to_have_one_each(rig: Rig) -> None:
     await rig.start(Talker)
     stream = rig.me.subscribe(NUMBERS)
     waiting = asyncio.create_task(stream.next())
@@ -517,7 +517,7 @@ async def test_T_17_two_tasks_on_one_stream_are_told_to_have_one_each(rig: Rig) 
     assert await waiting == number(1)
 
 
-async def test_T_17_an_impatient_reader_loses_no_message(rig: Rig) -> None:
+async def test_an_impatient_reader_loses_no_message(rig: Rig) -> None:
     await rig.start(Talker)
     stream = rig.me.subscribe(NUMBERS)
     with pytest.raises(CallTimeout):
@@ -544,7 +544,7 @@ async def test_a_declared_stream_listens_from_the_start_on_and_ends_with_its_nod
 # -- what is refused -------------------------------------------------------------------------------------------------
 
 
-async def test_I_53_a_message_of_another_type_is_refused_in_the_publishers_frame(rig: Rig) -> None:
+async def test_a_message_of_another_type_is_refused_in_the_publishers_frame(rig: Rig) -> None:
     await rig.start(Talker, Collector)
     with pytest.raises(WrongType, match="/talker publishes Int32 on /numbers, not Float32 "):
         rig.node(Talker).out(Float32(data=1.0))  # type: ignore[arg-type]
@@ -553,7 +553,7 @@ async def test_I_53_a_message_of_another_type_is_refused_in_the_publishers_frame
     assert rig.node(Talker).out.count == 0
 
 
-async def test_I_54_a_message_is_a_value_that_nobody_can_change_under_anothers_hands(rig: Rig) -> None:
+async def test_a_message_is_a_value_that_nobody_can_change_under_anothers_hands(rig: Rig) -> None:
     await rig.start(Talker)
     one, other = rig.me.subscribe(WORDS), rig.me.subscribe(WORDS)
     message = word("first")
@@ -722,7 +722,7 @@ async def test_nothing_works_before_the_start(rig: Rig) -> None:
 # -- handlers --------------------------------------------------------------------------------------------------------
 
 
-async def test_E_04_a_concurrent_handler_runs_in_as_many_tasks_as_it_said_and_no_more(rig: Rig) -> None:
+async def test_a_concurrent_handler_runs_in_as_many_tasks_as_it_said_and_no_more(rig: Rig) -> None:
     class Parallel(Node):
         def __init__(self) -> None:
             self.now = self.most = 0
@@ -868,7 +868,7 @@ async def test_a_handler_that_the_next_life_does_not_add_any_more_is_forgotten_w
 # -- time ------------------------------------------------------------------------------------------------------------
 
 
-async def test_T_18_periodic_callbacks_do_not_drift(rig: Rig) -> None:
+async def test_periodic_callbacks_do_not_drift(rig: Rig) -> None:
     class Busy(Node):
         def __init__(self) -> None:
             self.ticks: list[float] = []
@@ -883,7 +883,7 @@ async def test_T_18_periodic_callbacks_do_not_drift(rig: Rig) -> None:
     assert rig.node(Busy).ticks == pytest.approx([0.1 * k for k in range(1, 301)], abs=2e-9)
 
 
-async def test_T_19_stamps_follow_the_clock_of_the_system(rig: Rig) -> None:
+async def test_stamps_follow_the_clock_of_the_system(rig: Rig) -> None:
     await rig.start(Talker)
     await rig.advance(12.5)
     stamp = rig.node(Talker).clock.stamp()
@@ -897,7 +897,7 @@ async def test_the_second_reader_of_a_mismatch_in_another_node_is_reported_too(r
     assert [record.node for record in events(rig.logs, "offering incompatible QoS")] == ["/one", "/two"]
 
 
-async def test_Q_14_of_ten_commands_that_come_while_a_reader_of_depth_1_is_busy_the_newest_is_next(rig: Rig) -> None:
+async def test_of_ten_commands_that_come_while_a_reader_of_depth_1_is_busy_the_newest_is_next(rig: Rig) -> None:
     class Driver(Node):
         def __init__(self) -> None:
             self.taken: list[int] = []

@@ -70,7 +70,7 @@ async def edges(page: Page) -> set[tuple[str, str]]:
     return {(begin, end) for begin, end in found}
 
 
-async def test_R_01_the_graph_of_the_lab_shows_its_nodes_topics_and_who_calls_whom() -> None:
+async def test_the_graph_of_the_lab_shows_its_nodes_topics_and_who_calls_whom() -> None:
     async with browsing(tree=lab()) as visit:
         await visit.open("graph?node=/motor_controller")
         page = visit.page
@@ -87,7 +87,7 @@ async def test_R_01_the_graph_of_the_lab_shows_its_nodes_topics_and_who_calls_wh
         await expect(details).to_contain_text("/plan_trajectory of /planner")
 
 
-async def test_R_02_the_console_shows_the_lines_of_one_node_and_of_a_level() -> None:
+async def test_the_console_shows_the_lines_of_one_node_and_of_a_level() -> None:
     async with browsing(tree=Supervisor("tree", children=[Child(Driver), Child(Steerer)])) as visit:
         await visit.open("console")
         page = visit.page
@@ -101,7 +101,7 @@ async def test_R_02_the_console_shows_the_lines_of_one_node_and_of_a_level() -> 
         await expect(lines.filter(has_text="wheel blocked").first).to_be_visible()
 
 
-async def test_R_03_a_field_of_200_messages_a_second_is_plotted_without_a_gap() -> None:
+async def test_a_field_of_200_messages_a_second_is_plotted_without_a_gap() -> None:
     async with browsing(tree=Supervisor("tree", children=[Child(ImuPublisher)])) as visit:
         await visit.open("plot?series=/imu/data.angular_velocity.z")
         page = visit.page
@@ -126,7 +126,7 @@ async def test_R_03_a_field_of_200_messages_a_second_is_plotted_without_a_gap() 
     assert float(told[3]) <= 0.0 <= float(told[4])
 
 
-async def test_R_05_each_of_rqts_tools_has_a_pane_that_says_so_and_a_command_in_the_readme() -> None:
+async def test_each_of_rqts_tools_has_a_pane_that_says_so_and_a_command_in_the_readme() -> None:
     async with browsing(tree=Supervisor("tree", children=[Child(Driver)])) as visit:
         await visit.open("console")
         readme = await anyio.Path(README).read_text(encoding="utf-8")
@@ -137,7 +137,7 @@ async def test_R_05_each_of_rqts_tools_has_a_pane_that_says_so_and_a_command_in_
             assert f"replaces `{tool}`" in readme
 
 
-async def test_R_04_and_P_18_a_parameter_is_changed_and_a_value_that_is_none_is_refused_with_the_reason() -> None:
+async def test_a_parameter_is_changed_and_a_value_that_is_none_is_refused_with_the_reason() -> None:
     async with browsing(tree=Supervisor("tree", children=[Child(Driver)])) as visit:
         await visit.open("parameters?node=/driver")
         page = visit.page

@@ -203,7 +203,7 @@ def test_no_command_ever_leaves_the_limits() -> None:
     assert all(limits.clip(m.vx, m.vy, m.wz) == Twist2(m.vx, m.vy, m.wz) for m in commands)
 
 
-def test_A_42_four_meters_straight_are_four_meters() -> None:
+def test_four_meters_straight_are_four_meters() -> None:
     scene = get_world("warehouse")
     navigator, walker = ready(scene)
     navigator.set_goal(Pose2(4.0, 0.0), walker.pose)

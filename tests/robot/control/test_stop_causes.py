@@ -11,7 +11,7 @@ KEYS = ("tilt", "request", "battery")
 steps = st.lists(st.tuples(st.sampled_from(("begin", "end", "clear")), st.sampled_from(KEYS)), max_size=30)
 
 
-def test_F_08_a_latched_cause_outlives_what_caused_it() -> None:
+def test_a_latched_cause_outlives_what_caused_it() -> None:
     latch = StopLatch()
     assert latch.begin("tilt", "it tilts")
     assert not latch.begin("tilt", "it tilts more")  # no news
@@ -25,7 +25,7 @@ def test_F_08_a_latched_cause_outlives_what_caused_it() -> None:
     assert repr(latch) == "<StopLatch clear>"
 
 
-def test_F_08_a_cause_that_is_not_latched_ends_by_itself() -> None:
+def test_a_cause_that_is_not_latched_ends_by_itself() -> None:
     latch = StopLatch()
     latch.begin("battery", "empty", latched=False)
     assert latch.end("battery")
@@ -33,7 +33,7 @@ def test_F_08_a_cause_that_is_not_latched_ends_by_itself() -> None:
     assert not latch.end("battery")
 
 
-def test_F_08_clearing_leaves_what_is_still_there() -> None:
+def test_clearing_leaves_what_is_still_there() -> None:
     latch = StopLatch()
     latch.begin("tilt", "it tilts")
     latch.begin("request", "asked for")
@@ -43,7 +43,7 @@ def test_F_08_clearing_leaves_what_is_still_there() -> None:
     assert repr(latch) == "<StopLatch it tilts>"
 
 
-def test_F_08_a_new_latch_keeps_the_latched_causes_of_the_old_one() -> None:
+def test_a_new_latch_keeps_the_latched_causes_of_the_old_one() -> None:
     latch = StopLatch()
     latch.begin("request", "asked for")
     latch.begin("battery", "empty", latched=False)
@@ -52,7 +52,7 @@ def test_F_08_a_new_latch_keeps_the_latched_causes_of_the_old_one() -> None:
 
 
 @given(steps)
-def test_F_08_whatever_happens_it_is_stopped_exactly_while_a_cause_is_there_or_uncleared(
+def test_whatever_happens_it_is_stopped_exactly_while_a_cause_is_there_or_uncleared(
     taken: list[tuple[str, str]],
 ) -> None:
     latch, present, held = StopLatch(), set[str](), set[str]()

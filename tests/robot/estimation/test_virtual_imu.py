@@ -103,7 +103,7 @@ def test_without_two_standing_feet_the_attitude_is_kept(contact: tuple[bool, ...
 
 
 @pytest.mark.parametrize(("fault", "seed", "turn"), [("IMU not a number", 1, 0.22), ("IMU frozen", 3, -0.29)])
-def test_F_07_an_imu_that_fails_in_a_walk_leaves_the_robot_standing_upright(fault: str, seed: int, turn: float) -> None:
+def test_an_imu_that_fails_in_a_walk_leaves_the_robot_standing_upright(fault: str, seed: int, turn: float) -> None:
     trial = Trial(seed, conditions=Conditions(delay=0.008))
     trial.stand_up()
     trial.run(2.2, (0.5, 0.0, turn))

@@ -163,7 +163,7 @@ def test_rates_has_nothing_quicker_than_a_short_duration() -> None:
 
 
 @pytest.mark.realtime
-def test_RT_07_all_streams_on_the_real_clock_keep_their_rates_or_are_named() -> None:
+def test_all_streams_on_the_real_clock_keep_their_rates_or_are_named() -> None:
     done, result = evaluate("rates", "--duration", "10")
     streams = [row for row in result["metrics"] if row["name"].startswith("RT-") and row["better"] == "larger"]
     slow = [row["name"] for row in streams if row["median"] < 98.0]

@@ -77,7 +77,7 @@ def limits_kept(rig_joints: list[np.ndarray], hz: float) -> bool:
     )
 
 
-async def test_N_37_the_position_service_tells_the_true_angles_before_during_and_after_a_motion(rig: Rig) -> None:
+async def test_the_position_service_tells_the_true_angles_before_during_and_after_a_motion(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
     assert await where(rig) == (list(STOWED), "IDLE")
     moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
@@ -90,7 +90,7 @@ async def test_N_37_the_position_service_tells_the_true_angles_before_during_and
     assert await where(rig) == (list(FORWARD), "IDLE")
 
 
-async def test_A_55_half_way_the_service_tells_half_the_way_and_the_action_agrees(rig: Rig) -> None:
+async def test_half_way_the_service_tells_half_the_way_and_the_action_agrees(rig: Rig) -> None:
     body = KinematicBody(SCENE, seed=1, arm=True)
     await rig.start(driver(body))
     moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
@@ -105,7 +105,7 @@ async def test_A_55_half_way_the_service_tells_half_the_way_and_the_action_agree
     assert result.final_angles.tolist() == list(FORWARD)
 
 
-async def test_A_56_feedback_comes_ten_times_a_second_never_falls_and_earlier_ones_keep_their_numbers(rig: Rig) -> None:
+async def test_feedback_comes_ten_times_a_second_never_falls_and_earlier_ones_keep_their_numbers(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
     joints = rig.probe(ARM_JOINT_STATES)
     moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
@@ -124,7 +124,7 @@ async def test_A_56_feedback_comes_ten_times_a_second_never_falls_and_earlier_on
     assert [round(b - a, 6) for a, b in pairwise(joints.times)] == [0.02] * (len(joints) - 1)
 
 
-async def test_A_53_A_05_a_cancelled_motion_brakes_within_limits_and_tells_where_it_really_stopped(rig: Rig) -> None:
+async def test_a_cancelled_motion_brakes_within_limits_and_tells_where_it_really_stopped(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
     joints = rig.probe(ARM_JOINT_STATES)
     moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
@@ -157,7 +157,7 @@ async def test_A_53_A_05_a_cancelled_motion_brakes_within_limits_and_tells_where
         ([0.0, -1.0, 1.0, 2.5], "arm_wrist would be at 2.500 rad, outside -1.833 to 1.833"),
     ],
 )
-async def test_A_54_what_the_arm_cannot_take_is_refused_with_the_reason_and_nothing_moves(
+async def test_what_the_arm_cannot_take_is_refused_with_the_reason_and_nothing_moves(
     rig: Rig, angles: list[float], words: str
 ) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
@@ -167,7 +167,7 @@ async def test_A_54_what_the_arm_cannot_take_is_refused_with_the_reason_and_noth
     assert await where(rig) == (list(STOWED), "IDLE")
 
 
-async def test_A_57_a_newer_goal_preempts_and_begins_where_the_first_one_stopped(rig: Rig) -> None:
+async def test_a_newer_goal_preempts_and_begins_where_the_first_one_stopped(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
     joints = rig.probe(ARM_JOINT_STATES)
     first = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
@@ -214,7 +214,7 @@ class Monitor(Node):
         self.state(SafetyState(stopped=self.stopped, reasons=("tilt",) if self.stopped else ()))
 
 
-async def test_A_08_a_motion_that_is_aborted_twice_is_sent_again_and_succeeds_the_third_time(rig: Rig) -> None:
+async def test_a_motion_that_is_aborted_twice_is_sent_again_and_succeeds_the_third_time(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)), Monitor)
     failures: list[ActorError] = []
     work = asyncio.ensure_future(

@@ -56,9 +56,7 @@ def status(rig: Rig) -> BatteryStatus:
 
 
 @pytest.mark.parametrize(("voltage", "percent", "health"), CONTRACT)
-async def test_S_10_S_11_S_12_the_service_answers_the_tutorials_formula(
-    rig: Rig, voltage: float, percent: float, health: str
-) -> None:
+async def test_the_service_answers_the_tutorials_formula(rig: Rig, voltage: float, percent: float, health: str) -> None:
     node = battery(50.0)
     await rig.start(node)
     pack = node.args[0]
@@ -71,7 +69,7 @@ async def test_S_10_S_11_S_12_the_service_answers_the_tutorials_formula(
     assert (reply.health_status, reply.is_charging) == (health, False)
 
 
-async def test_S_13_another_robots_battery_is_not_known(rig: Rig) -> None:
+async def test_another_robots_battery_is_not_known(rig: Rig) -> None:
     await rig.start(battery(90.0))
     assert (await battery_status(rig)).percentage > 0.0
     unknown = await battery_status(rig, "robot_99")  # answered: an error would leave a caller of ROS 2 without a word
@@ -79,7 +77,7 @@ async def test_S_13_another_robots_battery_is_not_known(rig: Rig) -> None:
     assert isnan(unknown.percentage) and isnan(unknown.voltage)
 
 
-async def test_S_14_S_15_it_falls_under_load_and_rises_on_the_charger(rig: Rig) -> None:
+async def test_it_falls_under_load_and_rises_on_the_charger(rig: Rig) -> None:
     await rig.start(battery(60.0))
     rest = (await battery_status(rig)).voltage
     await draw(rig, WALKING, 10.0)
@@ -96,7 +94,7 @@ async def test_S_14_S_15_it_falls_under_load_and_rises_on_the_charger(rig: Rig) 
     assert state.current > 0.0
 
 
-async def test_Y_46_the_count_the_level_and_the_run_time_are_published_together(rig: Rig) -> None:
+async def test_the_count_the_level_and_the_run_time_are_published_together(rig: Rig) -> None:
     await rig.start(battery(90.0))
     await draw(rig, WALKING, 120.0)
     now = status(rig)
@@ -160,7 +158,7 @@ def test_a_walk_needs_the_energy_to_the_goal_and_back_to_the_dock() -> None:
     assert guard.objection(far, 1.0) == ""  # the way to the dock is always open
 
 
-def test_Z_08_below_20_percent_only_the_way_home_is_open_until_there_are_3_points_more() -> None:
+def test_below_20_percent_only_the_way_home_is_open_until_there_are_3_points_more() -> None:
     guard = EnergyGuard(0.7)
     for percent, refused in ((20.5, False), (19.9, True), (22.0, True), (23.1, False), (20.5, False)):
         guard.heard(percent, 50.0)
@@ -168,7 +166,7 @@ def test_Z_08_below_20_percent_only_the_way_home_is_open_until_there_are_3_point
         assert guard.objection(3.0, 0.5) == ""
 
 
-async def test_Z_08_with_a_critical_battery_a_goal_is_refused_with_the_reason_and_the_dock_is_not(rig: Rig) -> None:
+async def test_with_a_critical_battery_a_goal_is_refused_with_the_reason_and_the_dock_is_not(rig: Rig) -> None:
     await rig.start(robot(percent=18.0))
     await rig.call(STAND, Trigger.Request())
     await rig.advance(1.0)
@@ -182,7 +180,7 @@ async def test_Z_08_with_a_critical_battery_a_goal_is_refused_with_the_reason_an
     await rig.advance(0.2)
 
 
-async def test_Z_08_a_goal_that_runs_when_the_battery_gets_critical_ends_safely(rig: Rig) -> None:
+async def test_a_goal_that_runs_when_the_battery_gets_critical_ends_safely(rig: Rig) -> None:
     await rig.start(robot(percent=90.0))
     await rig.call(STAND, Trigger.Request())
     await rig.advance(2.5)

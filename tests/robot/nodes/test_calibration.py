@@ -43,7 +43,7 @@ def gyro_mean(messages: list[Imu]) -> np.ndarray:
     return np.mean([(m.angular_velocity.x, m.angular_velocity.y, m.angular_velocity.z) for m in messages], axis=0)
 
 
-async def test_S_20_the_gyros_bias_is_estimated_taken_off_and_forgotten_again(rig: Rig) -> None:
+async def test_the_gyros_bias_is_estimated_taken_off_and_forgotten_again(rig: Rig) -> None:
     body = await standing(rig)
     told = rig.probe(IMU_CALIBRATION)
     answer = await calibrate(rig, "imu")
@@ -72,7 +72,7 @@ async def test_S_20_the_gyros_bias_is_estimated_taken_off_and_forgotten_again(ri
     assert gyro_mean(list(probe)) == pytest.approx(body._imu_noise.gyro.bias, abs=6e-4)
 
 
-async def test_S_20_a_robot_that_walks_is_refused_with_the_reason(rig: Rig) -> None:
+async def test_a_robot_that_walks_is_refused_with_the_reason(rig: Rig) -> None:
     await standing(rig)
     told = rig.probe(IMU_CALIBRATION)
     await rig.quiet()
@@ -88,7 +88,7 @@ async def test_S_20_a_robot_that_walks_is_refused_with_the_reason(rig: Rig) -> N
     assert len(told) == 1
 
 
-async def test_S_20_a_robot_that_is_shoved_meanwhile_is_refused_with_the_speed(rig: Rig) -> None:
+async def test_a_robot_that_is_shoved_meanwhile_is_refused_with_the_speed(rig: Rig) -> None:
     body = await standing(rig)
     asked = asyncio.ensure_future(rig.call(CALIBRATE_SENSOR, SensorCalibration.Request(sensor_name="imu"), timeout=6.0))
     await rig.advance(1.0)
@@ -112,16 +112,14 @@ async def test_S_20_a_robot_that_is_shoved_meanwhile_is_refused_with_the_speed(r
         ("lidar", "Failed to calibrate lidar: its ranges have no error that standing still would show"),
     ],
 )
-async def test_S_20_what_cannot_be_calibrated_is_refused_with_the_names_there_are(
-    rig: Rig, name: str, text: str
-) -> None:
+async def test_what_cannot_be_calibrated_is_refused_with_the_names_there_are(rig: Rig, name: str, text: str) -> None:
     await rig.start(Supervisor("robot", children=[Child(Calibration)]))
     answer = await calibrate(rig, name)
     assert not answer.success
     assert answer.message.startswith(text)
 
 
-async def test_S_20_an_exception_is_told_to_the_caller_and_the_service_lives(
+async def test_an_exception_is_told_to_the_caller_and_the_service_lives(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await rig.start(Supervisor("robot", children=[Child(Calibration)]))
@@ -135,7 +133,7 @@ async def test_S_20_an_exception_is_told_to_the_caller_and_the_service_lives(
     assert (await calibrate(rig, "imu", reset_only=True)).success
 
 
-async def test_S_21_every_request_is_logged_with_its_name_and_flag(rig: Rig) -> None:
+async def test_every_request_is_logged_with_its_name_and_flag(rig: Rig) -> None:
     system = await rig.start(Supervisor("robot", children=[Child(Calibration)]))
     await calibrate(rig, "imu", reset_only=True)
     await calibrate(rig, "imu")

@@ -176,12 +176,12 @@ def tutorial_contracts() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", rows(ROBOT))
-def test_T_11_T_15_Q_04_Q_05_Q_06_a_contract_of_the_robot_is_as_it_is_written_here(name: str) -> None:
+def test_a_contract_of_the_robot_is_as_it_is_written_here(name: str) -> None:
     assert described(contracts_of(contracts)[name]) == rows(ROBOT)[name]
 
 
 @pytest.mark.parametrize("name", rows(TUTORIALS))
-def test_T_11_a_contract_of_the_tutorials_is_as_it_is_written_here(name: str) -> None:
+def test_a_contract_of_the_tutorials_is_as_it_is_written_here(name: str) -> None:
     assert described(tutorial_contracts()[name]) == rows(TUTORIALS)[name]
 
 

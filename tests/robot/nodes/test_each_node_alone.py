@@ -21,14 +21,14 @@ NAMES = [child.name for child in nodes_of(whole())]
 
 
 @pytest.mark.parametrize("name", NAMES)
-async def test_E_11_each_node_runs_and_stops_without_the_others(rig: Rig, name: str) -> None:
+async def test_each_node_runs_and_stops_without_the_others(rig: Rig, name: str) -> None:
     await rig.start(only(whole(), [name]))
     await rig.advance(1.0)
     assert [(state.identity.name, state.incarnation) for state in rig.system.nodes.values()] == [(name, 1), ("rig", 1)]
 
 
 @pytest.mark.parametrize("name", NAMES)
-async def test_E_11_each_node_may_be_the_first_and_works_with_those_that_come_later(rig: Rig, name: str) -> None:
+async def test_each_node_may_be_the_first_and_works_with_those_that_come_later(rig: Rig, name: str) -> None:
     tree = whole()
     system = await rig.start(only(tree, [name]))
     await rig.advance(1.0)
@@ -82,7 +82,7 @@ def _work(action: Any) -> Any:
 
 
 @pytest.mark.parametrize("name", NAMES)
-async def test_E_11_each_node_can_be_replaced_by_another_class_with_the_same_contracts(rig: Rig, name: str) -> None:
+async def test_each_node_can_be_replaced_by_another_class_with_the_same_contracts(rig: Rig, name: str) -> None:
     tree = whole()
 
     def other(child: Child) -> Child:
@@ -99,7 +99,7 @@ async def test_E_11_each_node_can_be_replaced_by_another_class_with_the_same_con
     assert type(core.node).__name__.startswith("Other")
 
 
-async def test_F_03_a_sensor_driver_is_exchanged_while_the_others_run(rig: Rig) -> None:
+async def test_a_sensor_driver_is_exchanged_while_the_others_run(rig: Rig) -> None:
     tree = robot()
     system = await rig.start(without(tree, "proprioception"))
     (driver,) = nodes_of(only(tree, ["proprioception"]))
@@ -117,7 +117,7 @@ async def test_F_03_a_sensor_driver_is_exchanged_while_the_others_run(rig: Rig) 
     assert rig.incarnation("gait") == 1
 
 
-async def test_F_05_another_subscriber_joins_without_a_change_to_the_others(rig: Rig) -> None:
+async def test_another_subscriber_joins_without_a_change_to_the_others(rig: Rig) -> None:
     class Counter(Node):
         seen = 0
 
@@ -131,7 +131,7 @@ async def test_F_05_another_subscriber_joins_without_a_change_to_the_others(rig:
     assert rig.node(Counter).seen == pytest.approx(200, abs=2)
 
 
-def test_E_12_the_roles_of_the_tutorial_are_in_the_tree() -> None:
+def test_the_roles_of_the_tutorial_are_in_the_tree() -> None:
     roles = {
         "sensor processing": {"proprioception", "lidar", "localizer"},
         "path planning": {"navigation"},
@@ -195,7 +195,7 @@ def test_the_table_of_crashes_has_every_node_of_the_robot() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-async def test_Z_05_F_01_a_node_that_fails_is_restarted_and_the_others_live_on(rig: Rig, name: str) -> None:
+async def test_a_node_that_fails_is_restarted_and_the_others_live_on(rig: Rig, name: str) -> None:
     await rig.start(whole())
     await rig.advance(1.0)
     rig.crash(name)
@@ -231,7 +231,7 @@ def test_the_picture_of_the_tree_in_the_docs_is_the_tree() -> None:
     assert drawn == tree
 
 
-async def test_F_06_more_failures_than_allowed_end_the_tree_and_the_robot_sits(rig: Rig) -> None:
+async def test_more_failures_than_allowed_end_the_tree_and_the_robot_sits(rig: Rig) -> None:
     tree = robot()
     await rig.start(tree)
     await rig.call(STAND, Trigger.Request())

@@ -70,7 +70,7 @@ async def send(
 
 
 @pytest.mark.slow(reason="the first half of the test of the whole errand, with more looked at")
-async def test_X_03_the_cup_is_confirmed_walked_to_grabbed_and_held(rig: Rig) -> None:
+async def test_the_cup_is_confirmed_walked_to_grabbed_and_held(rig: Rig) -> None:
     body = await awake(rig, robot())
     poses, images = rig.probe(POSE), rig.probe(CAMERA_RGB)
     streams = [rig.probe(ARM_JOINT_STATES), rig.probe(JOINT_STATES), rig.probe(IMU)]
@@ -103,7 +103,7 @@ async def test_X_03_the_cup_is_confirmed_walked_to_grabbed_and_held(rig: Rig) ->
     assert body.things()[0].z > CUP.z
 
 
-async def test_X_03_an_object_that_is_not_confirmed_moves_nothing(rig: Rig) -> None:
+async def test_an_object_that_is_not_confirmed_moves_nothing(rig: Rig) -> None:
     body = await awake(rig, robot())
     before, joints, commands = body.truth().position, rig.probe(ARM_JOINT_STATES), rig.probe(CMD_VEL)
     with pytest.raises(GoalAborted, match="confirm: box is not in sight") as aborted:
@@ -116,7 +116,7 @@ async def test_X_03_an_object_that_is_not_confirmed_moves_nothing(rig: Rig) -> N
     assert all(message.linear.x == 0.0 and message.angular.z == 0.0 for message in commands)
 
 
-async def test_X_03_an_object_that_is_not_where_it_was_said_to_be_moves_nothing(rig: Rig) -> None:
+async def test_an_object_that_is_not_where_it_was_said_to_be_moves_nothing(rig: Rig) -> None:
     body = await awake(rig, robot())
     with pytest.raises(GoalAborted, match=r"confirm: cup was seen 2\.\d m from where it was said to be"):
         await (await send(rig, "cup", at(3.5, -1.0)))
@@ -127,16 +127,14 @@ async def test_X_03_an_object_that_is_not_where_it_was_said_to_be_moves_nothing(
     ("name", "frame", "words"),
     [("mug", "map", "no object called 'mug'; known are: cup, box"), ("cup", "odom", "unknown frame 'odom'")],
 )
-async def test_X_03_what_cannot_be_asked_is_refused_with_the_reason(
-    rig: Rig, name: str, frame: str, words: str
-) -> None:
+async def test_what_cannot_be_asked_is_refused_with_the_reason(rig: Rig, name: str, frame: str, words: str) -> None:
     await awake(rig, robot())
     where = at(2.0, 1.0)
     with pytest.raises(GoalRejected, match=words):
         await send(rig, name, where.replace(header=where.header.replace(frame_id=frame)))
 
 
-async def test_X_03_a_cancel_half_way_stops_the_robot_with_an_empty_gripper(rig: Rig) -> None:
+async def test_a_cancel_half_way_stops_the_robot_with_an_empty_gripper(rig: Rig) -> None:
     body = await awake(rig, robot())
     gripper = rig.probe(GRIPPER_STATE)
     goal = await send(rig)
@@ -166,7 +164,7 @@ async def test_X_03_a_cancel_half_way_stops_the_robot_with_an_empty_gripper(rig:
 
 
 @pytest.mark.slow
-async def test_X_03_a_cup_that_is_snatched_from_the_jaws_is_looked_for_and_reached_for_again(rig: Rig) -> None:
+async def test_a_cup_that_is_snatched_from_the_jaws_is_looked_for_and_reached_for_again(rig: Rig) -> None:
     body = robot()
     await awake(rig, body)
     gripper = rig.probe(GRIPPER_STATE)
@@ -184,7 +182,7 @@ async def test_X_03_a_cup_that_is_snatched_from_the_jaws_is_looked_for_and_reach
     ]
 
 
-async def test_X_03_the_cup_is_carried_to_the_second_table_and_released_there(rig: Rig) -> None:
+async def test_the_cup_is_carried_to_the_second_table_and_released_there(rig: Rig) -> None:
     body = await awake(rig, robot())
     goal = await rig.start_goal(
         FETCH_AND_CARRY,
@@ -204,7 +202,7 @@ async def test_X_03_the_cup_is_carried_to_the_second_table_and_released_there(ri
 
 
 @pytest.mark.slow
-async def test_X_03_in_physics_the_cup_is_fetched_carried_and_stands_on_the_second_table(rig: Rig) -> None:
+async def test_in_physics_the_cup_is_fetched_carried_and_stands_on_the_second_table(rig: Rig) -> None:
     body = await awake(rig, PhysicsBody(KITCHEN, seed=1, arm=True))
     goal = await rig.start_goal(
         FETCH_AND_CARRY,

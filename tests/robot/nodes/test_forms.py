@@ -28,7 +28,7 @@ def awaited_calls(module: ModuleType) -> int:
     )
 
 
-def test_Z_04_every_form_is_used_by_nodes_of_the_robot() -> None:
+def test_every_form_is_used_by_nodes_of_the_robot() -> None:
     shipped = {
         one for module in MODULES for one in vars(module).values() if inspect.isclass(one) and issubclass(one, Node)
     }
@@ -40,7 +40,7 @@ def test_Z_04_every_form_is_used_by_nodes_of_the_robot() -> None:
     assert sum(map(awaited_calls, MODULES)) > 3
 
 
-async def test_Z_04_canceling_who_follows_a_goal_closes_its_generator_and_cancels_it(rig: Rig) -> None:
+async def test_canceling_who_follows_a_goal_closes_its_generator_and_cancels_it(rig: Rig) -> None:
     await rig.start(MoveServer)
     statuses: list[GoalStatus] = []
     followed = 0

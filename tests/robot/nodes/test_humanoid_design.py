@@ -37,7 +37,7 @@ from tests.robot.stage import KITCHEN, at, awake
 Request = SensorCalibration.Request
 
 
-async def test_X_04_joint_angles_arm_calibration_navigation_and_battery_in_one_running_system(rig: Rig) -> None:
+async def test_joint_angles_arm_calibration_navigation_and_battery_in_one_running_system(rig: Rig) -> None:
     body = await awake(rig, KinematicBody(KITCHEN, seed=1, arm=True))
     legs, arm = rig.probe(JOINT_STATES), rig.probe(ARM_JOINT_STATES)
 
@@ -69,7 +69,7 @@ async def test_X_04_joint_angles_arm_calibration_navigation_and_battery_in_one_r
         assert all(b - a == pytest.approx(1.0 / hz, abs=1e-6) for a, b in pairwise(probe.times))
 
 
-async def test_S_23_a_path_the_pose_and_the_control_gains_are_each_asked_for_and_answered(rig: Rig) -> None:
+async def test_a_path_the_pose_and_the_control_gains_are_each_asked_for_and_answered(rig: Rig) -> None:
     await awake(rig, KinematicBody(KITCHEN, seed=1, arm=True))
     await rig.system.join(Child(MotorController))
     path = await rig.call(PLAN_PATH, PlanPath.Request(start=at(0.0, 0.0), goal=at(3.0, 0.5)))
@@ -84,7 +84,7 @@ async def test_S_23_a_path_the_pose_and_the_control_gains_are_each_asked_for_and
         assert [result.successful for result in reply.results] == [True]
 
 
-async def test_X_04_an_arm_that_moves_is_not_calibrated(rig: Rig) -> None:
+async def test_an_arm_that_moves_is_not_calibrated(rig: Rig) -> None:
     await awake(rig, KinematicBody(KITCHEN, seed=1, arm=True))
     await rig.start_goal(MOVE_ARM, MoveArm.Goal(target_angles=[0.0, -1.0, 1.0, 0.0]))
     await rig.advance(0.5)

@@ -52,7 +52,7 @@ ACTIONS = ((NAVIGATE_TO_GOAL, navigate), (MOVE_TO_POSITION, move), (HUMANOID_NAV
 # -- arriving -----------------------------------------------------------------------------------------------------------
 
 
-async def test_A_42_four_meters_straight_are_four_meters_and_progress_only_grows(rig: Rig) -> None:
+async def test_four_meters_straight_are_four_meters_and_progress_only_grows(rig: Rig) -> None:
     await standing_robot(rig)
     going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(4.0, 0.0))
     said = [feedback async for feedback in going]
@@ -138,7 +138,7 @@ async def test_with_a_lidar_that_sees_no_wall_where_the_map_has_them_the_robot_w
     assert speed(body) == pytest.approx(0.2, abs=0.02)
 
 
-async def test_A_25_the_robot_ends_with_the_heading_that_was_asked_for(rig: Rig) -> None:
+async def test_the_robot_ends_with_the_heading_that_was_asked_for(rig: Rig) -> None:
     body = await standing_robot(rig)
     going = await rig.start_goal(MOVE_TO_POSITION, move(2.0, 0.5, 2.0))
     result = await going
@@ -150,7 +150,7 @@ async def test_A_25_the_robot_ends_with_the_heading_that_was_asked_for(rig: Rig)
     assert 2.0 < result.total_time_seconds < 20.0
 
 
-async def test_A_32_A_33_A_34_two_humanoid_goals_in_a_row_and_every_position_is_the_true_one(rig: Rig) -> None:
+async def test_two_humanoid_goals_in_a_row_and_every_position_is_the_true_one(rig: Rig) -> None:
     body = await standing_robot(rig)
     going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(2.0, 0.0, 1.0))
     said, headings = [], []
@@ -173,7 +173,7 @@ async def test_A_32_A_33_A_34_two_humanoid_goals_in_a_row_and_every_position_is_
     assert (await second).success
 
 
-async def test_A_36_a_goal_where_it_stands_is_reached_at_once_with_one_feedback(rig: Rig) -> None:
+async def test_a_goal_where_it_stands_is_reached_at_once_with_one_feedback(rig: Rig) -> None:
     await standing_robot(rig)
     begun = rig.now
     going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(0.05, 0.0))
@@ -183,7 +183,7 @@ async def test_A_36_a_goal_where_it_stands_is_reached_at_once_with_one_feedback(
     assert rig.now - begun < 0.2
 
 
-async def test_A_36_a_short_walk_gives_a_feedback_too(rig: Rig) -> None:
+async def test_a_short_walk_gives_a_feedback_too(rig: Rig) -> None:
     await standing_robot(rig)
     going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(0.25, 0.0))
     assert len([feedback async for feedback in going]) >= 1
@@ -194,7 +194,7 @@ async def test_A_36_a_short_walk_gives_a_feedback_too(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-async def test_A_26_A_36_A_65_a_goal_that_is_no_place_is_rejected_and_nothing_moves(rig: Rig, value: float) -> None:
+async def test_a_goal_that_is_no_place_is_rejected_and_nothing_moves(rig: Rig, value: float) -> None:
     body = await standing_robot(rig)
     before, commands = true_pose(body), rig.probe(AUTONOMY_CMD)
     for action, goal in ACTIONS:
@@ -205,19 +205,19 @@ async def test_A_26_A_36_A_65_a_goal_that_is_no_place_is_rejected_and_nothing_mo
     assert not any(message.linear.x for message in commands)
 
 
-async def test_A_36_a_target_of_two_numbers_is_rejected(rig: Rig) -> None:
+async def test_a_target_of_two_numbers_is_rejected(rig: Rig) -> None:
     await standing_robot(rig)
     with pytest.raises(GoalRejected, match="three finite numbers"):
         await rig.start_goal(HUMANOID_NAVIGATE, HumanoidNav.Goal(target_position=[1.0, 2.0], avoid_obstacles=True))
 
 
-async def test_A_43_an_unknown_frame_is_rejected_with_the_remedy(rig: Rig) -> None:
+async def test_an_unknown_frame_is_rejected_with_the_remedy(rig: Rig) -> None:
     await standing_robot(rig)
     with pytest.raises(GoalRejected, match="unknown frame 'moon': give the goal in frame 'map'"):
         await rig.start_goal(NAVIGATE_TO_GOAL, navigate(1.0, 0.0, frame="moon"))
 
 
-async def test_A_65_a_goal_inside_a_shelf_is_refused_by_name_within_two_seconds(rig: Rig) -> None:
+async def test_a_goal_inside_a_shelf_is_refused_by_name_within_two_seconds(rig: Rig) -> None:
     await standing_robot(rig)
     begun = rig.now
     for action, goal in ACTIONS:
@@ -230,7 +230,7 @@ async def test_A_65_a_goal_inside_a_shelf_is_refused_by_name_within_two_seconds(
 
 
 @pytest.mark.parametrize("which", range(3))
-async def test_A_05_cancel_commands_zero_within_a_tenth_of_a_second_and_the_robot_stops(rig: Rig, which: int) -> None:
+async def test_cancel_commands_zero_within_a_tenth_of_a_second_and_the_robot_stops(rig: Rig, which: int) -> None:
     body, topic = (await standing_robot(rig), AUTONOMY_CMD) if which else (await localized_robot(rig), CMD_VEL)
     action, goal = ACTIONS[which]
     going = await rig.start_goal(action, goal(8.8, 0.5))
@@ -263,7 +263,7 @@ async def test_A_05_cancel_commands_zero_within_a_tenth_of_a_second_and_the_robo
     assert all(message.linear.x == 0.0 for message in commands)
 
 
-async def test_A_06_A_09_canceling_an_ended_goal_does_nothing_to_the_next_one(rig: Rig) -> None:
+async def test_canceling_an_ended_goal_does_nothing_to_the_next_one(rig: Rig) -> None:
     await standing_robot(rig)
     first = await rig.start_goal(MOVE_TO_POSITION, move(0.6, 0.0))
     assert (await first).success
@@ -273,7 +273,7 @@ async def test_A_06_A_09_canceling_an_ended_goal_does_nothing_to_the_next_one(ri
     assert (await second).success
 
 
-async def test_A_66_a_cancel_at_the_instant_of_arrival_leaves_one_outcome(rig: Rig) -> None:
+async def test_a_cancel_at_the_instant_of_arrival_leaves_one_outcome(rig: Rig) -> None:
     await standing_robot(rig)
     going = await rig.start_goal(MOVE_TO_POSITION, move(0.6, 0.0))
     await rig.until(lambda: going.done)
@@ -284,7 +284,7 @@ async def test_A_66_a_cancel_at_the_instant_of_arrival_leaves_one_outcome(rig: R
 # -- preempting -------------------------------------------------------------------------------------------------------------
 
 
-async def test_A_07_a_goal_of_any_action_preempts_one_of_any_other_and_the_robot_does_not_stop_between(
+async def test_a_goal_of_any_action_preempts_one_of_any_other_and_the_robot_does_not_stop_between(
     rig: Rig,
 ) -> None:
     body = await standing_robot(rig)
@@ -306,7 +306,7 @@ async def test_A_07_a_goal_of_any_action_preempts_one_of_any_other_and_the_robot
     assert (await last).success
 
 
-async def test_X_21_preempted_at_two_seconds_the_first_goal_fails_and_the_second_is_reached(rig: Rig) -> None:
+async def test_preempted_at_two_seconds_the_first_goal_fails_and_the_second_is_reached(rig: Rig) -> None:
     body = await standing_robot(rig)
     one = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(3.0, 4.0))
     await rig.advance(2.0)
@@ -318,7 +318,7 @@ async def test_X_21_preempted_at_two_seconds_the_first_goal_fails_and_the_second
     assert math.hypot(here.x, here.y) < 0.1
 
 
-async def test_A_63_a_client_that_vanishes_cancels_its_goal_and_leaves_the_server_free(rig: Rig) -> None:
+async def test_a_client_that_vanishes_cancels_its_goal_and_leaves_the_server_free(rig: Rig) -> None:
     await standing_robot(rig)
     async with rig.me.start(MOVE_TO_POSITION, move(4.0, 0.0)) as going:
         await rig.advance(2.0)
@@ -341,7 +341,7 @@ class Metronome(Node):
         self.ticks += 1
 
 
-async def test_A_60_A_64_during_a_walk_topics_keep_their_rates_and_the_pose_is_told_at_once(rig: Rig) -> None:
+async def test_during_a_walk_topics_keep_their_rates_and_the_pose_is_told_at_once(rig: Rig) -> None:
     body = await localized_robot(rig)
     await rig.system.join(Child(Metronome))
     going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.8, 0.5))
@@ -362,7 +362,7 @@ async def test_A_60_A_64_during_a_walk_topics_keep_their_rates_and_the_pose_is_t
     assert rig.node(Metronome).ticks - ticks >= 495
 
 
-async def test_X_11_the_warehouse_robot_asks_where_shelf_3_is_and_walks_there(rig: Rig) -> None:
+async def test_the_warehouse_robot_asks_where_shelf_3_is_and_walks_there(rig: Rig) -> None:
     body = await standing_robot(rig)
     place = await rig.call(GET_PLACE, GetPlace.Request(name="shelf_3"))
     assert place.success
@@ -381,7 +381,7 @@ async def test_X_11_the_warehouse_robot_asks_where_shelf_3_is_and_walks_there(ri
     assert math.hypot(here.x - place.pose.pose.position.x, here.y - place.pose.pose.position.y) < 0.1
 
 
-async def test_X_11_a_place_that_is_not_on_the_map_is_answered_with_the_closest_names(rig: Rig) -> None:
+async def test_a_place_that_is_not_on_the_map_is_answered_with_the_closest_names(rig: Rig) -> None:
     await standing_robot(rig)
     reply = await rig.call(GET_PLACE, GetPlace.Request(name="shelf3"))
     assert not reply.success
@@ -390,7 +390,7 @@ async def test_X_11_a_place_that_is_not_on_the_map_is_answered_with_the_closest_
     assert "there are: shelf_1" in nothing.message
 
 
-async def test_N_25_a_planned_path_starts_at_the_start_and_ends_at_the_goal(rig: Rig) -> None:
+async def test_a_planned_path_starts_at_the_start_and_ends_at_the_goal(rig: Rig) -> None:
     await standing_robot(rig)
     start, goal = navigate(0.1, 0.2).target_pose, navigate(8.0, 6.0).target_pose
     reply = await rig.call(PLAN_PATH, PlanPath.Request(start=start, goal=goal))

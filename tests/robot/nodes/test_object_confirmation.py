@@ -38,7 +38,7 @@ async def asked(rig: Rig, *detections: Detection, name: str = "cup") -> ConfirmO
     return await answer
 
 
-async def test_X_03_three_detections_in_one_place_confirm_and_tell_the_objects_middle(rig: Rig) -> None:
+async def test_three_detections_in_one_place_confirm_and_tell_the_objects_middle(rig: Rig) -> None:
     answer = await asked(rig, seen(1.0), seen(1.01), seen(1.0, label="blue"), seen(nan), seen(1.02))
     assert (answer.success, answer.message) == (True, "cup confirmed")
     assert rig.now == pytest.approx(1.0)
@@ -60,25 +60,25 @@ async def test_the_answer_is_stamped_with_the_picture_that_confirmed_it(rig: Rig
         ((1.0, 1.3, 1.6, 1.9), "cup was seen 4 times, but not 3 times in one place"),
     ],
 )
-async def test_X_03_what_is_not_seen_steadily_is_not_confirmed(rig: Rig, places: tuple[float, ...], words: str) -> None:
+async def test_what_is_not_seen_steadily_is_not_confirmed(rig: Rig, places: tuple[float, ...], words: str) -> None:
     answer = await asked(rig, *(seen(x) for x in places))
     assert (answer.success, answer.message) == (False, words)
     assert rig.now == pytest.approx(1.5)
 
 
-async def test_X_03_an_object_that_has_moved_is_where_it_was_seen_last(rig: Rig) -> None:
+async def test_an_object_that_has_moved_is_where_it_was_seen_last(rig: Rig) -> None:
     answer = await asked(rig, *(seen(x) for x in (2.0, 2.0, 1.0, 1.0, 1.0)))
     assert answer.success
     assert answer.position.point.x == pytest.approx(1.0 + 0.8 * 0.035)
 
 
-async def test_X_03_detections_in_a_frame_that_nobody_knows_do_not_count(rig: Rig) -> None:
+async def test_detections_in_a_frame_that_nobody_knows_do_not_count(rig: Rig) -> None:
     answer = await asked(rig, *(seen(1.0, frame="camera_link") for _ in range(3)))
     assert not answer.success
     assert answer.message.startswith("cup is not in sight: there is no frame 'base_link'")
 
 
-async def test_X_03_an_object_of_another_name_is_not_looked_for(rig: Rig) -> None:
+async def test_an_object_of_another_name_is_not_looked_for(rig: Rig) -> None:
     answer = await asked(rig, name="mug")
     assert answer.message == "there is no object called 'mug'; known are: cup"
     assert rig.now == 0.0

@@ -41,7 +41,7 @@ class Watch:
         assert done()
 
 
-async def test_A_35_with_avoid_obstacles_a_box_on_the_line_is_walked_round_with_room_to_spare(rig: Rig) -> None:
+async def test_with_avoid_obstacles_a_box_on_the_line_is_walked_round_with_room_to_spare(rig: Rig) -> None:
     body = await standing_robot(rig, ROOM)
     drop(body, Box(0.0, 0.1, 0.6, 0.6))
     watch = Watch(rig, body)
@@ -51,7 +51,7 @@ async def test_A_35_with_avoid_obstacles_a_box_on_the_line_is_walked_round_with_
     assert watch.clearance >= 0.2
 
 
-async def test_A_35_without_it_the_robot_goes_straight_and_aborts_before_the_box(rig: Rig) -> None:
+async def test_without_it_the_robot_goes_straight_and_aborts_before_the_box(rig: Rig) -> None:
     body = await standing_robot(rig, ROOM)
     going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(-1.0, 0.0, avoid=False))
     assert (await going).success
@@ -80,7 +80,7 @@ async def test_a_box_dropped_on_the_path_in_front_of_the_robot_is_avoided(rig: R
     assert watch.clearance >= 0.15
 
 
-async def test_X_21_a_blocked_way_aborts_by_name_and_a_retry_succeeds_once_it_is_open(rig: Rig) -> None:
+async def test_a_blocked_way_aborts_by_name_and_a_retry_succeeds_once_it_is_open(rig: Rig) -> None:
     body = await standing_robot(rig, "corridor")
     going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
     await rig.advance(3.0)

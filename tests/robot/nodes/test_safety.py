@@ -76,7 +76,7 @@ def reasons(rig: Rig) -> tuple[str, ...]:
 # -- what stops it --------------------------------------------------------------------------------------------------------------
 
 
-async def test_F_08_the_stop_button_stops_until_it_is_released(rig: Rig) -> None:
+async def test_the_stop_button_stops_until_it_is_released(rig: Rig) -> None:
     await rig.start(SafetyMonitor)
     assert reasons(rig) == ()
     reply = await press(rig, stop=True)
@@ -91,7 +91,7 @@ async def test_F_08_the_stop_button_stops_until_it_is_released(rig: Rig) -> None
     assert (reply.success, reply.message) == (True, "There is no emergency stop to clear")
 
 
-async def test_F_08_the_emergency_stop_field_of_the_tutorials_message_stops_too(rig: Rig) -> None:
+async def test_the_emergency_stop_field_of_the_tutorials_message_stops_too(rig: Rig) -> None:
     await rig.start(SafetyMonitor)
     rig.publish(SENSOR_DATA, SensorData(emergency_stop=True))
     await rig.quiet()
@@ -108,9 +108,7 @@ async def test_F_08_the_emergency_stop_field_of_the_tutorials_message_stops_too(
 
 
 @pytest.mark.parametrize(("command", "why"), [(nan, "not a number"), (9.0, "beyond the limits"), (-0.6, "beyond")])
-async def test_F_08_a_command_that_the_legs_should_never_get_stops_the_robot(
-    rig: Rig, command: float, why: str
-) -> None:
+async def test_a_command_that_the_legs_should_never_get_stops_the_robot(rig: Rig, command: float, why: str) -> None:
     await rig.start(SafetyMonitor)
     rig.publish(CMD_VEL, twist(command))
     await rig.quiet()
@@ -120,7 +118,7 @@ async def test_F_08_a_command_that_the_legs_should_never_get_stops_the_robot(
     assert (await press(rig, stop=False)).success
 
 
-async def test_F_08_a_robot_that_tilts_is_stopped_and_sat_down(rig: Rig) -> None:
+async def test_a_robot_that_tilts_is_stopped_and_sat_down(rig: Rig) -> None:
     await rig.start(SafetyMonitor)
 
     async def lean(roll: float, seconds: float) -> None:
@@ -139,7 +137,7 @@ async def test_F_08_a_robot_that_tilts_is_stopped_and_sat_down(rig: Rig) -> None
     assert not (await press(rig, stop=False)).success
 
 
-async def test_F_08_silence_of_gait_and_odometry_stops_and_their_return_lets_it_be_cleared(rig: Rig) -> None:
+async def test_silence_of_gait_and_odometry_stops_and_their_return_lets_it_be_cleared(rig: Rig) -> None:
     await rig.start(SafetyMonitor)
     await rig.advance(5.0)
     assert reasons(rig) == ()  # who has never been heard is not missed: nodes may come late
@@ -155,7 +153,7 @@ async def test_F_08_silence_of_gait_and_odometry_stops_and_their_return_lets_it_
     assert (reply.success, reply.message) == (False, "Emergency stop not cleared: /gait_status is silent")
 
 
-async def test_F_07_a_short_silence_of_the_sensors_is_the_gaits_business_a_long_one_stops(rig: Rig) -> None:
+async def test_a_short_silence_of_the_sensors_is_the_gaits_business_a_long_one_stops(rig: Rig) -> None:
     await rig.start(SafetyMonitor)
     for _ in range(10):
         rig.publish(GAIT_STATUS, GaitStatus(sensors_ok=False))
@@ -170,7 +168,7 @@ async def test_F_07_a_short_silence_of_the_sensors_is_the_gaits_business_a_long_
     assert (await press(rig, stop=False)).success
 
 
-async def test_Z_08_a_critical_battery_stops_as_long_as_it_is_critical(rig: Rig) -> None:
+async def test_a_critical_battery_stops_as_long_as_it_is_critical(rig: Rig) -> None:
     await rig.start(SafetyMonitor)
     rig.publish(BATTERY_STATUS, BatteryStatus(level="critical", percent=9.4))
     await rig.quiet()
@@ -181,7 +179,7 @@ async def test_Z_08_a_critical_battery_stops_as_long_as_it_is_critical(rig: Rig)
     assert reasons(rig) == ()  # a robot on its dock needs nobody to go on
 
 
-async def test_F_08_a_stopped_robot_that_moves_all_the_same_is_sat_down(rig: Rig) -> None:
+async def test_a_stopped_robot_that_moves_all_the_same_is_sat_down(rig: Rig) -> None:
     await rig.start(SafetyMonitor)
     await press(rig, stop=True)
     for _ in range(20):
@@ -192,7 +190,7 @@ async def test_F_08_a_stopped_robot_that_moves_all_the_same_is_sat_down(rig: Rig
     ]
 
 
-async def test_F_08_a_stop_outlives_a_crash_of_the_monitor(rig: Rig) -> None:
+async def test_a_stop_outlives_a_crash_of_the_monitor(rig: Rig) -> None:
     await rig.start(SafetyMonitor, RobotController)
     await press(rig, stop=True)
     rig.crash(SafetyMonitor)
@@ -210,7 +208,7 @@ async def test_F_08_a_stop_outlives_a_crash_of_the_monitor(rig: Rig) -> None:
     assert cmd.last == twist(0.5)
 
 
-async def test_F_08_a_stopped_robot_is_asked_to_stand_for_as_long_as_it_steps(rig: Rig) -> None:
+async def test_a_stopped_robot_is_asked_to_stand_for_as_long_as_it_steps(rig: Rig) -> None:
     asked: list[str] = []
 
     class Legs(Node):
@@ -241,7 +239,7 @@ async def test_F_08_a_stopped_robot_is_asked_to_stand_for_as_long_as_it_steps(ri
 # -- the whole robot ------------------------------------------------------------------------------------------------------------
 
 
-async def test_F_08_Z_08_an_emergency_stop_ends_the_goal_and_no_other_begins_until_it_is_cleared(rig: Rig) -> None:
+async def test_an_emergency_stop_ends_the_goal_and_no_other_begins_until_it_is_cleared(rig: Rig) -> None:
     await rig.start(robot())
     await rig.call(STAND, Trigger.Request())
     await rig.advance(3.0)
@@ -274,7 +272,7 @@ async def test_F_08_Z_08_an_emergency_stop_ends_the_goal_and_no_other_begins_unt
     await rig.advance(0.2)
 
 
-async def test_F_08_in_physics_a_walking_robot_brakes_and_stays_on_its_feet(rig: Rig) -> None:
+async def test_in_physics_a_walking_robot_brakes_and_stays_on_its_feet(rig: Rig) -> None:
     pytest.importorskip("mujoco")
     from robot.sim.physics import PhysicsBody
 
@@ -299,7 +297,7 @@ async def test_F_08_in_physics_a_walking_robot_brakes_and_stays_on_its_feet(rig:
     body.close()
 
 
-async def test_F_08_X_18_cancel_is_a_zero_on_cmd_vel_within_a_tenth_of_a_second(rig: Rig) -> None:
+async def test_cancel_is_a_zero_on_cmd_vel_within_a_tenth_of_a_second(rig: Rig) -> None:
     await rig.start(robot())
     await rig.call(STAND, Trigger.Request())
     await rig.advance(3.0)
@@ -313,7 +311,7 @@ async def test_F_08_X_18_cancel_is_a_zero_on_cmd_vel_within_a_tenth_of_a_second(
     assert first_zero - asked <= 0.1
 
 
-async def test_X_18_voice_walks_the_robot_and_disable_stops_it(rig: Rig) -> None:
+async def test_voice_walks_the_robot_and_disable_stops_it(rig: Rig) -> None:
     await rig.start(robot())
     assert (await rig.call(ENABLE, SetBool.Request(data=True))).success
     await rig.call(STAND, Trigger.Request())
@@ -374,7 +372,7 @@ class Stubborn(Node):
         SlowStart(SafetyMonitor),
     ],
 )
-async def test_F_08_whatever_is_lost_late_or_killed_a_stop_stops_the_robot_and_keeps_it_stopped(rig: Rig) -> None:
+async def test_whatever_is_lost_late_or_killed_a_stop_stops_the_robot_and_keeps_it_stopped(rig: Rig) -> None:
     nodes = (Child(RobotController, parameters={"enabled": True, "safety_timeout": 0.3}), Child(Stubborn))
     tree = Supervisor("robot", strategy=rest_for_one, children=[Child(SafetyMonitor), *nodes])
     await rig.start(tree)
@@ -393,7 +391,7 @@ async def test_F_08_whatever_is_lost_late_or_killed_a_stop_stops_the_robot_and_k
     assert cmd.last == twist()
 
 
-async def test_F_08_the_patrol_waits_for_the_end_of_a_stop_and_goes_on(rig: Rig) -> None:
+async def test_the_patrol_waits_for_the_end_of_a_stop_and_goes_on(rig: Rig) -> None:
     patrol = [Pose2(4.0, 0.0), Pose2(0.0, 0.0)]
     robot = Robot("empty", body="kinematic", mission=patrol, seed=1)
     await rig.start(without(robot.tree, "camera", "detector"))

@@ -77,7 +77,7 @@ def one(node: type[Node], *arguments: object, **parameters: object) -> Superviso
 # -- rates ----------------------------------------------------------------------------------------------------------------------
 
 
-async def test_RT_01_RT_02_RT_03_RT_04_RT_07_X_20_all_sensors_of_the_robot_at_once(rig: Rig) -> None:
+async def test_all_sensors_of_the_robot_at_once(rig: Rig) -> None:
     await rig.start(Robot("warehouse", body="kinematic", mission="patrol", seed=1).tree)
     rates = {
         CAMERA_RGB: 30.0, CAMERA_DEPTH: 30.0, CAMERA_INFO: 30.0, CAMERA_POINTS: 10.0, SCAN: 10.0, LIDAR_POINTS: 10.0,
@@ -98,7 +98,7 @@ async def test_RT_01_RT_02_RT_03_RT_04_RT_07_X_20_all_sensors_of_the_robot_at_on
 
 
 @pytest.mark.parametrize("rate", [100.0, 200.0])
-async def test_RT_03_the_imu_runs_at_either_rate_while_the_encoders_keep_theirs(rig: Rig, rate: float) -> None:
+async def test_the_imu_runs_at_either_rate_while_the_encoders_keep_theirs(rig: Rig, rate: float) -> None:
     await rig.start(one(Proprioception, KinematicBody(ROOM, seed=1), imu_rate=rate))
     imu, raw, joints = rig.probe(IMU), rig.probe(IMU_RAW), rig.probe(JOINT_STATES)
     await rig.advance(2.0)
@@ -135,13 +135,13 @@ async def test_samples_that_are_read_late_are_told_as_fewer(rig: Rig) -> None:
     assert np.diff(stamps[3:]) == pytest.approx(np.full(len(stamps) - 4, 0.005), abs=1e-6)  # all of them again
 
 
-async def test_RT_03_an_imu_rate_that_is_no_part_of_the_rate_is_refused(rig: Rig) -> None:
+async def test_an_imu_rate_that_is_no_part_of_the_rate_is_refused(rig: Rig) -> None:
     rig.expect_failure()
     with pytest.raises(Exception, match=r"imu_rate 150 Hz is no whole part of rate 200 Hz: give 200, 100"):
         await rig.start(one(Proprioception, KinematicBody(ROOM, seed=1), imu_rate=150.0))
 
 
-async def test_RT_05_the_control_loop_runs_at_500_hz(rig: Rig) -> None:
+async def test_the_control_loop_runs_at_500_hz(rig: Rig) -> None:
     body = KinematicBody(ROOM, seed=1)
     children = [
         Child(Motors, args=(body,), stop=5.0),
@@ -154,7 +154,7 @@ async def test_RT_05_the_control_loop_runs_at_500_hz(rig: Rig) -> None:
     assert len(probe) == pytest.approx(1000, rel=0.02)
 
 
-async def test_RT_06_timers_of_two_ten_half_and_one_hertz(rig: Rig) -> None:
+async def test_timers_of_two_ten_half_and_one_hertz(rig: Rig) -> None:
     topics = {
         hz: Topic(String, f"every_{name}") for name, hz in (("half", 0.5), ("one", 1.0), ("two", 2.0), ("ten", 10.0))
     }
@@ -233,7 +233,7 @@ async def test_the_camera_sees_obstacles_that_have_been_put_into_the_world_since
     assert middle[-1] == pytest.approx(1000 * (1.9 - camera), abs=5)
 
 
-async def test_I_16_image_messages_take_the_pictures_without_a_copy(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_image_messages_take_the_pictures_without_a_copy(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     frames = []
     look = camera_node.View.look
     monkeypatch.setattr(camera_node.View, "look", lambda *given: frames.append(look(*given)) or frames[-1])
@@ -244,7 +244,7 @@ async def test_I_16_image_messages_take_the_pictures_without_a_copy(rig: Rig, mo
     assert depth[0].data is frames[0].depth
 
 
-async def test_S_24_a_photo_is_stored_and_its_path_answered(rig: Rig, tmp_path: Path) -> None:
+async def test_a_photo_is_stored_and_its_path_answered(rig: Rig, tmp_path: Path) -> None:
     await rig.start(one(Camera, KinematicBody(ROOM, seed=1), photo_directory=str(tmp_path / "photos")))
     answer = await done(rig, rig.call(CAPTURE_PHOTO, Trigger.Request()))
     assert answer.success
@@ -253,7 +253,7 @@ async def test_S_24_a_photo_is_stored_and_its_path_answered(rig: Rig, tmp_path: 
     assert png_size(path) == (640, 480)
 
 
-async def test_S_24_a_photo_that_cannot_be_stored_is_told(rig: Rig, tmp_path: Path) -> None:
+async def test_a_photo_that_cannot_be_stored_is_told(rig: Rig, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no folder")
     await rig.start(one(Camera, KinematicBody(ROOM, seed=1), photo_directory=str(tmp_path / "file")))
     answer = await done(rig, rig.call(CAPTURE_PHOTO, Trigger.Request()))
@@ -264,7 +264,7 @@ async def test_S_24_a_photo_that_cannot_be_stored_is_told(rig: Rig, tmp_path: Pa
 # -- points ---------------------------------------------------------------------------------------------------------------------
 
 
-def test_I_17_a_hundred_points_are_1200_bytes_and_come_back_the_same() -> None:
+def test_a_hundred_points_are_1200_bytes_and_come_back_the_same() -> None:
     points = np.random.default_rng(1).normal(0.0, 5.0, (100, 3)).astype(np.float32)
     cloud = pack_points(Header(frame_id="lidar_link"), points)
     assert len(cloud.data) == cloud.row_step == 1200
@@ -274,7 +274,7 @@ def test_I_17_a_hundred_points_are_1200_bytes_and_come_back_the_same() -> None:
     np.testing.assert_array_equal(unpack_points(cdr.decode(PointCloud2, cdr.encode(cloud))), points)
 
 
-def test_I_17_clouds_of_others_are_read_whatever_else_they_hold() -> None:
+def test_clouds_of_others_are_read_whatever_else_they_hold() -> None:
     kind = np.dtype(
         {
             "names": ["i", "z", "x", "y"],
@@ -295,7 +295,7 @@ def test_I_17_clouds_of_others_are_read_whatever_else_they_hold() -> None:
     np.testing.assert_array_equal(unpack_points(cloud), [(x, 7.0, -1.5) for x in range(6)])
 
 
-def test_I_17_what_is_no_cloud_is_refused() -> None:
+def test_what_is_no_cloud_is_refused() -> None:
     with pytest.raises(ValueError, match=r"shape \(n, 3\), not \(4, 2\)"):
         pack_points(Header(), np.zeros((4, 2)))
     with pytest.raises(ValueError, match="its fields are: none"):
@@ -307,7 +307,7 @@ def test_I_17_what_is_no_cloud_is_refused() -> None:
     assert unpack_points(pack_points(Header(), np.zeros((0, 3)))).shape == (0, 3)
 
 
-async def test_RT_02_the_points_of_lidar_and_camera_lie_on_the_wall(rig: Rig) -> None:
+async def test_the_points_of_lidar_and_camera_lie_on_the_wall(rig: Rig) -> None:
     body = KinematicBody(ROOM, seed=1, noise=False)
     await rig.start(Supervisor("lab", children=[Child(Lidar, args=(body,)), Child(Camera, args=(body,))]))
     lidar, camera, scan = rig.probe(LIDAR_POINTS), rig.probe(CAMERA_POINTS), rig.probe(SCAN)
@@ -327,7 +327,7 @@ async def test_RT_02_the_points_of_lidar_and_camera_lie_on_the_wall(rig: Rig) ->
 # -- detections -----------------------------------------------------------------------------------------------------------------
 
 
-async def test_N_50_a_red_square_in_a_picture_is_a_detection_within_2_px(rig: Rig) -> None:
+async def test_a_red_square_in_a_picture_is_a_detection_within_2_px(rig: Rig) -> None:
     await rig.start(one(Detector))
     found = rig.probe(DETECTIONS)
     image, depth = np.full((480, 640, 3), 90, np.uint8), np.full((480, 640), 1500, np.uint16)
@@ -350,7 +350,7 @@ async def test_N_50_a_red_square_in_a_picture_is_a_detection_within_2_px(rig: Ri
     assert detection.position.x == pytest.approx(1.5)
 
 
-async def test_N_50_the_cup_in_the_room_is_found_in_space(rig: Rig) -> None:
+async def test_the_cup_in_the_room_is_found_in_space(rig: Rig) -> None:
     body = KinematicBody(ROOM, seed=1)
     system = await rig.start(robot_around(body))
     await system.join(Child(Eyes))

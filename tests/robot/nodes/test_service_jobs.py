@@ -45,7 +45,7 @@ async def gain(rig: Rig) -> float:
     return reply.values[0].double_value
 
 
-async def test_S_22_every_job_of_the_running_robot_has_a_service_that_answers(rig: Rig, tmp_path: Path) -> None:
+async def test_every_job_of_the_running_robot_has_a_service_that_answers(rig: Rig, tmp_path: Path) -> None:
     await rig.start(robot())
     await rig.advance(0.5)
     file = Service(SetParameters, "/robot_status/set_parameters")
@@ -65,7 +65,7 @@ async def test_S_22_every_job_of_the_running_robot_has_a_service_that_answers(ri
     assert (await rig.call(ENABLE, SetBool.Request(data=True))).success
 
 
-async def test_S_23_a_path_the_pose_and_the_gains_are_asked_for_and_answered(rig: Rig) -> None:
+async def test_a_path_the_pose_and_the_gains_are_asked_for_and_answered(rig: Rig) -> None:
     await rig.start(robot())
     await rig.advance(0.5)
     stamp = rig.system.clock.stamp()
@@ -80,7 +80,7 @@ async def test_S_23_a_path_the_pose_and_the_gains_are_asked_for_and_answered(rig
     assert await gain(rig) == 0.3
 
 
-async def test_S_24_the_mode_is_changed_the_sensor_reset_and_a_photo_taken(rig: Rig, tmp_path: Path) -> None:
+async def test_the_mode_is_changed_the_sensor_reset_and_a_photo_taken(rig: Rig, tmp_path: Path) -> None:
     await rig.start(robot())
     await rig.advance(0.5)
     modes = rig.probe(GAIT_STATUS)

@@ -51,7 +51,7 @@ async def speak(rig: Rig, *words: str) -> None:
 # -- the tutorial's controller --------------------------------------------------------------------------------------------------
 
 
-async def test_Y_33_N_47_X_07_it_starts_disabled_and_a_voice_is_warned_a_joystick_is_not(rig: Rig) -> None:
+async def test_it_starts_disabled_and_a_voice_is_warned_a_joystick_is_not(rig: Rig) -> None:
     await rig.start(RobotController)
     cmd = rig.probe(CMD_VEL)
     await speak(rig, "forward")
@@ -71,7 +71,7 @@ async def test_Y_33_N_47_X_07_it_starts_disabled_and_a_voice_is_warned_a_joystic
         (("stop", "parar", "PARAR"), twist()),
     ],
 )
-async def test_X_07_words_in_two_languages_become_velocities(rig: Rig, words: tuple[str, ...], expected: Twist) -> None:
+async def test_words_in_two_languages_become_velocities(rig: Rig, words: tuple[str, ...], expected: Twist) -> None:
     await rig.start(TUTORIAL)
     cmd = rig.probe(CMD_VEL)
     await speak(rig, *words)
@@ -79,7 +79,7 @@ async def test_X_07_words_in_two_languages_become_velocities(rig: Rig, words: tu
     assert said(rig, "robot_controller") == [f"Executing: {word.lower()}" for word in words]
 
 
-async def test_X_07_an_unknown_word_moves_nothing(rig: Rig) -> None:
+async def test_an_unknown_word_moves_nothing(rig: Rig) -> None:
     await rig.start(TUTORIAL)
     cmd = rig.probe(CMD_VEL)
     await speak(rig, "jump", "don't go forward")
@@ -87,7 +87,7 @@ async def test_X_07_an_unknown_word_moves_nothing(rig: Rig) -> None:
     assert said(rig, "robot_controller") == ["Unknown command: jump", "Unknown command: don't go forward"]
 
 
-async def test_X_07_a_joystick_is_clipped_to_the_limits(rig: Rig) -> None:
+async def test_a_joystick_is_clipped_to_the_limits(rig: Rig) -> None:
     await rig.start(TUTORIAL)
     cmd = rig.probe(CMD_VEL)
     rig.publish(JOY_CMD, twist(2.0, wz=-3.0))
@@ -95,7 +95,7 @@ async def test_X_07_a_joystick_is_clipped_to_the_limits(rig: Rig) -> None:
     assert list(cmd) == [twist(1.0, wz=-1.0)]
 
 
-async def test_S_33_enable_and_disable_answer_in_the_tutorials_words_and_the_zero_is_first(rig: Rig) -> None:
+async def test_enable_and_disable_answer_in_the_tutorials_words_and_the_zero_is_first(rig: Rig) -> None:
     await rig.start(RobotController)
     cmd = rig.probe(CMD_VEL)
     for _ in range(2):
@@ -114,7 +114,7 @@ async def test_S_33_enable_and_disable_answer_in_the_tutorials_words_and_the_zer
     assert set(map(str, cmd)) == {str(twist())}
 
 
-async def test_S_33_the_parameter_enables_and_disables_as_the_service_does(rig: Rig) -> None:
+async def test_the_parameter_enables_and_disables_as_the_service_does(rig: Rig) -> None:
     await rig.start(TUTORIAL)
     cmd = rig.probe(CMD_VEL)
     rig.publish(JOY_CMD, twist(0.5))
@@ -138,14 +138,14 @@ async def test_a_disabled_robot_is_still_disabled_after_a_crash_of_its_controlle
 # -- who drives -----------------------------------------------------------------------------------------------------------------
 
 
-async def test_X_07b_stop_wins_over_any_other_word(rig: Rig) -> None:
+async def test_stop_wins_over_any_other_word(rig: Rig) -> None:
     await rig.start(TUTORIAL)
     cmd = rig.probe(CMD_VEL)
     await speak(rig, "forward", "stop going forward")
     assert list(cmd) == [twist(1.0), twist()]
 
 
-async def test_X_07b_a_joystick_within_half_a_second_makes_voice_ignored(rig: Rig) -> None:
+async def test_a_joystick_within_half_a_second_makes_voice_ignored(rig: Rig) -> None:
     await rig.start(TUTORIAL)
     cmd = rig.probe(CMD_VEL)
     rig.publish(JOY_CMD, twist(0.2))
@@ -159,7 +159,7 @@ async def test_X_07b_a_joystick_within_half_a_second_makes_voice_ignored(rig: Ri
 
 
 @pytest.mark.parametrize("bad", [nan, inf, -inf])
-async def test_X_07b_what_is_no_number_is_dropped_with_a_warning_and_counted(rig: Rig, bad: float) -> None:
+async def test_what_is_no_number_is_dropped_with_a_warning_and_counted(rig: Rig, bad: float) -> None:
     await rig.start(TUTORIAL)
     cmd, status = rig.probe(CMD_VEL), rig.probe(DRIVE_STATUS)
     rig.publish(JOY_CMD, twist(bad))
@@ -171,7 +171,7 @@ async def test_X_07b_what_is_no_number_is_dropped_with_a_warning_and_counted(rig
     assert status.last.dropped == 2
 
 
-async def test_Y_35_of_four_sources_the_highest_that_was_heard_drives(rig: Rig) -> None:
+async def test_of_four_sources_the_highest_that_was_heard_drives(rig: Rig) -> None:
     await rig.start(controller(enabled=True))
     cmd, status = rig.probe(CMD_VEL), rig.probe(DRIVE_STATUS)
     rig.publish(AUTONOMY_CMD, twist(0.1))
@@ -185,7 +185,7 @@ async def test_Y_35_of_four_sources_the_highest_that_was_heard_drives(rig: Rig) 
     assert [message.source for message in status][1:] == ["autonomy", "voice", "joystick", "teleop"]
 
 
-async def test_N_49_an_accepted_command_is_not_delayed_and_a_lost_source_stops_the_robot(rig: Rig) -> None:
+async def test_an_accepted_command_is_not_delayed_and_a_lost_source_stops_the_robot(rig: Rig) -> None:
     await rig.start(controller(enabled=True))
     cmd = rig.probe(CMD_VEL)
     for _ in range(5):
@@ -209,7 +209,7 @@ class Watcher(Node):
         self.seen += 1
 
 
-async def test_N_49_two_publishers_and_a_monitor_on_cmd_vel_know_nothing_of_each_other(rig: Rig) -> None:
+async def test_two_publishers_and_a_monitor_on_cmd_vel_know_nothing_of_each_other(rig: Rig) -> None:
     system = await rig.start(Watcher)
     lives = [await system.join(Child(Node, name=name)) for name in ("teleop", "autonomy")]
     first, second = (joined.node.publisher(CMD_VEL) for joined in lives)
@@ -280,7 +280,7 @@ async def test_a_controller_that_needs_a_safety_monitor_stands_still_without_one
     assert cmd.last == twist()
 
 
-async def test_F_08_a_monitor_that_hangs_and_repeats_itself_counts_as_silent(rig: Rig) -> None:
+async def test_a_monitor_that_hangs_and_repeats_itself_counts_as_silent(rig: Rig) -> None:
     await rig.start(controller(enabled=True, safety_timeout=0.3))
     cmd = rig.probe(CMD_VEL)
     word = SafetyState(stamp=Time(sec=5))
@@ -299,7 +299,7 @@ async def test_F_08_a_monitor_that_hangs_and_repeats_itself_counts_as_silent(rig
     assert cmd.last == twist()
 
 
-async def test_F_08_a_stop_is_a_zero_at_the_same_instant_and_overrides_teleop(rig: Rig) -> None:
+async def test_a_stop_is_a_zero_at_the_same_instant_and_overrides_teleop(rig: Rig) -> None:
     await rig.start(controller(enabled=True))
     cmd = rig.probe(CMD_VEL)
     rig.publish(TELEOP_CMD, twist(0.5))
@@ -324,7 +324,7 @@ async def test_F_08_a_stop_is_a_zero_at_the_same_instant_and_overrides_teleop(ri
 # -- status and settings --------------------------------------------------------------------------------------------------------
 
 
-async def test_N_46_S_32_the_status_has_four_lines_in_their_order(rig: Rig) -> None:
+async def test_the_status_has_four_lines_in_their_order(rig: Rig) -> None:
     await rig.start(RobotStatus)
     reply = await rig.call(GET_STATUS, Trigger.Request())
     assert reply.message.splitlines()[1:] == ["- Battery: unknown", "- Position: unknown", "- Walking: unknown"]
@@ -346,7 +346,7 @@ async def test_N_46_S_32_the_status_has_four_lines_in_their_order(rig: Rig) -> N
     assert (await rig.call(GET_STATUS, Trigger.Request())).message.endswith("- Walking: True")
 
 
-async def test_S_22_settings_are_saved_and_restored(rig: Rig, tmp_path: Path) -> None:
+async def test_settings_are_saved_and_restored(rig: Rig, tmp_path: Path) -> None:
     file = tmp_path / "config.yaml"
     await rig.start(Child(RobotStatus, parameters={"config_file": str(file)}), controller(enabled=True, timeout=0.4))
     reply = await rig.call(SAVE_CONFIG, Trigger.Request())
@@ -361,7 +361,7 @@ async def test_S_22_settings_are_saved_and_restored(rig: Rig, tmp_path: Path) ->
     assert file.read_text(encoding="utf-8") == before
 
 
-async def test_S_22_what_cannot_be_saved_or_restored_is_answered_with_the_reason(rig: Rig, tmp_path: Path) -> None:
+async def test_what_cannot_be_saved_or_restored_is_answered_with_the_reason(rig: Rig, tmp_path: Path) -> None:
     file = tmp_path / "no" / "config.yaml"
     await rig.start(Child(RobotStatus, parameters={"config_file": str(file)}), controller(timeout=0.4))
     for service in (SAVE_CONFIG, RESTORE_CONFIG):

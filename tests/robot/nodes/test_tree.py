@@ -26,7 +26,7 @@ from robot.interfaces.tutorials.my_robot_interfaces.srv import GetBatteryStatus
 from tests.robot.stage import robot
 
 
-async def test_Z_02_within_three_seconds_everything_of_the_robot_answers(rig: Rig) -> None:
+async def test_within_three_seconds_everything_of_the_robot_answers(rig: Rig) -> None:
     system = await rig.start(robot())
     joints = rig.probe(JOINT_STATES)
     await rig.advance(0.5)
@@ -62,7 +62,7 @@ async def test_a_goal_ends_when_somebody_sits_the_robot_down(rig: Rig) -> None:
         await goal
 
 
-async def test_Z_07_after_the_end_no_task_and_no_thread_is_left(rig: Rig) -> None:
+async def test_after_the_end_no_task_and_no_thread_is_left(rig: Rig) -> None:
     tasks, threads = asyncio.all_tasks(), set(threading.enumerate())
     await rig.start(robot())
     await rig.advance(1.0)

@@ -19,7 +19,7 @@ from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import WORLDS, get_world
 
 
-def test_I_23_cell_1_0_is_data_1_and_cell_0_1_is_data_width() -> None:
+def test_cell_1_0_is_data_1_and_cell_0_1_is_data_width() -> None:
     data = [0, 100, 0, 0, 0, 0]
     grid = Grid.from_occupancy(data, width=3, height=2, resolution=0.5, origin_x=-1.0, origin_y=2.0)
     assert grid.occupied.tolist() == [[False, True, False], [False, False, False]]

@@ -87,7 +87,7 @@ def test_an_errand_that_cannot_be_run_is_one_line_and_exit_code_2(words: tuple[s
 
 
 @pytest.mark.parametrize("name", ["arm", "object_confirmation", "fetch"])
-async def test_E_11_each_node_of_the_arm_runs_alone_and_with_those_that_come_later(rig: Rig, name: str) -> None:
+async def test_each_node_of_the_arm_runs_alone_and_with_those_that_come_later(rig: Rig, name: str) -> None:
     tree = robot_around(KinematicBody(KITCHEN, seed=1, arm=True))
     system = await rig.start(only(tree, [name]))
     await rig.advance(0.5)

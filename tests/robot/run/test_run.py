@@ -217,7 +217,7 @@ def test_the_run_publishes_its_time_for_those_who_follow_it(tmp_path: Path) -> N
     assert all(timer["missed"] == 0 and timer["rate"] == pytest.approx(timer["hz"], rel=0.02) for timer in ticking)
 
 
-def test_P_17_two_parameter_files_are_two_speeds(tmp_path: Path) -> None:
+def test_two_parameter_files_are_two_speeds(tmp_path: Path) -> None:
     walked: dict[str, float] = {}
     for name, speed in (("slow", 0.2), ("fast", 0.6)):
         file = tmp_path / f"{name}.yaml"
@@ -228,7 +228,7 @@ def test_P_17_two_parameter_files_are_two_speeds(tmp_path: Path) -> None:
     assert walked["slow"] < 0.2 * 12.0 < walked["fast"] < 0.6 * 12.0
 
 
-def test_E_11_only_some_nodes_run_and_the_report_names_them(tmp_path: Path) -> None:
+def test_only_some_nodes_run_and_the_report_names_them(tmp_path: Path) -> None:
     done, report = run(tmp_path, *KINEMATIC, "--duration", "2", "--only", "navigation,localizer", "map_server")
     assert done.returncode == 0, done.stderr
     names = [row["name"] for row in report["nodes"] if row["path"].startswith("robot/")]
@@ -247,7 +247,7 @@ def test_the_report_says_who_drove_and_that_nothing_stopped_the_robot(tmp_path: 
 # -- failures -------------------------------------------------------------------------------------------------------------------
 
 
-def test_F_01_a_crash_of_navigation_is_survived_and_the_patrol_goes_on(tmp_path: Path) -> None:
+def test_a_crash_of_navigation_is_survived_and_the_patrol_goes_on(tmp_path: Path) -> None:
     done, report = run(tmp_path, *KINEMATIC, "--duration", "25", "--crash", "navigation@6")
     assert done.returncode == 0, done.stderr
     assert node(report, "/navigation")["incarnation"] == 2
@@ -258,7 +258,7 @@ def test_F_01_a_crash_of_navigation_is_survived_and_the_patrol_goes_on(tmp_path:
     assert [goal["outcome"] for goal in report["goals"]][-1] == "succeeded"
 
 
-def test_F_06_more_crashes_than_allowed_end_in_a_safe_stop(tmp_path: Path) -> None:
+def test_more_crashes_than_allowed_end_in_a_safe_stop(tmp_path: Path) -> None:
     crashes = [word for at in (4.0, 4.5, 5.0, 5.5) for word in ("--crash", f"navigation@{at}")]
     done, report = run(tmp_path, *VIRTUAL, "--duration", "20", *crashes)
     assert done.returncode == 3

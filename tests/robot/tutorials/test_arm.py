@@ -35,13 +35,13 @@ async def where(rig: Rig) -> tuple[list[float], str]:
     return reply.joint_angles.tolist(), reply.arm_status
 
 
-async def test_N_37_the_position_service_alone_tells_zeros_and_idle(rig: Rig) -> None:
+async def test_the_position_service_alone_tells_zeros_and_idle(rig: Rig) -> None:
     await rig.start(PositionService)
     assert await where(rig) == (ZEROS, "IDLE")
     assert said(rig, "position_service") == ["Returning current position: [0.0, 0.0, 0.0, 0.0]"]
 
 
-async def test_N_38_A_50_A_52_fifty_feedbacks_in_five_seconds_and_the_exact_target(rig: Rig) -> None:
+async def test_fifty_feedbacks_in_five_seconds_and_the_exact_target(rig: Rig) -> None:
     await rig.start(MoveArmServer)
     moving = await start(rig, TARGET)
     times, told = [], []
@@ -59,21 +59,21 @@ async def test_N_38_A_50_A_52_fifty_feedbacks_in_five_seconds_and_the_exact_targ
     assert result.final_angles.tolist() == TARGET
 
 
-async def test_A_51_steps_lie_on_a_straight_line(rig: Rig) -> None:
+async def test_steps_lie_on_a_straight_line(rig: Rig) -> None:
     await rig.start(MoveArmServer)
     moving = await start(rig, TARGET)
     for i, feedback in enumerate([feedback async for feedback in moving]):
         assert feedback.current_angles == pytest.approx([angle * i / 49 for angle in TARGET])
 
 
-async def test_A_51_V_48_a_single_step_does_not_divide_by_zero(rig: Rig) -> None:
+async def test_a_single_step_does_not_divide_by_zero(rig: Rig) -> None:
     await rig.start(Child(MoveArmServer, parameters={"steps": 1}))
     moving = await start(rig, TARGET)
     assert [feedback.progress_percentage async for feedback in moving] == [100.0]
     assert (await moving).final_angles.tolist() == TARGET
 
 
-async def test_A_53_a_cancel_ends_in_the_middle_and_the_next_goal_runs_normally(rig: Rig) -> None:
+async def test_a_cancel_ends_in_the_middle_and_the_next_goal_runs_normally(rig: Rig) -> None:
     await rig.start(PositionService, MoveArmServer)
     moving = await start(rig, TARGET)
     for _ in range(21):
@@ -102,7 +102,7 @@ async def test_A_53_a_cancel_ends_in_the_middle_and_the_next_goal_runs_normally(
         ([float("nan")] * 4, "Joint 0"),
     ],
 )
-async def test_A_54_other_lengths_and_angles_are_rejected_and_nothing_moves(
+async def test_other_lengths_and_angles_are_rejected_and_nothing_moves(
     rig: Rig, target: list[float], words: str
 ) -> None:
     await rig.start(PositionService, MoveArmServer)
@@ -111,7 +111,7 @@ async def test_A_54_other_lengths_and_angles_are_rejected_and_nothing_moves(
     assert await where(rig) == (ZEROS, "IDLE")
 
 
-async def test_A_55_V_47_half_way_the_position_service_tells_half_the_way_and_moving(rig: Rig) -> None:
+async def test_half_way_the_position_service_tells_half_the_way_and_moving(rig: Rig) -> None:
     await rig.start(PositionService, MoveArmServer)
     moving = await start(rig, TARGET)
     await rig.advance(2.45)
@@ -122,7 +122,7 @@ async def test_A_55_V_47_half_way_the_position_service_tells_half_the_way_and_mo
     assert await where(rig) == (TARGET, "IDLE")
 
 
-async def test_A_56_feedback_that_was_received_does_not_change_any_more(rig: Rig) -> None:
+async def test_feedback_that_was_received_does_not_change_any_more(rig: Rig) -> None:
     await rig.start(MoveArmServer)
     told, copies = [], []
     async for feedback in await start(rig, TARGET):
@@ -132,7 +132,7 @@ async def test_A_56_feedback_that_was_received_does_not_change_any_more(rig: Rig
     assert len({tuple(angles) for angles in copies}) == 50
 
 
-async def test_A_57_a_second_goal_begins_where_the_first_one_ended_also_when_it_preempts_it(rig: Rig) -> None:
+async def test_a_second_goal_begins_where_the_first_one_ended_also_when_it_preempts_it(rig: Rig) -> None:
     await rig.start(MoveArmServer)
     first = await (await start(rig, TARGET))
     second = await start(rig, [-1.0, 0.0, 0.0, 0.0])
@@ -156,7 +156,7 @@ async def test_the_arm_stays_where_it_is_when_its_server_fails(rig: Rig) -> None
     assert rig.incarnation(MoveArmServer) == 2
 
 
-async def test_N_39_X_06_the_client_asks_moves_and_tells_each_stage_in_order(rig: Rig) -> None:
+async def test_the_client_asks_moves_and_tells_each_stage_in_order(rig: Rig) -> None:
     await rig.start(PositionService, MoveArmServer, alone(ArmControlClient))
     await rig.advance(6.0)
     lines = said(rig, "arm_control_client")
@@ -178,7 +178,7 @@ async def test_N_39_X_06_the_client_asks_moves_and_tells_each_stage_in_order(rig
     ]
 
 
-async def test_N_38_the_server_tells_of_a_cancel(rig: Rig) -> None:
+async def test_the_server_tells_of_a_cancel(rig: Rig) -> None:
     await rig.start(MoveArmServer)
     goal = await rig.start_goal(MOVE_ARM, MoveArm.Goal(target_angles=TARGET))
     await rig.advance(1.0)
@@ -187,13 +187,13 @@ async def test_N_38_the_server_tells_of_a_cancel(rig: Rig) -> None:
     assert said(rig, "move_arm_server")[-2:] == ["Received cancel request", "Movement canceled"]
 
 
-async def test_N_39_the_client_says_every_second_that_it_waits(rig: Rig) -> None:
+async def test_the_client_says_every_second_that_it_waits(rig: Rig) -> None:
     await rig.start(alone(ArmControlClient))
     await rig.advance(3.5)
     assert said(rig, "arm_control_client") == ["Service not available, waiting again..."] * 3
 
 
-async def test_N_39_a_rejected_goal_is_told_and_gives_nothing(rig: Rig) -> None:
+async def test_a_rejected_goal_is_told_and_gives_nothing(rig: Rig) -> None:
     await rig.start(PositionService, MoveArmServer, alone(ArmControlClient, target=[4.0, 0.0, 0.0, 0.0]))
     await rig.advance(1.0)
     lines = said(rig, "arm_control_client")
@@ -202,7 +202,7 @@ async def test_N_39_a_rejected_goal_is_told_and_gives_nothing(rig: Rig) -> None:
     assert await where(rig) == (ZEROS, "IDLE")
 
 
-async def test_X_06_the_program_ends_when_its_client_is_done(rig: Rig) -> None:
+async def test_the_program_ends_when_its_client_is_done(rig: Rig) -> None:
     system = await rig.start(tree())
     await rig.until(lambda: not system.running)
     assert rig.now == pytest.approx(5.0)

@@ -16,7 +16,7 @@ from tests.robot.tutorials.kit import alone
 LINE = "Battery: 12.4V | 92% | Status: good | Charging: False"
 
 
-async def test_N_02_the_battery_as_it_comes(rig: Rig) -> None:
+async def test_the_battery_as_it_comes(rig: Rig) -> None:
     await rig.start(BatteryServer)
     battery = await battery_status(rig)
     assert battery.voltage == pytest.approx(12.4)
@@ -43,7 +43,7 @@ async def test_N_02_the_battery_as_it_comes(rig: Rig) -> None:
         (13.2, 100.0, 120.0, "good"),
     ],
 )
-async def test_S_10_S_11_S_12_percentage_run_time_and_health_follow_the_voltage(
+async def test_percentage_run_time_and_health_follow_the_voltage(
     rig: Rig, voltage: float, percentage: float, minutes: float, health: str
 ) -> None:
     await rig.start(Child(BatteryServer, parameters={"voltage": voltage}))
@@ -53,14 +53,14 @@ async def test_S_10_S_11_S_12_percentage_run_time_and_health_follow_the_voltage(
     assert battery.health_status == health
 
 
-async def test_S_13_an_unknown_robot_is_an_error_that_names_it(rig: Rig) -> None:
+async def test_an_unknown_robot_is_an_error_that_names_it(rig: Rig) -> None:
     await rig.start(BatteryServer)
     with pytest.raises(ServiceFailed, match="No battery is known for robot 'robot_02'"):
         await battery_status(rig, "robot_02")
     assert (await battery_status(rig)).percentage > 92.0
 
 
-async def test_S_14_a_battery_on_its_charger_says_so_while_the_node_runs(rig: Rig) -> None:
+async def test_a_battery_on_its_charger_says_so_while_the_node_runs(rig: Rig) -> None:
     await rig.start(BatteryServer)
     assert rig.node(BatteryServer).set_parameters({"is_charging": True, "voltage": 12.6}).successful
     battery = await battery_status(rig)
@@ -79,7 +79,7 @@ class Ticking(BatteryClient):
         self.ticks += 1
 
 
-async def test_N_03_a_client_waits_for_its_server_and_goes_on_with_other_things(rig: Rig) -> None:
+async def test_a_client_waits_for_its_server_and_goes_on_with_other_things(rig: Rig) -> None:
     await rig.start(alone(Ticking))
     await rig.advance(2.5)
     assert rig.node(Ticking).ticks == 25
@@ -88,14 +88,14 @@ async def test_N_03_a_client_waits_for_its_server_and_goes_on_with_other_things(
     assert said(rig, "battery_service_client") == ["Waiting for battery service..."] * 2 + [LINE]
 
 
-async def test_N_03_and_the_program_ends_with_it(rig: Rig) -> None:
+async def test_and_the_program_ends_with_it(rig: Rig) -> None:
     system = await rig.start(tree())
     await rig.advance(1.0)
     assert not system.running
     assert said(rig, "battery_service_client") == [LINE]
 
 
-async def test_V_10_S_08_a_client_without_a_server_gives_up_in_the_end(rig: Rig) -> None:
+async def test_a_client_without_a_server_gives_up_in_the_end(rig: Rig) -> None:
     await rig.start(alone(BatteryClient, patience=3.0))
     await rig.advance(10.0)
     lines = said(rig, "battery_service_client")
@@ -104,7 +104,7 @@ async def test_V_10_S_08_a_client_without_a_server_gives_up_in_the_end(rig: Rig)
     assert len(lines) == 4
 
 
-async def test_V_13_calls_that_overlap_do_not_share_a_request(rig: Rig) -> None:
+async def test_calls_that_overlap_do_not_share_a_request(rig: Rig) -> None:
     await rig.start(BatteryServer, Node)
     known, unknown = await asyncio.gather(battery_status(rig), battery_status(rig, "robot_07"), return_exceptions=True)
     assert isinstance(known, GetBatteryStatus.Response)

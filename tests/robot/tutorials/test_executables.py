@@ -39,7 +39,7 @@ async def started(rig: Rig, package: str, executable: str) -> list[str]:
         ("my_robot_controller", "imu_publisher", "imu_publisher", ""),
     ],
 )
-async def test_U_02_the_console_scripts_of_both_setup_files_start_their_nodes(
+async def test_the_console_scripts_of_both_setup_files_start_their_nodes(
     rig: Rig, package: str, executable: str, node: str, line: str
 ) -> None:
     assert await started(rig, package, executable) == [node]
@@ -48,12 +48,12 @@ async def test_U_02_the_console_scripts_of_both_setup_files_start_their_nodes(
 
 
 @pytest.mark.parametrize("executable", ["battery_server", "battery_service_server"])
-async def test_C_02_V_11_both_names_of_the_battery_server_start_it(rig: Rig, executable: str) -> None:
+async def test_both_names_of_the_battery_server_start_it(rig: Rig, executable: str) -> None:
     assert await started(rig, "my_first_robot", executable) == ["battery_service_server"]
 
 
 @pytest.mark.parametrize("executable", ["fibonacci_action_server", "minimal_service", "distance_service"])
-async def test_V_50_V_51_nodes_that_their_package_never_listed_start_by_name(rig: Rig, executable: str) -> None:
+async def test_nodes_that_their_package_never_listed_start_by_name(rig: Rig, executable: str) -> None:
     """Without `__main__`: what such a node needs is imported at the top of its module."""
     assert await started(rig, "my_robot_pkg", executable) == [executable]
 
@@ -65,7 +65,7 @@ async def test_V_50_V_51_nodes_that_their_package_never_listed_start_by_name(rig
         ("sensor_simulator", ("communication_demo", "humanoid_control")),
     ],
 )
-def test_V_19_what_two_tutorials_call_the_same_is_told_apart_by_its_package(
+def test_what_two_tutorials_call_the_same_is_told_apart_by_its_package(
     executable: str, packages: tuple[str, ...]
 ) -> None:
     places = [target(package, executable).target.partition(":") for package in packages]
@@ -83,20 +83,20 @@ async def heard(rig: Rig, topic: Any, seconds: float) -> list[Any]:
     return list(probe.messages)
 
 
-async def test_V_66_each_tutorial_keeps_its_own_temperature(rig: Rig) -> None:
+async def test_each_tutorial_keeps_its_own_temperature(rig: Rig) -> None:
     await rig.start(sensor_data.tree())
     around_25 = [one.temperature for one in await heard(rig, sensor_data.SENSOR_DATA, 600.0)]
     assert 24.0 < sum(around_25) / len(around_25) < 26.0
     assert 2.0 < max(abs(one - 25.0) for one in around_25) <= 3.0
 
 
-async def test_V_66_the_other_ones_lies_between_20_and_30(rig: Rig) -> None:
+async def test_the_other_ones_lies_between_20_and_30(rig: Rig) -> None:
     await rig.start(communication_demo.tree())
     between = [one.data for one in await heard(rig, communication_demo.TEMPERATURE, 600.0)]
     assert 20.0 <= min(between) < 21.0 and 29.0 < max(between) <= 30.0
 
 
-async def test_V_66_V_68_the_robot_has_one_battery_and_one_owner_of_its_joint_states(rig: Rig) -> None:
+async def test_the_robot_has_one_battery_and_one_owner_of_its_joint_states(rig: Rig) -> None:
     await rig.start(robot())
     topics = {one.name: [edge.node for edge in one.publishers] for one in rig.system.snapshot().topics}
     assert topics["/battery_state"] == topics["/battery_status"] == ["/battery"]

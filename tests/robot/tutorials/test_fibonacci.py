@@ -26,7 +26,7 @@ def order(number: int) -> Fibonacci.Goal:
     return Fibonacci.Goal(order=number)
 
 
-async def test_N_35_A_10_order_ten_is_eleven_numbers_nine_feedbacks_and_nine_seconds(rig: Rig) -> None:
+async def test_order_ten_is_eleven_numbers_nine_feedbacks_and_nine_seconds(rig: Rig) -> None:
     await rig.start(FibonacciServer)
     goal = await rig.start_goal(FIBONACCI, order(10))
     told = [feedback.sequence.tolist() async for feedback in goal]
@@ -36,14 +36,14 @@ async def test_N_35_A_10_order_ten_is_eleven_numbers_nine_feedbacks_and_nine_sec
 
 
 @pytest.mark.parametrize(("number", "expected"), [(1, [0, 1]), (0, [0])])
-async def test_A_11_short_sequences_come_at_once(rig: Rig, number: int, expected: list[int]) -> None:
+async def test_short_sequences_come_at_once(rig: Rig, number: int, expected: list[int]) -> None:
     await rig.start(FibonacciServer)
     goal = await rig.start_goal(FIBONACCI, order(number))
     assert (await goal).sequence.tolist() == expected
     assert (goal.feedback_count, rig.now) == (0, 0.0)
 
 
-async def test_A_12_V_43_the_largest_order_that_fits_and_those_that_are_rejected(rig: Rig) -> None:
+async def test_the_largest_order_that_fits_and_those_that_are_rejected(rig: Rig) -> None:
     await rig.start(FibonacciServer)
     assert (await (await rig.start_goal(FIBONACCI, order(46)))).sequence[-1] == 1836311903
     for number, why in ((47, "beyond 32 bits"), (-1, "negative")):
@@ -51,7 +51,7 @@ async def test_A_12_V_43_the_largest_order_that_fits_and_those_that_are_rejected
             await rig.start_goal(FIBONACCI, order(number))
 
 
-async def test_A_13_a_cancel_hands_over_what_there_is(rig: Rig) -> None:
+async def test_a_cancel_hands_over_what_there_is(rig: Rig) -> None:
     await rig.start(FibonacciServer)
     goal = await rig.start_goal(FIBONACCI, order(10))
     for _ in range(3):
@@ -65,7 +65,7 @@ async def test_A_13_a_cancel_hands_over_what_there_is(rig: Rig) -> None:
     assert said(rig, "fibonacci_action_server")[-1] == "Goal canceled"
 
 
-async def test_A_14_three_goals_at_once_are_all_right(rig: Rig) -> None:
+async def test_three_goals_at_once_are_all_right(rig: Rig) -> None:
     await rig.start(FibonacciServer)
     goals = [await rig.start_goal(FIBONACCI, order(number)) for number in (10, 5, 7)]
     results = await asyncio.gather(*(goal.ended() for goal in goals))
@@ -73,7 +73,7 @@ async def test_A_14_three_goals_at_once_are_all_right(rig: Rig) -> None:
     assert rig.now == 9.0
 
 
-async def test_A_15_A_16_N_36_both_sides_say_what_they_do_and_the_client_ends(rig: Rig) -> None:
+async def test_both_sides_say_what_they_do_and_the_client_ends(rig: Rig) -> None:
     system = await rig.start(tree())
     await rig.advance(10.0)
     server, client = said(rig, "fibonacci_action_server"), said(rig, "fibonacci_action_client")
@@ -84,7 +84,7 @@ async def test_A_15_A_16_N_36_both_sides_say_what_they_do_and_the_client_ends(ri
     assert not system.running
 
 
-async def test_N_35_the_server_tells_of_a_cancel(rig: Rig) -> None:
+async def test_the_server_tells_of_a_cancel(rig: Rig) -> None:
     await rig.start(FibonacciServer)
     goal = await rig.start_goal(FIBONACCI, order(10))
     await rig.advance(1.5)
@@ -93,7 +93,7 @@ async def test_N_35_the_server_tells_of_a_cancel(rig: Rig) -> None:
     assert said(rig, "fibonacci_action_server")[-2:] == ["Received cancel request", "Goal canceled"]
 
 
-async def test_V_09_a_client_whose_goal_is_rejected_ends(rig: Rig) -> None:
+async def test_a_client_whose_goal_is_rejected_ends(rig: Rig) -> None:
     await rig.start(FibonacciServer, alone(FibonacciClient, order=47))
     await rig.advance(1.0)
     assert said(rig, "fibonacci_action_client")[0].startswith("Goal rejected: order 47")
@@ -103,7 +103,7 @@ async def test_V_09_a_client_whose_goal_is_rejected_ends(rig: Rig) -> None:
 # -- the stand-in -----------------------------------------------------------------------------------------------------------
 
 
-async def test_N_26_A_40_V_29_the_stand_in_tells_the_real_sequence(rig: Rig) -> None:
+async def test_the_stand_in_tells_the_real_sequence(rig: Rig) -> None:
     await rig.start(NavigationServer)
     goal = await rig.start_goal(NAVIGATE_TO_GOAL, Example.Goal(order=10))
     told = [feedback.sequence.tolist() async for feedback in goal]
@@ -112,7 +112,7 @@ async def test_N_26_A_40_V_29_the_stand_in_tells_the_real_sequence(rig: Rig) -> 
     assert rig.now == pytest.approx(1.0)
 
 
-async def test_A_41_a_canceled_goal_has_the_part_that_was_done(rig: Rig) -> None:
+async def test_a_canceled_goal_has_the_part_that_was_done(rig: Rig) -> None:
     await rig.start(NavigationServer)
     goal = await rig.start_goal(NAVIGATE_TO_GOAL, Example.Goal(order=10))
     await rig.advance(0.45)
@@ -131,7 +131,7 @@ async def test_A_41_a_canceled_goal_has_the_part_that_was_done(rig: Rig) -> None
     ]
 
 
-async def test_A_07_V_32_a_new_goal_preempts_the_running_one(rig: Rig) -> None:
+async def test_a_new_goal_preempts_the_running_one(rig: Rig) -> None:
     await rig.start(NavigationServer)
     first = await rig.start_goal(NAVIGATE_TO_GOAL, Example.Goal(order=40))
     await rig.advance(1.0)
@@ -141,7 +141,7 @@ async def test_A_07_V_32_a_new_goal_preempts_the_running_one(rig: Rig) -> None:
     assert (await second).sequence.tolist() == [0, 1, 1, 2]
 
 
-async def test_N_27_the_client_tells_ten_feedbacks_and_ends(rig: Rig) -> None:
+async def test_the_client_tells_ten_feedbacks_and_ends(rig: Rig) -> None:
     system = await rig.start(navigate_stand_in.tree())
     await rig.advance(2.0)
     lines = said(rig, "navigation_action_client")
@@ -154,7 +154,7 @@ async def test_N_27_the_client_tells_ten_feedbacks_and_ends(rig: Rig) -> None:
 @pytest.mark.parametrize(
     ("after", "line", "numbers"), [(0.35, "Goal cancelled", TEN[:4]), (5.0, "Goal could not be cancelled", TEN)]
 )
-async def test_A_06_the_client_says_whether_its_cancel_came_in_time(
+async def test_the_client_says_whether_its_cancel_came_in_time(
     rig: Rig, after: float, line: str, numbers: list[int]
 ) -> None:
     await rig.start(NavigationServer, alone(NavigationClient, cancel_after=after))
@@ -162,7 +162,7 @@ async def test_A_06_the_client_says_whether_its_cancel_came_in_time(
     assert said(rig, "navigation_action_client")[-2:] == [line, f"Result: {numbers}"]
 
 
-async def test_A_06_a_client_without_a_server_waits_and_a_rejected_one_ends(rig: Rig) -> None:
+async def test_a_client_without_a_server_waits_and_a_rejected_one_ends(rig: Rig) -> None:
     await rig.start(alone(NavigationClient, patience=2.0))
     await rig.advance(3.0)
     lines = said(rig, "navigation_action_client")
@@ -170,7 +170,7 @@ async def test_A_06_a_client_without_a_server_waits_and_a_rejected_one_ends(rig:
     assert "nobody serves /navigate_to_goal" in lines[2]
 
 
-async def test_A_06_a_stand_in_goal_that_cannot_be_is_rejected(rig: Rig) -> None:
+async def test_a_stand_in_goal_that_cannot_be_is_rejected(rig: Rig) -> None:
     await rig.start(NavigationServer, alone(NavigationClient, order=47))
     await rig.advance(1.0)
     assert said(rig, "navigation_action_client")[-1].startswith("Goal rejected: order 47")
@@ -193,7 +193,7 @@ class Moody(Node):
         yield Done(Example.Result(sequence=[0, 1]))
 
 
-async def test_A_08_a_retry_outlives_two_aborted_goals(rig: Rig) -> None:
+async def test_a_retry_outlives_two_aborted_goals(rig: Rig) -> None:
     await rig.start(Moody)
     failures: list[Exception] = []
     result = await retry(

@@ -25,7 +25,7 @@ from robot.tutorials.humanoid_lab import (
 )
 
 
-async def test_N_29_the_sensor_moves_on_its_ellipse_without_drift(rig: Rig) -> None:
+async def test_the_sensor_moves_on_its_ellipse_without_drift(rig: Rig) -> None:
     await rig.start(SensorSimulator)
     data = rig.probe(SENSOR_DATA)
     await rig.advance(101.0)
@@ -40,7 +40,7 @@ async def test_N_29_the_sensor_moves_on_its_ellipse_without_drift(rig: Rig) -> N
         assert (after.position_y - before.position_y) / 0.2 == pytest.approx(middle.velocity_y, abs=1e-2)
 
 
-async def test_N_30_a_trajectory_is_a_straight_line_of_ten_waypoints_in_the_map(rig: Rig) -> None:
+async def test_a_trajectory_is_a_straight_line_of_ten_waypoints_in_the_map(rig: Rig) -> None:
     await rig.start(Planner)
     goal = Point(x=2.0, y=1.0, z=0.9)
     answer = await rig.call(PLAN_TRAJECTORY, PlanTrajectory.Request(goal=goal))
@@ -53,14 +53,14 @@ async def test_N_30_a_trajectory_is_a_straight_line_of_ten_waypoints_in_the_map(
     assert {pose.header.frame_id for pose in poses} == {"map"}
 
 
-async def test_N_30_V_48_a_line_of_one_waypoint_is_the_goal(rig: Rig) -> None:
+async def test_a_line_of_one_waypoint_is_the_goal(rig: Rig) -> None:
     await rig.start(Child(Planner, parameters={"waypoints": 1}))
     goal = Point(x=2.0, y=1.0)
     answer = await rig.call(PLAN_TRAJECTORY, PlanTrajectory.Request(goal=goal))
     assert [pose.pose.position for pose in answer.trajectory.poses] == [goal]
 
 
-async def test_N_31_without_a_planner_the_motor_controller_says_once_a_second_that_it_waits(rig: Rig) -> None:
+async def test_without_a_planner_the_motor_controller_says_once_a_second_that_it_waits(rig: Rig) -> None:
     await rig.start(MotorController)
     commands = rig.probe(MOTOR_COMMANDS)
     await rig.advance(30.0)
@@ -70,7 +70,7 @@ async def test_N_31_without_a_planner_the_motor_controller_says_once_a_second_th
     assert rig.incarnation(MotorController) == 1
 
 
-async def test_V_71_on_request_paths_begin_where_the_robot_is_and_steer_the_motors(rig: Rig) -> None:
+async def test_on_request_paths_begin_where_the_robot_is_and_steer_the_motors(rig: Rig) -> None:
     await rig.start(Child(Planner, parameters={"from_here": True}), Child(MotorController, parameters={"steer": True}))
     commands = rig.probe(MOTOR_COMMANDS)
     rig.publish(SENSOR_DATA, SensorData(position_x=2.0, position_y=0.0))
@@ -83,7 +83,7 @@ async def test_V_71_on_request_paths_begin_where_the_robot_is_and_steer_the_moto
     assert steered(nowhere) == (0.0, 0.0)
 
 
-async def test_X_09_the_lab_runs_for_35_seconds(rig: Rig) -> None:
+async def test_the_lab_runs_for_35_seconds(rig: Rig) -> None:
     await rig.start(tree())
     data, commands = rig.probe(SENSOR_DATA), rig.probe(MOTOR_COMMANDS)
     await rig.advance(35.0)
@@ -94,7 +94,7 @@ async def test_X_09_the_lab_runs_for_35_seconds(rig: Rig) -> None:
     assert not [record for record in rig.logs if record.level >= 40]
 
 
-async def test_R_01_the_graph_of_the_lab_has_its_four_edges(rig: Rig) -> None:
+async def test_the_graph_of_the_lab_has_its_four_edges(rig: Rig) -> None:
     system = await rig.start(tree())
     await rig.advance(5.0)
 
@@ -117,7 +117,7 @@ async def test_R_01_the_graph_of_the_lab_has_its_four_edges(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("order", list(permutations((SensorSimulator, Planner, MotorController))))
-async def test_G_05_the_lab_works_whatever_starts_first(order: tuple[type[Node], ...], rig: Rig) -> None:
+async def test_the_lab_works_whatever_starts_first(order: tuple[type[Node], ...], rig: Rig) -> None:
     system = await rig.start(order[0])
     commands = rig.probe(MOTOR_COMMANDS)
     for node in order[1:]:
@@ -128,7 +128,7 @@ async def test_G_05_the_lab_works_whatever_starts_first(order: tuple[type[Node],
     assert [record.event for record in rig.logs if record.level >= 40] == []
 
 
-async def test_X_09_plans_resume_after_the_planner_was_away_and_nobody_else_restarts(rig: Rig) -> None:
+async def test_plans_resume_after_the_planner_was_away_and_nobody_else_restarts(rig: Rig) -> None:
     system = await rig.start(tree())
     commands = rig.probe(MOTOR_COMMANDS)
     await rig.advance(15.0)
@@ -143,7 +143,7 @@ async def test_X_09_plans_resume_after_the_planner_was_away_and_nobody_else_rest
     assert rig.incarnation(SensorSimulator) == rig.incarnation(MotorController) == 1
 
 
-async def test_F_01_a_planner_that_crashes_is_back_within_three_seconds(rig: Rig) -> None:
+async def test_a_planner_that_crashes_is_back_within_three_seconds(rig: Rig) -> None:
     await rig.start(tree())
     data, commands = rig.probe(SENSOR_DATA), rig.probe(MOTOR_COMMANDS)
     await rig.advance(9.0)
@@ -167,11 +167,11 @@ async def _goes_on(rig: Rig) -> None:
 
 
 @scenario(seeds=100, faults=[Lose(), Delay(), Duplicate(), Reorder(), Crash(), SlowStart()])
-async def test_X_09_whatever_is_lost_late_or_killed_the_lab_goes_on(rig: Rig) -> None:
+async def test_whatever_is_lost_late_or_killed_the_lab_goes_on(rig: Rig) -> None:
     await _goes_on(rig)
 
 
 @pytest.mark.slow
 @scenario(seeds=1000, faults=[Lose(), Delay(), Duplicate(), Reorder(), Crash(), SlowStart()])
-async def test_X_09_a_thousand_seeds(rig: Rig) -> None:
+async def test_a_thousand_seeds(rig: Rig) -> None:
     await _goes_on(rig)

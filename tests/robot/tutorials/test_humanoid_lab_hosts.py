@@ -14,7 +14,7 @@ from robot.tutorials.humanoid_lab import MOTOR_COMMANDS
 from tests.robot.tutorials.lab_on_hosts import SCENARIO, Ledger, keeps_its_promises, main, start_lab
 
 
-async def test_X_09_on_three_hosts_the_lab_drives_and_its_calls_and_goals_are_answered(lab: Lab) -> None:
+async def test_on_three_hosts_the_lab_drives_and_its_calls_and_goals_are_answered(lab: Lab) -> None:
     ledger = Ledger()
     await start_lab(lab, ledger)
     desk = await lab.start("desk")
@@ -45,13 +45,13 @@ async def test_a_call_and_a_goal_without_limit_of_time_end_when_their_server_is_
 
 @pytest.mark.slow(reason="many seeds")
 @scenario(seeds=12, faults=NETWORK)
-async def test_X_09_whatever_happens_to_the_network_the_lab_keeps_its_promises_when_it_is_whole(lab: Lab) -> None:
+async def test_whatever_happens_to_the_network_the_lab_keeps_its_promises_when_it_is_whole(lab: Lab) -> None:
     await keeps_its_promises(lab)
 
 
 @pytest.mark.slow
 @scenario(seeds=500, faults=NETWORK)
-async def test_X_09_five_hundred_networks_that_break(lab: Lab) -> None:
+async def test_five_hundred_networks_that_break(lab: Lab) -> None:
     await keeps_its_promises(lab)
 
 

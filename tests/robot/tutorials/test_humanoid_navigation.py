@@ -25,7 +25,7 @@ async def begin(rig: Rig, *target: float, avoid: bool = True) -> Goal[Result, Fe
     )
 
 
-async def test_N_12_A_30_A_31_the_goal_of_the_tutorial_takes_57_seconds(rig: Rig) -> None:
+async def test_the_goal_of_the_tutorial_takes_57_seconds(rig: Rig) -> None:
     await rig.start(HumanoidNavServer)
     goal = await begin(rig, 5.0, 3.0, 0.0)
     told = [feedback async for feedback in goal]
@@ -40,7 +40,7 @@ async def test_N_12_A_30_A_31_the_goal_of_the_tutorial_takes_57_seconds(rig: Rig
     assert increasing(-feedback.distance_remaining for feedback in told)
 
 
-async def test_N_12_the_server_tells_of_every_stage(rig: Rig) -> None:
+async def test_the_server_tells_of_every_stage(rig: Rig) -> None:
     await rig.start(HumanoidNavServer)
     await (await begin(rig, 0.3, 0.0, 0.0))
     canceled = await begin(rig, 5.0, 0.0, 0.0)
@@ -61,13 +61,13 @@ async def test_N_12_the_server_tells_of_every_stage(rig: Rig) -> None:
     ]
 
 
-async def test_V_67_how_near_is_there_is_a_parameter(rig: Rig) -> None:
+async def test_how_near_is_there_is_a_parameter(rig: Rig) -> None:
     await rig.start(Child(HumanoidNavServer, parameters={"tolerance": 0.5}))
     result = await (await begin(rig, 1.0, 0.0, 0.0))
     assert result.final_position[0] == pytest.approx(0.5, abs=0.011)
 
 
-async def test_A_32_A_33_the_heading_that_is_told_is_the_true_one_and_is_reached(rig: Rig) -> None:
+async def test_the_heading_that_is_told_is_the_true_one_and_is_reached(rig: Rig) -> None:
     await rig.start(HumanoidNavServer)
     goal = await begin(rig, 0.3, 0.0, 2.0)  # 20 ticks to walk, 39 to turn
     told = [feedback async for feedback in goal]
@@ -76,7 +76,7 @@ async def test_A_32_A_33_the_heading_that_is_told_is_the_true_one_and_is_reached
     assert rig.node(HumanoidNavServer).pose.yaw == pytest.approx(2.0, abs=0.05)
 
 
-async def test_A_34_A_09_goals_run_one_after_another_and_the_second_starts_where_the_first_ended(rig: Rig) -> None:
+async def test_goals_run_one_after_another_and_the_second_starts_where_the_first_ended(rig: Rig) -> None:
     await rig.start(HumanoidNavServer)
     first, second = await begin(rig, 1.0, 0.0, 0.0), await begin(rig, 1.0, 1.0, 0.0)
     end = (await first).final_position
@@ -93,7 +93,7 @@ def distance_to_line(told: list[Feedback], x: float, y: float) -> float:
     return min(math.hypot(f.current_position[0] - x, f.current_position[1] - y) for f in told)
 
 
-async def test_A_35_who_avoids_obstacles_keeps_off_them_and_arrives(rig: Rig) -> None:
+async def test_who_avoids_obstacles_keeps_off_them_and_arrives(rig: Rig) -> None:
     await rig.start(Child(HumanoidNavServer, args=((Cylinder(1.5, 0.0, 0.3),),)))
     goal = await begin(rig, 3.0, 0.0, 0.0)
     told = [feedback async for feedback in goal]
@@ -102,7 +102,7 @@ async def test_A_35_who_avoids_obstacles_keeps_off_them_and_arrives(rig: Rig) ->
     assert math.hypot(rig.node(HumanoidNavServer).pose.x - 3.0, rig.node(HumanoidNavServer).pose.y) <= 0.1
 
 
-async def test_A_35_who_does_not_walks_straight_into_them_which_aborts(rig: Rig) -> None:
+async def test_who_does_not_walks_straight_into_them_which_aborts(rig: Rig) -> None:
     await rig.start(Child(HumanoidNavServer, args=((Cylinder(1.5, 0.0, 0.3),),)))
     goal = await begin(rig, 3.0, 0.0, 0.0, avoid=False)
     with pytest.raises(GoalAborted, match="contact with an obstacle at") as caught:
@@ -112,7 +112,7 @@ async def test_A_35_who_does_not_walks_straight_into_them_which_aborts(rig: Rig)
     assert not caught.value.result.success
 
 
-async def test_A_35_a_goal_in_an_obstacle_is_rejected_and_one_behind_walls_aborts(rig: Rig) -> None:
+async def test_a_goal_in_an_obstacle_is_rejected_and_one_behind_walls_aborts(rig: Rig) -> None:
     walls = tuple(Box(x, y, *size) for x, y, size in [
         (2.0, 1.0, (2.0, 0.1)), (2.0, -1.0, (2.0, 0.1)), (1.0, 0.0, (0.1, 2.1)), (3.0, 0.0, (0.1, 2.1)),
     ])  # fmt: skip
@@ -123,7 +123,7 @@ async def test_A_35_a_goal_in_an_obstacle_is_rejected_and_one_behind_walls_abort
         await (await begin(rig, 2.0, 0.0, 0.0))
 
 
-async def test_A_36_near_goals_finish_at_once_and_short_ones_are_told_of(rig: Rig) -> None:
+async def test_near_goals_finish_at_once_and_short_ones_are_told_of(rig: Rig) -> None:
     await rig.start(HumanoidNavServer)
     near = await begin(rig, 0.09, 0.0, 0.0)
     assert (await near).success
@@ -136,14 +136,14 @@ async def test_A_36_near_goals_finish_at_once_and_short_ones_are_told_of(rig: Ri
     ("target", "why"),
     [((1.0, 2.0), "3 numbers, not 2"), ((math.nan, 0.0, 0.0), "NaN"), ((0.0, math.inf, 0.0), "infinity")],
 )
-async def test_A_36_A_65_V_15_what_is_no_place_is_rejected(rig: Rig, target: tuple[float, ...], why: str) -> None:
+async def test_what_is_no_place_is_rejected(rig: Rig, target: tuple[float, ...], why: str) -> None:
     await rig.start(HumanoidNavServer)
     with pytest.raises(GoalRejected, match=why):
         await begin(rig, *target)
     assert why in warnings(rig, "humanoid_nav_action_server")[0]
 
 
-async def test_A_36_A_05_a_cancel_tells_where_the_humanoid_stands(rig: Rig) -> None:
+async def test_a_cancel_tells_where_the_humanoid_stands(rig: Rig) -> None:
     await rig.start(HumanoidNavServer)
     goal = await begin(rig, 5.0, 0.0, 0.0)
     await rig.advance(2.05)
@@ -156,7 +156,7 @@ async def test_A_36_A_05_a_cancel_tells_where_the_humanoid_stands(rig: Rig) -> N
     assert result.final_position == pytest.approx([0.2, 0.0, 0.0])
 
 
-async def test_V_42_A_66_a_cancel_after_the_arrival_comes_too_late(rig: Rig) -> None:
+async def test_a_cancel_after_the_arrival_comes_too_late(rig: Rig) -> None:
     await rig.start(HumanoidNavServer)
     goal = await begin(rig, 0.2, 0.0, 0.0)
     await rig.advance(1.0)
@@ -164,7 +164,7 @@ async def test_V_42_A_66_a_cancel_after_the_arrival_comes_too_late(rig: Rig) -> 
     assert (await goal).success
 
 
-async def test_N_13_the_client_tells_all_of_it_and_ends(rig: Rig) -> None:
+async def test_the_client_tells_all_of_it_and_ends(rig: Rig) -> None:
     system = await rig.start(tree())
     await rig.advance(60.0)
     lines = said(rig, "humanoid_nav_action_client")
@@ -175,7 +175,7 @@ async def test_N_13_the_client_tells_all_of_it_and_ends(rig: Rig) -> None:
     assert not system.running
 
 
-async def test_N_13_V_09_a_client_whose_goal_is_rejected_ends(rig: Rig) -> None:
+async def test_a_client_whose_goal_is_rejected_ends(rig: Rig) -> None:
     await rig.start(HumanoidNavServer, alone(HumanoidNavClient, target=[1.0, 2.0]))
     await rig.advance(1.0)
     assert said(rig, "humanoid_nav_action_client")[0].startswith("Goal rejected :(")

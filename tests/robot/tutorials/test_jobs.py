@@ -35,12 +35,12 @@ async def put(rig: Rig, name: str, value: object) -> SetParametersResult:
     return (await rig.call(SET, request)).results[0]
 
 
-async def test_P_10_N_28_the_parameters_are_said_at_the_start(rig: Rig) -> None:
+async def test_the_parameters_are_said_at_the_start(rig: Rig) -> None:
     await rig.start(motor_controller.tree())
     assert said(rig, "motor_controller") == ["Max velocity: 1.0", "PID gains: [1.0, 0.1, 0.01]"]
 
 
-async def test_P_11_P_17_a_change_counts_from_the_next_step_without_a_restart(rig: Rig) -> None:
+async def test_a_change_counts_from_the_next_step_without_a_restart(rig: Rig) -> None:
     await rig.start(MotorController)
     velocities = rig.probe(MOTOR_VELOCITY)
     await rig.advance(10.0)
@@ -58,7 +58,7 @@ async def test_P_11_P_17_a_change_counts_from_the_next_step_without_a_restart(ri
 
 
 @pytest.mark.parametrize(("value", "allowed"), [(0.0, True), (10.0, True), (-0.1, False), (10.1, False), (nan, False)])
-async def test_P_12_V_38_the_limits_of_the_velocity(rig: Rig, value: float, allowed: bool) -> None:
+async def test_the_limits_of_the_velocity(rig: Rig, value: float, allowed: bool) -> None:
     await rig.start(MotorController)
     result = await put(rig, "max_velocity", value)
     assert (result.successful, result.reason) == (
@@ -69,7 +69,7 @@ async def test_P_12_V_38_the_limits_of_the_velocity(rig: Rig, value: float, allo
 
 
 @pytest.mark.parametrize("gains", [[1.0, 2.0], [1.0, 2.0, 3.0, 4.0]])
-async def test_P_13_there_are_three_gains(rig: Rig, gains: list[float]) -> None:
+async def test_there_are_three_gains(rig: Rig, gains: list[float]) -> None:
     await rig.start(MotorController)
     assert (await put(rig, "pid_gains", gains)).reason == "pid_gains must have 3 elements"
     assert (await put(rig, "pid_gains", [1.5, 0.2, 0.02])).successful
@@ -77,7 +77,7 @@ async def test_P_13_there_are_three_gains(rig: Rig, gains: list[float]) -> None:
     assert (await put(rig, "pid_gains", [nan, 0.2, 0.02])).reason == "pid_gains must be finite"
 
 
-async def test_P_14_P_19_V_39_V_40_all_or_nothing_with_every_reason_and_no_side_effect(rig: Rig) -> None:
+async def test_all_or_nothing_with_every_reason_and_no_side_effect(rig: Rig) -> None:
     await rig.start(MotorController)
     node = rig.node(MotorController)
     wanted = [to_parameter(Parameter("max_velocity", 5.0)), to_parameter(Parameter("pid_gains", [1.0, 2.0]))]
@@ -94,7 +94,7 @@ async def test_P_14_P_19_V_39_V_40_all_or_nothing_with_every_reason_and_no_side_
     ]
 
 
-async def test_P_15_a_word_is_no_velocity(rig: Rig) -> None:
+async def test_a_word_is_no_velocity(rig: Rig) -> None:
     await rig.start(MotorController)
     result = await put(rig, "max_velocity", "fast")
     assert not result.successful
@@ -103,13 +103,13 @@ async def test_P_15_a_word_is_no_velocity(rig: Rig) -> None:
     assert rig.incarnation(MotorController) == 1
 
 
-async def test_P_12_a_controller_is_not_started_with_a_velocity_that_may_not_be_set(rig: Rig) -> None:
+async def test_a_controller_is_not_started_with_a_velocity_that_may_not_be_set(rig: Rig) -> None:
     rig.expect_failure()
     with pytest.raises(StartFailed, match="max_velocity must be between"):
         await rig.start(Child(MotorController, parameters={"max_velocity": -1.0}))
 
 
-async def test_P_16_a_whole_number_is_no_double_as_in_ROS_2(rig: Rig) -> None:
+async def test_a_whole_number_is_no_double_as_in_ROS_2(rig: Rig) -> None:
     await rig.start(MotorController)  # a command line makes 2.0 of it; the service takes values as they are
     result = await put(rig, "max_velocity", 2)
     assert not result.successful
@@ -119,7 +119,7 @@ async def test_P_16_a_whole_number_is_no_double_as_in_ROS_2(rig: Rig) -> None:
 # -- the exercise of the missed messages ------------------------------------------------------------------------------------
 
 
-async def test_X_05_a_ten_messages_a_second_are_lost_once_the_queue_is_full(rig: Rig) -> None:
+async def test_a_ten_messages_a_second_are_lost_once_the_queue_is_full(rig: Rig) -> None:
     await rig.start(FastSensor, SlowProcessor)
     await rig.advance(5.0)
     queue = rig.node(SlowProcessor).subscription(READINGS)
@@ -129,7 +129,7 @@ async def test_X_05_a_ten_messages_a_second_are_lost_once_the_queue_is_full(rig:
     assert len(queue.messages) == 5
 
 
-async def test_X_05_b_H_05_the_diagnosis_names_losses_queue_callback_and_profiles(rig: Rig) -> None:
+async def test_b_H_05_the_diagnosis_names_losses_queue_callback_and_profiles(rig: Rig) -> None:
     await rig.start(FastSensor, SlowProcessor)
     await rig.advance(30.0)
     text = diagnosis(rig.node(SlowProcessor))
@@ -156,7 +156,7 @@ class BestEffortProcessor(SlowProcessor):
         self.done.append(message.data)
 
 
-async def test_X_05_c_best_effort_recovers_nothing_and_may_not_fit(rig: Rig) -> None:
+async def test_c_best_effort_recovers_nothing_and_may_not_fit(rig: Rig) -> None:
     await rig.start(BestEffortSensor, SlowProcessor, BestEffortProcessor)
     await rig.advance(30.0)
     lossy = rig.node(BestEffortProcessor)
@@ -167,7 +167,7 @@ async def test_X_05_c_best_effort_recovers_nothing_and_may_not_fit(rig: Rig) -> 
     assert any("incompatible QoS" in line for line in warnings(rig, "slow_processor"))
 
 
-async def test_X_05_d_work_beside_the_inbox_and_a_deep_queue_lose_nothing(rig: Rig) -> None:
+async def test_d_work_beside_the_inbox_and_a_deep_queue_lose_nothing(rig: Rig) -> None:
     await rig.start(FastSensor, MendedProcessor)
     await rig.advance(30.0)
     await rig.advance(1.0)
@@ -176,7 +176,7 @@ async def test_X_05_d_work_beside_the_inbox_and_a_deep_queue_lose_nothing(rig: R
     assert sorted(mended.done)[:900] == list(range(900))
 
 
-async def test_X_05_all_of_it_runs_side_by_side(rig: Rig) -> None:
+async def test_all_of_it_runs_side_by_side(rig: Rig) -> None:
     await rig.start(slow_processor.tree())
     await rig.advance(5.5)
     (slow,), (mended,) = warnings(rig, "slow_processor"), said(rig, "mended_processor")
@@ -186,7 +186,7 @@ async def test_X_05_all_of_it_runs_side_by_side(rig: Rig) -> None:
 # -- two hundred nodes ------------------------------------------------------------------------------------------------------
 
 
-async def test_X_19_F_09_a_token_goes_round_two_hundred_nodes(rig: Rig) -> None:
+async def test_a_token_goes_round_two_hundred_nodes(rig: Rig) -> None:
     system = await rig.start(tree())
     assert sum(isinstance(state.node, Link) for state in system.nodes.values() if state.running is not None) == 200
     await rig.advance(1.0)
@@ -200,7 +200,7 @@ async def test_X_19_F_09_a_token_goes_round_two_hundred_nodes(rig: Rig) -> None:
 
 
 @pytest.mark.realtime
-def test_X_19_on_the_real_clock_two_hundred_nodes_start_and_stop_within_five_seconds_each() -> None:
+def test_on_the_real_clock_two_hundred_nodes_start_and_stop_within_five_seconds_each() -> None:
     async def round_trip() -> tuple[float, float]:
         begun = time.monotonic()
         async with run(tree(), sinks=(), signals=False) as system:
@@ -213,7 +213,7 @@ def test_X_19_on_the_real_clock_two_hundred_nodes_start_and_stop_within_five_sec
     assert ended < 5.0
 
 
-async def test_X_19_and_a_ring_of_one(rig: Rig) -> None:
+async def test_and_a_ring_of_one(rig: Rig) -> None:
     await rig.start(ring(1))
     await rig.advance(1.0)
     assert said(rig, "starter") == ["The token came round: 1 hops"]
@@ -222,7 +222,7 @@ async def test_X_19_and_a_ring_of_one(rig: Rig) -> None:
 # -- a job with progress ----------------------------------------------------------------------------------------------------
 
 
-async def test_K_04_a_map_of_ten_by_ten_is_swept_from_0_to_100_percent(rig: Rig) -> None:
+async def test_a_map_of_ten_by_ten_is_swept_from_0_to_100_percent(rig: Rig) -> None:
     await rig.start(SweepServer)
     goal = await rig.start_goal(SWEEP, Sweep.Goal())
     told = [feedback async for feedback in goal]
@@ -236,7 +236,7 @@ async def test_K_04_a_map_of_ten_by_ten_is_swept_from_0_to_100_percent(rig: Rig)
     assert rig.now == pytest.approx(10.0)
 
 
-async def test_K_04_a_sweep_can_be_canceled(rig: Rig) -> None:
+async def test_a_sweep_can_be_canceled(rig: Rig) -> None:
     await rig.start(SweepServer)
     goal = await rig.start_goal(SWEEP, Sweep.Goal())
     await rig.advance(4.25)
@@ -246,7 +246,7 @@ async def test_K_04_a_sweep_can_be_canceled(rig: Rig) -> None:
     assert caught.value.result == Sweep.Result(cells=42, message="Canceled after 42 of 100 cells")
 
 
-async def test_K_04_one_map_at_a_time_and_none_without_cells(rig: Rig) -> None:
+async def test_one_map_at_a_time_and_none_without_cells(rig: Rig) -> None:
     await rig.start(SweepServer, Node)
     with pytest.raises(GoalRejected, match="nothing to sweep"):
         await rig.start_goal(SWEEP, Sweep.Goal(width=0))
@@ -255,14 +255,14 @@ async def test_K_04_one_map_at_a_time_and_none_without_cells(rig: Rig) -> None:
         await rig.start_goal(SWEEP, Sweep.Goal())
 
 
-async def test_K_04_the_client_tells_of_every_tenth_part_and_ends(rig: Rig) -> None:
+async def test_the_client_tells_of_every_tenth_part_and_ends(rig: Rig) -> None:
     system = await rig.start(map_sweep.tree())
     await rig.advance(11.0)
     assert said(rig, "sweep_client") == [*(f"{n}% complete" for n in range(10, 101, 10)), "All 100 cells swept"]
     assert not system.running
 
 
-async def test_K_04_a_client_whose_map_is_refused_says_so(rig: Rig) -> None:
+async def test_a_client_whose_map_is_refused_says_so(rig: Rig) -> None:
     await rig.start(SweepServer, alone(SweepClient, width=0))
     await rig.advance(1.0)
     assert said(rig, "sweep_client")[0].startswith("Map not swept: a map of 0 x 10 cells")

@@ -46,7 +46,7 @@ def run_program(tree: Callable[[], Supervisor], *options: str) -> int:
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_C_34_every_tutorial_runs_as_a_program_and_ends_well(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_tutorial_runs_as_a_program_and_ends_well(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_program(tree_of(name), "--clock", "virtual", "--duration", "5") == 0
     printed = capsys.readouterr()
     assert "error" not in printed.out
@@ -55,7 +55,7 @@ def test_C_34_every_tutorial_runs_as_a_program_and_ends_well(name: str, capsys: 
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_C_34_the_file_of_every_tutorial_is_a_program(
+def test_the_file_of_every_tutorial_is_a_program(
     name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys, "argv", [f"{name}.py", "--help"])
@@ -66,7 +66,7 @@ def test_C_34_the_file_of_every_tutorial_is_a_program(
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_E_08_every_node_of_a_tutorial_says_what_it_is(name: str) -> None:
+def test_every_node_of_a_tutorial_says_what_it_is(name: str) -> None:
     nodes = [child.factory for child in tree_of(name)().children if isinstance(child, Child)]
     for node in nodes:
         assert isinstance(node, type) and issubclass(node, Node)
@@ -78,7 +78,7 @@ def test_E_08_every_node_of_a_tutorial_says_what_it_is(name: str) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_E_06_ctrl_c_ends_a_program_quietly(number: signal.Signals) -> None:
+def test_ctrl_c_ends_a_program_quietly(number: signal.Signals) -> None:
     process = subprocess.Popen(
         [sys.executable, "-W", "error", "-m", "robot.tutorials.physical_ai"],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
@@ -91,7 +91,7 @@ def test_E_06_ctrl_c_ends_a_program_quietly(number: signal.Signals) -> None:
     assert "Interrupted, shutting down" in out
 
 
-def test_N_11_an_errand_that_fails_is_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_errand_that_fails_is_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
     def failing() -> Supervisor:
         """A client of a sensor that is not there."""
         client = Child(CalibrationClient, restart=temporary, significant=True, parameters={"sensor_name": "camera_9"})
@@ -177,14 +177,14 @@ def test_a_tutorial_is_run_by_its_name(capsys: pytest.CaptureFixture[str]) -> No
 
 
 @pytest.mark.parametrize("document", ["README.md", "CHANGELOG.md", "docs/tutorials.md"])
-def test_X_22_documents_count_the_tutorials_of_the_folder(document: str) -> None:
+def test_documents_count_the_tutorials_of_the_folder(document: str) -> None:
     counts = re.findall(
         r"(\d+) (?:small )?systems of(?: the)? ROS 2 tutorials", (ROOT / document).read_text(encoding="utf-8")
     )
     assert counts == [str(len(MODULES))]
 
 
-def test_O_02_debug_lines_are_shown_when_they_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+def test_debug_lines_are_shown_when_they_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
     for level, shown in (("info", False), ("debug", True)):
         run_program(humanoid_lab.tree, "--clock", "virtual", "--duration", "1", "--log-level", level)
         assert ("Received sensor data" in capsys.readouterr().out) is shown
@@ -213,12 +213,12 @@ async def _ends(rig: Rig, server: type[Node], client: type[Errand]) -> None:
 
 
 @scenario(seeds=30, faults=FAULTS)
-async def test_N_03_S_02_however_it_goes_the_battery_client_ends(rig: Rig) -> None:
+async def test_however_it_goes_the_battery_client_ends(rig: Rig) -> None:
     await _ends(rig, BatteryServer, BatteryClient)
 
 
 @scenario(seeds=30, faults=FAULTS)
-async def test_N_05_S_02_however_it_goes_the_move_client_ends(rig: Rig) -> None:
+async def test_however_it_goes_the_move_client_ends(rig: Rig) -> None:
     await _ends(rig, MoveServer, MoveClient)
 
 
@@ -234,7 +234,7 @@ def test_the_page_has_a_row_for_every_tutorial_with_its_nodes(name: str) -> None
         assert set(nodes) >= {child.name for child in tree_of(name)().children}
 
 
-def test_X_14_the_page_explains_every_node_of_the_lab() -> None:
+def test_the_page_explains_every_node_of_the_lab() -> None:
     section = PAGE.split("## The lab of three nodes")[1].split("\n## ")[0]
     for node in humanoid_lab.tree().children:
         assert f"`{node.name}`" in section
@@ -242,7 +242,7 @@ def test_X_14_the_page_explains_every_node_of_the_lab() -> None:
         assert part in section
 
 
-def test_X_22_every_item_of_the_checklist_has_tests_that_exist() -> None:
+def test_every_item_of_the_checklist_has_tests_that_exist() -> None:
     section = PAGE.split("## Checklist of the course")[1]
     rows = [line for line in section.splitlines() if line.startswith("| ") and "`tests/" in line]
     assert len(rows) >= 7

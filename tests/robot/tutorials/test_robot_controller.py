@@ -31,7 +31,7 @@ async def say(rig: Rig, words: str) -> None:
     await rig.quiet()
 
 
-async def test_X_07_N_47_a_disabled_controller_warns_of_the_voice_and_is_silent_about_the_joystick(rig: Rig) -> None:
+async def test_a_disabled_controller_warns_of_the_voice_and_is_silent_about_the_joystick(rig: Rig) -> None:
     await rig.start(tree())
     commands = rig.probe(CMD_VEL)
     await say(rig, "forward")
@@ -49,7 +49,7 @@ async def test_X_07_N_47_a_disabled_controller_warns_of_the_voice_and_is_silent_
         ("stop", 0.0, 0.0), ("parar", 0.0, 0.0), ("FORWARD", 1.0, 0.0), ("Esquerda", 0.0, 1.0),
     ],
 )  # fmt: skip
-async def test_X_07_every_word_in_two_languages(rig: Rig, words: str, vx: float, wz: float) -> None:
+async def test_every_word_in_two_languages(rig: Rig, words: str, vx: float, wz: float) -> None:
     await rig.start(tree())
     await enable(rig)
     commands = rig.probe(CMD_VEL)
@@ -58,7 +58,7 @@ async def test_X_07_every_word_in_two_languages(rig: Rig, words: str, vx: float,
     assert said(rig, ME)[-1] == f"Executing: {words.lower()}"
 
 
-async def test_X_07_an_unknown_word_moves_nothing(rig: Rig) -> None:
+async def test_an_unknown_word_moves_nothing(rig: Rig) -> None:
     await rig.start(tree())
     await enable(rig)
     commands = rig.probe(CMD_VEL)
@@ -67,7 +67,7 @@ async def test_X_07_an_unknown_word_moves_nothing(rig: Rig) -> None:
     assert warnings(rig, ME) == ["Unknown command: dance"]
 
 
-async def test_X_07_the_joystick_is_clipped_to_the_tutorials_limits(rig: Rig) -> None:
+async def test_the_joystick_is_clipped_to_the_tutorials_limits(rig: Rig) -> None:
     await rig.start(tree())
     await enable(rig)
     commands = rig.probe(CMD_VEL)
@@ -76,7 +76,7 @@ async def test_X_07_the_joystick_is_clipped_to_the_tutorials_limits(rig: Rig) ->
     assert list(commands) == [twist(1.0, wz=-1.0)]
 
 
-async def test_S_33_disabling_stops_the_motors_before_the_answer_and_both_may_be_asked_twice(rig: Rig) -> None:
+async def test_disabling_stops_the_motors_before_the_answer_and_both_may_be_asked_twice(rig: Rig) -> None:
     await rig.start(tree())
     commands = rig.probe(CMD_VEL)
     assert [await enable(rig), await enable(rig)] == ["Robot enabled successfully"] * 2
@@ -87,7 +87,7 @@ async def test_S_33_disabling_stops_the_motors_before_the_answer_and_both_may_be
     assert "\N{LARGE GREEN CIRCLE} Robot ENABLED" in said(rig, ME)
 
 
-async def test_X_07b_stop_wins_over_any_other_word_and_sentences_move_nothing(rig: Rig) -> None:
+async def test_stop_wins_over_any_other_word_and_sentences_move_nothing(rig: Rig) -> None:
     await rig.start(tree())
     await enable(rig)
     commands = rig.probe(CMD_VEL)
@@ -96,7 +96,7 @@ async def test_X_07b_stop_wins_over_any_other_word_and_sentences_move_nothing(ri
     assert list(commands) == [twist()]
 
 
-async def test_X_07b_the_joystick_goes_before_the_voice_for_half_a_second(rig: Rig) -> None:
+async def test_the_joystick_goes_before_the_voice_for_half_a_second(rig: Rig) -> None:
     await rig.start(tree())
     await enable(rig)
     commands = rig.probe(CMD_VEL)
@@ -110,7 +110,7 @@ async def test_X_07b_the_joystick_goes_before_the_voice_for_half_a_second(rig: R
     assert list(commands) == [twist(1.0)]
 
 
-async def test_X_07b_V_62_what_is_not_a_number_is_dropped_and_no_command_drives_for_ever(rig: Rig) -> None:
+async def test_what_is_not_a_number_is_dropped_and_no_command_drives_for_ever(rig: Rig) -> None:
     await rig.start(tree())
     await enable(rig)
     commands = rig.probe(CMD_VEL)
@@ -126,7 +126,7 @@ async def test_X_07b_V_62_what_is_not_a_number_is_dropped_and_no_command_drives_
 # -- status -----------------------------------------------------------------------------------------------------------------
 
 
-async def test_N_46_S_32_a_request_without_fields_is_answered_in_four_lines(rig: Rig) -> None:
+async def test_a_request_without_fields_is_answered_in_four_lines(rig: Rig) -> None:
     await rig.start(robot_status.tree())
     reply = await rig.call(robot_status.GET_STATUS, Trigger.Request())
     assert reply.success
@@ -139,13 +139,13 @@ async def test_N_46_S_32_a_request_without_fields_is_answered_in_four_lines(rig:
     assert said(rig, "robot_status_service") == ["Robot Status Service ready"]
 
 
-async def test_N_46_the_battery_is_told_with_one_decimal(rig: Rig) -> None:
+async def test_the_battery_is_told_with_one_decimal(rig: Rig) -> None:
     await rig.start(Child(RobotStatusService, parameters={"battery": 83.4567}))
     reply = await rig.call(robot_status.GET_STATUS, Trigger.Request())
     assert reply.message.splitlines()[1] == "- Battery: 83.5%"
 
 
-async def test_N_47_the_controller_says_that_it_is_there(rig: Rig) -> None:
+async def test_the_controller_says_that_it_is_there(rig: Rig) -> None:
     await rig.start(tree())
     assert said(rig, ME) == ["Robot Controller initialized"]
 
@@ -153,7 +153,7 @@ async def test_N_47_the_controller_says_that_it_is_there(rig: Rig) -> None:
 # -- three on one topic -----------------------------------------------------------------------------------------------------
 
 
-async def test_N_49_the_monitor_hears_both_and_either_may_go(rig: Rig) -> None:
+async def test_the_monitor_hears_both_and_either_may_go(rig: Rig) -> None:
     system = await rig.start(velocity_trio.tree())
     monitor = rig.node(SafetyMonitor)
     await rig.advance(10.0)
@@ -165,7 +165,7 @@ async def test_N_49_the_monitor_hears_both_and_either_may_go(rig: Rig) -> None:
     assert (rig.incarnation(Autonomy), rig.incarnation(SafetyMonitor), rig.state(Teleop).state) == (1, 1, "stopped")
 
 
-async def test_N_49_the_monitor_warns_of_what_is_too_fast(rig: Rig) -> None:
+async def test_the_monitor_warns_of_what_is_too_fast(rig: Rig) -> None:
     await rig.start(Child(SafetyMonitor), Child(Node, name="other"))
     for vx in (1.0, 1.1, nan):
         rig.publish(velocity_trio.CMD_VEL, twist(vx))

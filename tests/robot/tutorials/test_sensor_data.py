@@ -9,7 +9,7 @@ from robot.tutorials.sensor_data import SENSOR_DATA, tree
 from tests.robot.stage import said
 
 
-async def test_N_01_telemetry_comes_twice_a_second_and_within_its_bounds(rig: Rig) -> None:
+async def test_telemetry_comes_twice_a_second_and_within_its_bounds(rig: Rig) -> None:
     await rig.start(tree())
     data = rig.probe(SENSOR_DATA)
     await rig.advance(10.0)

@@ -34,13 +34,13 @@ from tests.stage import two
 # -- adding -----------------------------------------------------------------------------------------------------------------
 
 
-async def test_N_32_S_31_the_minimal_service_adds_and_says_what_it_was_asked(rig: Rig) -> None:
+async def test_the_minimal_service_adds_and_says_what_it_was_asked(rig: Rig) -> None:
     await rig.start(MinimalService)
     assert (await rig.call(minimal_service.ADD_TWO_INTS, two(1, 2))).sum == 3
     assert said(rig, "minimal_service") == ["Incoming request\na: 1 b: 2"]
 
 
-async def test_N_33_the_minimal_client_waits_asks_and_ends(rig: Rig) -> None:
+async def test_the_minimal_client_waits_asks_and_ends(rig: Rig) -> None:
     await rig.start(alone(MinimalClient))
     await rig.advance(1.5)
     await rig.system.join(Child(MinimalService))
@@ -49,20 +49,20 @@ async def test_N_33_the_minimal_client_waits_asks_and_ends(rig: Rig) -> None:
     assert rig.state(MinimalClient).state == "stopped"
 
 
-async def test_N_43_the_server_says_the_sum(rig: Rig) -> None:
+async def test_the_server_says_the_sum(rig: Rig) -> None:
     await rig.start(AddServer)
     assert (await rig.call(ADD_TWO_INTS, two(5, 3))).sum == 8
     assert said(rig, "add_server") == ["Service /add_two_ints ready", "5 + 3 = 8"]
 
 
-async def test_I_26_a_sum_that_does_not_fit_is_an_error_of_its_caller(rig: Rig) -> None:
+async def test_a_sum_that_does_not_fit_is_an_error_of_its_caller(rig: Rig) -> None:
     await rig.start(AddServer)
     with pytest.raises(ServiceFailed, match="sum"):
         await rig.call(ADD_TWO_INTS, two(2**62, 2**62))
     assert (await rig.call(ADD_TWO_INTS, two(2**62, -(2**62)))).sum == 0
 
 
-async def test_N_44_N_45_X_23_both_clients_say_their_results_and_the_program_ends(rig: Rig) -> None:
+async def test_both_clients_say_their_results_and_the_program_ends(rig: Rig) -> None:
     system = await rig.start(add_two_ints.tree())
     await rig.advance(1.0)
     assert said(rig, "add_client") == ["Result: 8"]
@@ -78,7 +78,7 @@ class Unwilling(Node):
         raise OverflowError("no fingers left")
 
 
-async def test_N_44_a_server_that_raises_gives_none_and_an_error_line(rig: Rig) -> None:
+async def test_a_server_that_raises_gives_none_and_an_error_line(rig: Rig) -> None:
     await rig.start(Unwilling, alone(AddClient))
     await rig.advance(1.0)
     first, last = warnings(rig, "add_client")
@@ -95,14 +95,14 @@ class Slow(Node):
         return AddTwoInts.Response(sum=request.a + request.b)
 
 
-async def test_N_45_V_56_three_calls_take_as_long_as_one(rig: Rig) -> None:
+async def test_three_calls_take_as_long_as_one(rig: Rig) -> None:
     await rig.start(Slow, alone(AsyncAddClient))
     await rig.advance(1.0)
     lines = [(record.time, record.event) for record in rig.logs if record.node == "/async_add_client"]
     assert lines == [(0.5, "Results: [3, 7, 11]")]
 
 
-async def test_N_44_a_client_without_a_server_says_that_it_waits(rig: Rig) -> None:
+async def test_a_client_without_a_server_says_that_it_waits(rig: Rig) -> None:
     await rig.start(alone(AddClient, patience=2.0))
     await rig.advance(3.0)
     assert said(rig, "add_client")[:2] == ["Waiting for service..."] * 2
@@ -111,20 +111,20 @@ async def test_N_44_a_client_without_a_server_says_that_it_waits(rig: Rig) -> No
 # -- planning ---------------------------------------------------------------------------------------------------------------
 
 
-async def test_N_22_N_23_the_placeholder_and_its_client(rig: Rig) -> None:
+async def test_the_placeholder_and_its_client(rig: Rig) -> None:
     await rig.start(planner_service.tree())
     await rig.advance(1.0)
     assert said(rig, "planner_server") == ["Planning path: start=1, goal=2"]
     assert said(rig, "planner_client") == ["Result: 3"]
 
 
-async def test_N_23_the_client_waits_for_its_planner(rig: Rig) -> None:
+async def test_the_client_waits_for_its_planner(rig: Rig) -> None:
     await rig.start(alone(PlannerClient))
     await rig.advance(2.5)
     assert said(rig, "planner_client") == ["Service not available, waiting..."] * 2
 
 
-async def test_S_05_N_24_a_safe_call_without_a_server_takes_five_seconds_and_says_so(rig: Rig) -> None:
+async def test_a_safe_call_without_a_server_takes_five_seconds_and_says_so(rig: Rig) -> None:
     await rig.start(Node)
     assert await call_safely(rig.me, ADD_TO_PLAN, two(1, 2)) is None
     assert rig.now == 5.0
@@ -144,7 +144,7 @@ class Moody(Node):
         return AddTwoInts.Response(sum=request.a + request.b)
 
 
-async def test_S_06_N_24_a_failed_call_is_logged_and_the_next_one_succeeds(rig: Rig) -> None:
+async def test_a_failed_call_is_logged_and_the_next_one_succeeds(rig: Rig) -> None:
     await rig.start(Moody)
     assert await call_safely(rig.me, ADD_TO_PLAN, two(1, 2)) is None
     (line,) = said(rig, "rig")
@@ -166,7 +166,7 @@ class Sleepy(Node):
         return AddTwoInts.Response(sum=request.a + request.b)
 
 
-async def test_S_07_N_24_a_late_answer_is_nobodys(rig: Rig) -> None:
+async def test_a_late_answer_is_nobodys(rig: Rig) -> None:
     await rig.start(Sleepy)
     assert await call_safely(rig.me, ADD_TO_PLAN, two(1, 2)) is None
     assert rig.now == 5.0
@@ -175,7 +175,7 @@ async def test_S_07_N_24_a_late_answer_is_nobodys(rig: Rig) -> None:
     assert answer is not None and answer.sum == 7
 
 
-async def test_S_08_a_limit_of_three_seconds_is_three_lines_and_an_error(rig: Rig) -> None:
+async def test_a_limit_of_three_seconds_is_three_lines_and_an_error(rig: Rig) -> None:
     await rig.start(alone(PlannerClient, patience=3.0))
     await rig.advance(10.0)
     lines = said(rig, "planner_client")
@@ -183,7 +183,7 @@ async def test_S_08_a_limit_of_three_seconds_is_three_lines_and_an_error(rig: Ri
     assert lines[3].startswith("nobody serves /plan_path")
 
 
-async def test_N_25_V_31_a_path_goes_from_start_to_goal_round_what_is_known(rig: Rig) -> None:
+async def test_a_path_goes_from_start_to_goal_round_what_is_known(rig: Rig) -> None:
     await rig.start(Child(MotionPlanner, args=((Cylinder(1.0, 0.0, 0.3),),)))
     answer = await rig.call(PLAN_PATH, PlanPath.Request(start=at(0.0, 0.0), goal=at(2.0, 0.0)))
     assert (answer.success, answer.message) == (True, "Path planned successfully")
@@ -193,7 +193,7 @@ async def test_N_25_V_31_a_path_goes_from_start_to_goal_round_what_is_known(rig:
     assert {pose.header.frame_id for pose in poses} == {answer.path.header.frame_id} == {"map"}
 
 
-async def test_N_25_what_cannot_be_planned_is_answered_with_the_reason(rig: Rig) -> None:
+async def test_what_cannot_be_planned_is_answered_with_the_reason(rig: Rig) -> None:
     await rig.start(Child(MotionPlanner, args=((Cylinder(1.0, 0.0, 0.3),),)))
     for goal, why in ((at(1.0, 0.0), "GoalBlocked"), (at(nan, 0.0), "InvalidPose"), (at(50.0, 0.0), "outside")):
         answer = await rig.call(PLAN_PATH, PlanPath.Request(start=at(0.0, 0.0), goal=goal))
@@ -201,7 +201,7 @@ async def test_N_25_what_cannot_be_planned_is_answered_with_the_reason(rig: Rig)
         assert answer.path.poses == ()
 
 
-async def test_S_35_V_20_two_planners_of_different_types_are_refused_with_both_named(rig: Rig) -> None:
+async def test_two_planners_of_different_types_are_refused_with_both_named(rig: Rig) -> None:
     rig.expect_failure()
     with pytest.raises(StartFailed, match="/plan_path") as caught:
         await rig.start(PlannerServer, MotionPlanner)
@@ -216,7 +216,7 @@ async def measure(rig: Rig, *corners: float) -> CalculateDistance_Response:
     return await rig.call(CALCULATE_DISTANCE, CalculateDistance.Request(x1=x1, y1=y1, x2=x2, y2=y2))
 
 
-async def test_S_30_N_34_distances_are_measured_and_told(rig: Rig) -> None:
+async def test_distances_are_measured_and_told(rig: Rig) -> None:
     await rig.start(DistanceService)
     answer = await measure(rig, 0.0, 0.0, 3.0, 4.0)
     assert (answer.distance, answer.success) == (5.0, True)
@@ -229,14 +229,14 @@ async def test_S_30_N_34_distances_are_measured_and_told(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("corners", [(nan, 0.0, 0.0, 0.0), (0.0, inf, 0.0, 0.0), (-1.7e308, 0.0, 1.7e308, 0.0)])
-async def test_S_30_what_has_no_distance_is_told(rig: Rig, corners: tuple[float, ...]) -> None:
+async def test_what_has_no_distance_is_told(rig: Rig, corners: tuple[float, ...]) -> None:
     await rig.start(DistanceService)
     answer = await measure(rig, *corners)
     assert not answer.success
     assert answer.message.startswith("There is no finite distance")
 
 
-async def test_S_30_V_49_huge_coordinates_do_not_raise(rig: Rig) -> None:
+async def test_huge_coordinates_do_not_raise(rig: Rig) -> None:
     await rig.start(DistanceService)
     answer = await measure(rig, 0.0, 0.0, 1e200, 1e200)
     assert answer.success
@@ -265,7 +265,7 @@ async def calibrate(rig: Rig, name: str, *, reset: bool = False) -> tuple[bool, 
     return answer.success, answer.message
 
 
-async def test_N_10_S_20_S_21_a_sensor_is_calibrated_and_reset(rig: Rig) -> None:
+async def test_a_sensor_is_calibrated_and_reset(rig: Rig) -> None:
     camera = DriftingSensor(drift=0.3)
     await rig.start(Child(CalibrationService, args=({"camera_1": camera},)))
     assert await calibrate(rig, "camera_1") == (True, "Successfully calibrated camera_1")
@@ -281,7 +281,7 @@ async def test_N_10_S_20_S_21_a_sensor_is_calibrated_and_reset(rig: Rig) -> None
     ]
 
 
-async def test_S_20_V_41_what_fails_is_told_and_unknown_sensors_fail(rig: Rig) -> None:
+async def test_what_fails_is_told_and_unknown_sensors_fail(rig: Rig) -> None:
     sensors = {"camera_1": Broken(), "camera_2": Broken(RuntimeError("boom")), "shaky": DriftingSensor(noise=1.0)}
     await rig.start(Child(CalibrationService, args=(sensors,)))
     assert await calibrate(rig, "camera_1") == (False, "Failed to calibrate camera_1")
@@ -294,14 +294,14 @@ async def test_S_20_V_41_what_fails_is_told_and_unknown_sensors_fail(rig: Rig) -
     assert rig.incarnation(CalibrationService) == 1
 
 
-async def test_N_11_X_23_the_client_reports_success_fully_and_reset_only(rig: Rig) -> None:
+async def test_the_client_reports_success_fully_and_reset_only(rig: Rig) -> None:
     system = await rig.start(calibration.tree())
     await rig.advance(1.0)
     assert said(rig, "calibration_client") == ["SUCCESS: Successfully calibrated camera_1"]
     assert not system.running
 
 
-async def test_N_11_the_client_waits_in_slices_and_reports_errors(rig: Rig) -> None:
+async def test_the_client_waits_in_slices_and_reports_errors(rig: Rig) -> None:
     await rig.start(alone(CalibrationClient, sensor_name="camera_9"))
     await rig.advance(2.5)
     await rig.system.join(Child(CalibrationService))
@@ -311,13 +311,13 @@ async def test_N_11_the_client_waits_in_slices_and_reports_errors(rig: Rig) -> N
     assert lines[2].startswith("ERROR: Failed to calibrate camera_9")
 
 
-async def test_X_23_the_client_resets_too(rig: Rig) -> None:
+async def test_the_client_resets_too(rig: Rig) -> None:
     await rig.start(CalibrationService, alone(CalibrationClient, reset_only=True))
     await rig.advance(1.0)
     assert said(rig, "calibration_client") == ["SUCCESS: Successfully reset the calibration of camera_1"]
 
 
-async def test_X_23_a_planner_that_is_down_slow_or_raises_never_hangs_its_caller(rig: Rig) -> None:
+async def test_a_planner_that_is_down_slow_or_raises_never_hangs_its_caller(rig: Rig) -> None:
     await rig.start(Sleepy)
     service: Service[AddTwoInts_Request, AddTwoInts_Response] = ADD_TO_PLAN
     slow = asyncio.create_task(call_safely(rig.me, service, two(1, 2)))

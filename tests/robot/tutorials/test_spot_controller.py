@@ -67,7 +67,7 @@ def cycles(values: list[float], seconds: float = 5.0) -> float:
     return (len(ups) - 1) / ((ups[-1] - ups[0]) / 100.0) * seconds
 
 
-async def test_N_48_X_08_it_sits_at_first_and_publishes_twelve_joints_a_hundred_times_a_second(rig: Rig) -> None:
+async def test_it_sits_at_first_and_publishes_twelve_joints_a_hundred_times_a_second(rig: Rig) -> None:
     await rig.start(tree())
     states = rig.probe(JOINT_STATES)
     await rig.advance(5.0)
@@ -75,7 +75,7 @@ async def test_N_48_X_08_it_sits_at_first_and_publishes_twelve_joints_a_hundred_
     assert all(list(state.name) == NAMES and state.position.tolist() == SITTING for state in states)
 
 
-async def test_S_34_stand_sit_and_walk_say_what_they_do(rig: Rig) -> None:
+async def test_stand_sit_and_walk_say_what_they_do(rig: Rig) -> None:
     await rig.start(SpotController)
     spot = rig.node(SpotController)
     for service, text, mode in (
@@ -88,7 +88,7 @@ async def test_S_34_stand_sit_and_walk_say_what_they_do(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("speed", [None, 1.0])
-async def test_X_08_V_54_five_seconds_of_walk_are_ten_cycles_of_a_trot(rig: Rig, speed: float | None) -> None:
+async def test_five_seconds_of_walk_are_ten_cycles_of_a_trot(rig: Rig, speed: float | None) -> None:
     await walking(rig)
     states = rig.probe(JOINT_STATES)
     for _ in range(50):
@@ -107,7 +107,7 @@ async def test_X_08_V_54_five_seconds_of_walk_are_ten_cycles_of_a_trot(rig: Rig,
     assert max(joint["fl_knee"]) == pytest.approx(0.3, abs=1e-3)
 
 
-async def test_X_08_cmd_vel_counts_in_walk_mode_only(rig: Rig) -> None:
+async def test_cmd_vel_counts_in_walk_mode_only(rig: Rig) -> None:
     await rig.start(SpotController)
     rig.publish(CMD_VEL, twist(1.0))
     await rig.quiet()
@@ -118,7 +118,7 @@ async def test_X_08_cmd_vel_counts_in_walk_mode_only(rig: Rig) -> None:
     assert rig.node(SpotController).velocity == Vector3()
 
 
-async def test_X_08b_V_53_the_velocity_changes_the_gait_and_zero_is_stepping_in_place(rig: Rig) -> None:
+async def test_the_velocity_changes_the_gait_and_zero_is_stepping_in_place(rig: Rig) -> None:
     await walking(rig)
     states = rig.probe(JOINT_STATES)
 
@@ -141,7 +141,7 @@ async def test_X_08b_V_53_the_velocity_changes_the_gait_and_zero_is_stepping_in_
     assert still["fl_knee"][0] == pytest.approx(ahead["fl_knee"][0], abs=0.01)
 
 
-async def test_X_08b_V_62_a_velocity_is_forgotten_after_half_a_second_and_when_the_walk_ends(rig: Rig) -> None:
+async def test_a_velocity_is_forgotten_after_half_a_second_and_when_the_walk_ends(rig: Rig) -> None:
     await walking(rig)
     spot = rig.node(SpotController)
     rig.publish(CMD_VEL, twist(1.0))
@@ -156,7 +156,7 @@ async def test_X_08b_V_62_a_velocity_is_forgotten_after_half_a_second_and_when_t
     assert spot.velocity.x == 0.0
 
 
-async def test_X_08b_a_velocity_that_is_not_a_number_is_dropped(rig: Rig) -> None:
+async def test_a_velocity_that_is_not_a_number_is_dropped(rig: Rig) -> None:
     await walking(rig)
     rig.publish(CMD_VEL, twist(nan))
     await rig.advance(0.1)
@@ -165,7 +165,7 @@ async def test_X_08b_a_velocity_that_is_not_a_number_is_dropped(rig: Rig) -> Non
 
 
 @pytest.mark.parametrize(("joint", "tilt"), [(0, "roll"), (1, "pitch")])
-async def test_X_08b_V_55_standing_leans_against_the_tilt(rig: Rig, joint: int, tilt: str) -> None:
+async def test_standing_leans_against_the_tilt(rig: Rig, joint: int, tilt: str) -> None:
     await rig.start(SpotController)
     await ask(rig, STAND)
     leans = []
@@ -180,7 +180,7 @@ async def test_X_08b_V_55_standing_leans_against_the_tilt(rig: Rig, joint: int, 
     assert one[1 - joint :: 3] == pytest.approx([0.0] * 4)
 
 
-def test_X_08b_a_sensor_without_orientation_still_feels_gravity() -> None:
+def test_a_sensor_without_orientation_still_feels_gravity() -> None:
     force = Vector3(x=-9.81 * sin(0.1), y=0.0, z=9.81 * cos(0.1))
     assert tilt_of(Imu(orientation_covariance=[-1.0] + [0.0] * 8, linear_acceleration=force)) == pytest.approx(
         (0.0, 0.1)
@@ -188,7 +188,7 @@ def test_X_08b_a_sensor_without_orientation_still_feels_gravity() -> None:
     assert tilt_of(tilted(0.2, -0.1)) == pytest.approx((0.2, -0.1))
 
 
-async def test_X_08b_without_an_imu_it_stands_neutrally_and_warns_once(rig: Rig) -> None:
+async def test_without_an_imu_it_stands_neutrally_and_warns_once(rig: Rig) -> None:
     await rig.start(SpotController)
     await ask(rig, STAND)
     await rig.advance(5.0)
@@ -199,7 +199,7 @@ async def test_X_08b_without_an_imu_it_stands_neutrally_and_warns_once(rig: Rig)
     assert rig.node(SpotController).angles[0] == pytest.approx(-0.1)
 
 
-async def test_X_08b_sitting_down_and_standing_up_are_motions_not_jumps(rig: Rig) -> None:
+async def test_sitting_down_and_standing_up_are_motions_not_jumps(rig: Rig) -> None:
     await rig.start(SpotController)
     states = rig.probe(JOINT_STATES)
     for service in (STAND, SIT, STAND, WALK, SIT):
@@ -210,7 +210,7 @@ async def test_X_08b_sitting_down_and_standing_up_are_motions_not_jumps(rig: Rig
     assert rig.node(SpotController).angles == pytest.approx(SITTING)
 
 
-def test_X_08_no_angle_exceeds_the_amplitude_at_any_velocity() -> None:
+def test_no_angle_exceeds_the_amplitude_at_any_velocity() -> None:
     for k in range(100):
         assert max(map(abs, trot(k / 100, 3.0, -3.0, 5.0))) <= 0.3 + 1e-12
 
@@ -218,7 +218,7 @@ def test_X_08_no_angle_exceeds_the_amplitude_at_any_velocity() -> None:
 # -- the inertial sensor ----------------------------------------------------------------------------------------------------
 
 
-async def test_N_42_two_hundred_readings_a_second_with_the_noise_that_was_asked_for(rig: Rig) -> None:
+async def test_two_hundred_readings_a_second_with_the_noise_that_was_asked_for(rig: Rig) -> None:
     await rig.start(imu_publisher.tree())
     data = rig.probe(imu_publisher.IMU)
     await rig.advance(10.0)
@@ -244,7 +244,7 @@ async def test_N_42_two_hundred_readings_a_second_with_the_noise_that_was_asked_
 
 
 @pytest.mark.parametrize("rate", [100.0, 200.0])
-async def test_RT_03_V_64_its_rate_is_a_parameter(rig: Rig, rate: float) -> None:
+async def test_its_rate_is_a_parameter(rig: Rig, rate: float) -> None:
     await rig.start(Child(imu_publisher.ImuPublisher, parameters={"rate": rate}))
     data = rig.probe(imu_publisher.IMU)
     await rig.advance(10.0)
@@ -255,7 +255,7 @@ async def test_RT_03_V_64_its_rate_is_a_parameter(rig: Rig, rate: float) -> None
 # -- all together -----------------------------------------------------------------------------------------------------------
 
 
-async def test_X_18_the_gait_obeys_the_voice(rig: Rig) -> None:
+async def test_the_gait_obeys_the_voice(rig: Rig) -> None:
     await rig.start(spot_by_voice.tree())
     spot = rig.node(SpotController)
     commands = rig.probe(DRIVEN)

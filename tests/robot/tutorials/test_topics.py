@@ -41,7 +41,7 @@ from tests.robot.stage import said, twist, warnings
 # -- physical AI ------------------------------------------------------------------------------------------------------------
 
 
-async def test_N_06_numbers_are_processed_and_the_heart_beats(rig: Rig) -> None:
+async def test_numbers_are_processed_and_the_heart_beats(rig: Rig) -> None:
     await rig.start(PhysicalAi)
     status = rig.probe(ROBOT_STATUS)
     rig.publish(SENSOR_INPUT, Float32(data=3.5))
@@ -52,7 +52,7 @@ async def test_N_06_numbers_are_processed_and_the_heart_beats(rig: Rig) -> None:
     assert texts[1:] == [f"Heartbeat: {tick / 2:.1f}" for tick in range(1, 21)]  # O-06, V-70: seconds, as a number
 
 
-async def test_N_06_commands_are_answered(rig: Rig) -> None:
+async def test_commands_are_answered(rig: Rig) -> None:
     await rig.start(PhysicalAi)
     answers = [await rig.call(CONTROL_COMMAND, SetBool.Request(data=on)) for on in (True, False)]
     assert [(answer.success, answer.message) for answer in answers] == [
@@ -66,7 +66,7 @@ async def test_N_06_commands_are_answered(rig: Rig) -> None:
     ]
 
 
-async def test_N_06_E_06_ctrl_c_is_said_and_ends_it(rig: Rig) -> None:
+async def test_ctrl_c_is_said_and_ends_it(rig: Rig) -> None:
     system = await rig.start(PhysicalAi)
     system.runtime.tree.interrupt(signal.SIGINT)
     await rig.quiet()
@@ -84,7 +84,7 @@ async def test_N_06_E_06_ctrl_c_is_said_and_ends_it(rig: Rig) -> None:
         (DataProcessor, "data_processor", "Shutting down data processor"),
     ],
 )
-async def test_V_73_ctrl_c_is_said_by_each_program_as_its_document_does(
+async def test_ctrl_c_is_said_by_each_program_as_its_document_does(
     node: type[Node], name: str, said_last: str, rig: Rig
 ) -> None:
     system = await rig.start(node)
@@ -93,7 +93,7 @@ async def test_V_73_ctrl_c_is_said_by_each_program_as_its_document_does(
     assert said(rig, name)[-1] == said_last
 
 
-async def test_N_07_V_21_T_16_the_twin_runs_beside_it_and_the_clash_of_types_is_reported(rig: Rig) -> None:
+async def test_the_twin_runs_beside_it_and_the_clash_of_types_is_reported(rig: Rig) -> None:
     await rig.start(PhysicalAi, PhysicalAiTwin)
     status = rig.probe(ROBOT_STATUS)
     feed = rig.me.publisher(SENSOR_INPUT)
@@ -112,7 +112,7 @@ async def test_N_07_V_21_T_16_the_twin_runs_beside_it_and_the_clash_of_types_is_
     assert (twin.received, twin.status.incompatible_type) == (0, 1)  # it never got the number
 
 
-async def test_N_07_the_twin_hears_text(rig: Rig) -> None:
+async def test_the_twin_hears_text(rig: Rig) -> None:
     await rig.start(PhysicalAiTwin)
     rig.me.publisher(PhysicalAiTwin.declarations.topics[0].topic)(String(data="hello"))
     await rig.quiet()
@@ -122,7 +122,7 @@ async def test_N_07_the_twin_hears_text(rig: Rig) -> None:
 # -- sensor publisher and subscriber ----------------------------------------------------------------------------------------
 
 
-async def test_N_08_V_22_ten_times_a_second_joints_a_velocity_and_an_image(rig: Rig) -> None:
+async def test_ten_times_a_second_joints_a_velocity_and_an_image(rig: Rig) -> None:
     await rig.start(sensor_pair.SensorPublisher)
     joints, velocities, images = (
         rig.probe(sensor_pair.JOINT_STATES),
@@ -138,7 +138,7 @@ async def test_N_08_V_22_ten_times_a_second_joints_a_velocity_and_an_image(rig: 
     assert said(rig, "sensor_publisher") == [f"Published sensor data #{n}" for n in range(1, 51)]
 
 
-async def test_N_09_what_is_unusual_is_warned_of(rig: Rig) -> None:
+async def test_what_is_unusual_is_warned_of(rig: Rig) -> None:
     await rig.start(SensorSubscriber)
     rig.publish(sensor_pair.JOINT_STATES, JointState(name=("a", "b", "c"), position=[0.1, -3.2, 3.14]))
     rig.publish(sensor_pair.CMD_VEL, twist(0.5, wz=0.2))
@@ -150,7 +150,7 @@ async def test_N_09_what_is_unusual_is_warned_of(rig: Rig) -> None:
     assert {"Joint positions: [0.1, -3.2, 3.14]", "Received velocity command: linear.x=0.50, angular.z=0.20"} <= infos
 
 
-async def test_N_08_N_09_the_pair_runs_without_a_warning(rig: Rig) -> None:
+async def test_the_pair_runs_without_a_warning(rig: Rig) -> None:
     await rig.start(sensor_pair.tree())
     await rig.advance(5.0)
     assert warnings(rig, "sensor_subscriber") == []
@@ -160,7 +160,7 @@ async def test_N_08_N_09_the_pair_runs_without_a_warning(rig: Rig) -> None:
 # -- the communication demo -------------------------------------------------------------------------------------------------
 
 
-async def test_X_01_N_14_a_minute_of_temperatures_and_an_alert_for_each_hot_one(rig: Rig) -> None:
+async def test_a_minute_of_temperatures_and_an_alert_for_each_hot_one(rig: Rig) -> None:
     await rig.start(communication_demo.tree(), seed=1)
     temperatures, statuses = rig.probe(TEMPERATURE), rig.probe(communication_demo.ROBOT_STATUS)
     alerts = rig.probe(ALERT)
@@ -173,7 +173,7 @@ async def test_X_01_N_14_a_minute_of_temperatures_and_an_alert_for_each_hot_one(
     assert 12 <= len(hot) <= 36
 
 
-async def test_N_15_the_threshold_is_strict(rig: Rig) -> None:
+async def test_the_threshold_is_strict(rig: Rig) -> None:
     await rig.start(DataProcessor)
     alerts = rig.probe(ALERT)
     for temperature in (28.0, 28.01):
@@ -194,7 +194,7 @@ async def average(rig: Rig, count: int) -> GetAverageTemperature_Response:
     return await rig.call(AVERAGE, GetAverageTemperature.Request(count=count))
 
 
-async def test_X_02_the_average_of_the_last_few(rig: Rig) -> None:
+async def test_the_average_of_the_last_few(rig: Rig) -> None:
     await rig.start(DataProcessor)
     alerts = rig.probe(ALERT)
     none = await average(rig, 4)
@@ -217,7 +217,7 @@ async def test_X_02_the_average_of_the_last_few(rig: Rig) -> None:
 # -- the smallest ones ------------------------------------------------------------------------------------------------------
 
 
-async def test_N_16_E_06_a_minimal_node_says_hello_is_listed_and_ends(rig: Rig) -> None:
+async def test_a_minimal_node_says_hello_is_listed_and_ends(rig: Rig) -> None:
     system = await rig.start(minimal_node.tree())
     await rig.advance(10.0)
     assert said(rig, "minimal_node") == ["Hello ROS 2!"]
@@ -226,7 +226,7 @@ async def test_N_16_E_06_a_minimal_node_says_hello_is_listed_and_ends(rig: Rig) 
     assert not system.running
 
 
-async def test_N_17_readings_in_words(rig: Rig) -> None:
+async def test_readings_in_words(rig: Rig) -> None:
     await rig.start(text_topics.SensorPublisher)
     data = rig.probe(text_topics.SENSOR_DATA)
     await rig.advance(5.0)
@@ -234,14 +234,14 @@ async def test_N_17_readings_in_words(rig: Rig) -> None:
     assert said(rig, "sensor_publisher")[0] == 'Publishing: "Sensor reading 0"'
 
 
-async def test_N_18_commands_in_words(rig: Rig) -> None:
+async def test_commands_in_words(rig: Rig) -> None:
     await rig.start(text_topics.tree())
     rig.publish(text_topics.MOTOR_COMMANDS, String(data="go"))
     await rig.quiet()
     assert said(rig, "motor_subscriber") == ['Received: "go"']
 
 
-async def test_N_40_N_41_what_the_talker_says_the_listener_hears(rig: Rig) -> None:
+async def test_what_the_talker_says_the_listener_hears(rig: Rig) -> None:
     await rig.start(talker_listener.tree())
     chatter = rig.probe(talker_listener.CHATTER)
     await rig.advance(5.0)
@@ -254,7 +254,7 @@ async def test_N_40_N_41_what_the_talker_says_the_listener_hears(rig: Rig) -> No
 # -- images -----------------------------------------------------------------------------------------------------------------
 
 
-async def test_N_19_N_20_ten_seconds_of_images_all_of_them_seen(rig: Rig) -> None:
+async def test_ten_seconds_of_images_all_of_them_seen(rig: Rig) -> None:
     await rig.start(camera_topics.tree())
     frames = rig.probe(CAMERA_RGB)
     await rig.advance(10.0)
@@ -279,7 +279,7 @@ class Demanding(Node):
         self.seen += 1
 
 
-async def test_N_20_V_24_H_02_a_reader_that_demands_too_much_sees_nothing_and_both_are_told(rig: Rig) -> None:
+async def test_a_reader_that_demands_too_much_sees_nothing_and_both_are_told(rig: Rig) -> None:
     await rig.start(CameraPublisher, Demanding)
     await rig.advance(1.0)
     assert rig.node(Demanding).seen == 0
@@ -288,7 +288,7 @@ async def test_N_20_V_24_H_02_a_reader_that_demands_too_much_sees_nothing_and_bo
     assert all("RELIABILITY" in repr(record) for record in lines)
 
 
-async def test_N_21_V_69_two_sensors_on_one_topic_are_told_apart(rig: Rig) -> None:
+async def test_two_sensors_on_one_topic_are_told_apart(rig: Rig) -> None:
     await rig.start(sensor_fusion.tree())
     images = rig.probe(FUSED)
     await rig.advance(5.0)
@@ -296,7 +296,7 @@ async def test_N_21_V_69_two_sensors_on_one_topic_are_told_apart(rig: Rig) -> No
     assert rig.node(SensorFusion).seen == {"camera_frame": 50, "lidar_frame": 50}
 
 
-async def test_N_50_a_red_square_is_found_and_turned_to(rig: Rig) -> None:
+async def test_a_red_square_is_found_and_turned_to(rig: Rig) -> None:
     await rig.start(Child(camera_detector.Detector), Child(camera_detector.Controller))
     detections, commands = rig.probe(camera_detector.DETECTIONS), rig.probe(camera_detector.CMD_VEL)
     box = Box(200, 60, 40, 40)
@@ -311,13 +311,13 @@ async def test_N_50_a_red_square_is_found_and_turned_to(rig: Rig) -> None:
     assert commands[0].angular.z == pytest.approx(-(220 / 160 - 1.0))  # it is to the right
 
 
-def test_N_50_without_red_there_is_nothing_to_detect() -> None:
+def test_without_red_there_is_nothing_to_detect() -> None:
     assert red_box(draw(Box(0, 0, 0, 0))) is None
     assert red_box(draw(Box(10, 10, 2, 2))) is None  # four pixels may be noise
     assert red_box(draw(Box(0, 0, 320, 240))) == (Box(0, 0, 320, 240), 320 * 240)
 
 
-async def test_N_50_the_pipeline_runs_and_other_encodings_are_refused(rig: Rig) -> None:
+async def test_the_pipeline_runs_and_other_encodings_are_refused(rig: Rig) -> None:
     await rig.start(camera_detector.tree())
     commands = rig.probe(camera_detector.CMD_VEL)
     await rig.advance(10.0)

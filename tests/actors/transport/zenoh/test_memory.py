@@ -82,7 +82,7 @@ def there(segments: set[Path]) -> list[str]:
 @on_linux
 @pytest.mark.realtime
 @pytest.mark.parametrize(("memory", "shared"), [(16, True), (0, False)])
-async def test_DDS_08_a_picture_of_921600_bytes_comes_by_shared_memory_if_the_environment_says_so(
+async def test_a_picture_of_921600_bytes_comes_by_shared_memory_if_the_environment_says_so(
     memory: int, shared: bool
 ) -> None:
     async with two_that_share(memory) as (putter, taker, _):

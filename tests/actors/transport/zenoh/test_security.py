@@ -135,9 +135,7 @@ async def outcome(robot: Security, desk: Security) -> str:
 
 @pytest.mark.realtime
 @pytest.mark.parametrize(("case", "expected"), TABLE, ids=[case.__name__ for case, _ in TABLE])
-async def test_DDS_04_no_wrong_and_right_certificate_user_key_and_direction(
-    case: Case, expected: str, tmp_path: Path
-) -> None:
+async def test_no_wrong_and_right_certificate_user_key_and_direction(case: Case, expected: str, tmp_path: Path) -> None:
     ours = Fleet(tmp_path / "ours", "robot", "desk", passwords=True)
     theirs = Fleet(tmp_path / "theirs", "desk")
     assert await outcome(*case(ours, theirs)) == expected
@@ -235,7 +233,7 @@ async def test_what_the_rules_allow_works_with_history_calls_and_goals(pair: tup
         assert await node.latched.next() == number(4)
 
 
-async def test_DDS_04_what_no_rule_allows_is_not_even_seen(pair: tuple[System, System]) -> None:
+async def test_what_no_rule_allows_is_not_even_seen(pair: tuple[System, System]) -> None:
     robot, desk = pair
     await until(robot, lambda: ends(robot, "/numbers")[0] == ["/desk"])
     await until(robot, lambda: "/desk" in ends(robot, "/latched")[1])
@@ -273,7 +271,7 @@ class Tap:
 
 @pytest.mark.realtime
 @pytest.mark.parametrize("secure", [True, False], ids=["with TLS", "without"])
-async def test_DDS_04_only_without_tls_can_be_read_what_passes(secure: bool, tmp_path: Path) -> None:
+async def test_only_without_tls_can_be_read_what_passes(secure: bool, tmp_path: Path) -> None:
     fleet = Fleet(tmp_path / "fleet", "robot", "desk", passwords=True)
     robot, desk = (fleet.security(name) if secure else None for name in ("robot", "desk"))
     changes, protocol, port = Changes(), "tls" if secure else "tcp", free_port()
