@@ -11,6 +11,7 @@ from actors.logs import LogRecord
 from actors.processes.messages import Line, News, NodeFacts, Order, Packed, Told
 from actors.processes.pickling import pack
 from actors.supervision.declarations import Child, Supervisor
+from actors.transport.protocol import WireUnavailable
 
 if TYPE_CHECKING:
     from actors.processes.life import Process
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
 __all__ = ["KNOWN_SECONDS", "TreeHome"]
 
 KNOWN_SECONDS: Final = 2.0
-"""The longest time for which a child that is ready waits until its nodes are known to its parent's transport, seconds."""
+"""A child that is ready waits until its nodes are known to its parent's transport; after so many seconds a line says so,"""
+UNMET_SECONDS: Final = 20.0
+"""and after so many the start has failed. A machine that is busy needs a while."""
 _LOOKING: Final = 0.002
 """Seconds between two looks for them."""
 
@@ -143,10 +146,31 @@ class TreeHome:
         return self._process.id
 
     async def known(self) -> None:
-        """Wait until the transport knows the nodes of the process that are running now; at most for `KNOWN_SECONDS`."""
+        """Wait until the transport knows the nodes of the process that are running now.
+
+        Raises `WireUnavailable` if it does not after `UNMET_SECONDS`. Of a process on another machine it waits for `KNOWN_SECONDS` only: the
+        network between them may come later.
+        """
         loop = self._runtime.loop
-        due = loop.time() + KNOWN_SECONDS
-        while self._missing() and loop.time() < due:
+        begun, said = loop.time(), False
+        while missing := self._missing():
+            waited = loop.time() - begun
+            if waited >= KNOWN_SECONDS:
+                if self._spec.hosts:
+                    return
+                if not said:
+                    said = True
+                    self._runtime.log.warning(
+                        "waiting for a process that is ready, and not reached yet",
+                        process=self._id,
+                        nodes=sorted(missing),
+                    )
+                if waited >= UNMET_SECONDS:
+                    raise WireUnavailable(
+                        f"process {self._id} is ready, but the transport has not reached {', '.join(sorted(missing))} for "
+                        f"{UNMET_SECONDS:g} s: the processes of a machine meet on its loopback interface, at the port of ROBACTOR_GOSSIP_PORT "
+                        "(7446): is the interface up, is the port not 0, and does no other program listen there? (docs/wire.md)"
+                    )
             await asyncio.sleep(_LOOKING)
 
     def _missing(self) -> set[str]:

@@ -15,6 +15,8 @@ __all__ = ["LAST_SECONDS", "TERMINATION_SECONDS", "Home", "Launch", "Process", "
 
 TERMINATION_SECONDS: Final = 0.3
 """Seconds between `terminate` and SIGKILL for a process that has not stopped in its time."""
+UNMET_STOP_SECONDS: Final = 5.0
+"""Seconds that a process whose nodes are not reached may take to stop; then it is killed."""
 LAST_SECONDS: Final = 1.0
 """Seconds that a process may take to exit after its child has ended; then it is killed."""
 
@@ -64,7 +66,7 @@ class Home(Protocol):
         ...
 
     async def known(self) -> None:
-        """Wait until the nodes of the process are known here."""
+        """Wait until the nodes of the process are known here. Raises an error if that cannot be."""
         ...
 
     def end(self) -> None:
@@ -103,6 +105,7 @@ class ProcessLife:
 
     - At most one process is launched. `run` does not return before it has ended, so there is one incarnation at a time.
     - `_over` is done when the process has told how its child has ended. If the process ends without, its life has failed.
+    - `_unmet` is the error for which a process was stopped whose nodes are not reached.
     - `_asked` is the reason for which the end was asked for; None before. `_doomed` is set once the process is to be killed.
     """
 
@@ -115,6 +118,7 @@ class ProcessLife:
         self._over: asyncio.Future[Over] = self._loop.create_future()
         self._asked: str | None = None
         self._doomed = False
+        self._unmet: BaseException | None = None
 
     async def run(self, started: Callable[[], None]) -> None:
         """Run the process until it has ended. Returns after an orderly end that was asked for, and raises what ended the child otherwise."""
@@ -159,10 +163,15 @@ class ProcessLife:
         if self._ready.done():
             known = self._loop.create_task(self._home.known())
             await _first_of(known, self._over, process.ended)
-            known.cancel()
-            if self._asked is None:
-                process.watch()
-            started()
+            if known.done() and (error := known.exception()) is not None:
+                self._unmet = error
+                process.send(StopAsked(str(error)))
+                self._loop.call_later(UNMET_STOP_SECONDS, process.kill)
+            else:
+                known.cancel()
+                if self._asked is None:
+                    process.watch()
+                started()
         await _first_of(self._over, process.ended)
         process.unwatch()
         late = self._loop.call_later(LAST_SECONDS, process.kill)
@@ -194,6 +203,8 @@ class ProcessLife:
 
     def _raise_end(self, died: Exception) -> None:
         """Raise what ended the child, so that its supervisor judges this life as it would judge it in this process."""
+        if self._unmet is not None:
+            raise self._unmet.with_traceback(None)
         if not self._over.done():
             raise died
         over = self._over.result()

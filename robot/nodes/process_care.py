@@ -27,10 +27,10 @@ class Hang:
 class ProcessCare(Node):
     """Runs before all others of its process, which is that of `concern`: ``control`` goes before everybody else, others step aside for it.
 
-    `body` is that of the robot: the clock of a process that has it goes with its time (`actors.time.lockstep`).
+    `body` is that of the robot, if it is used in that process: the clock of a process that has it goes with its time (`actors.time.lockstep`).
     """
 
-    def __init__(self, concern: str, body: Body, *hangs: Hang) -> None:
+    def __init__(self, concern: str, body: Body | None, *hangs: Hang) -> None:
         self._concern = concern
         self._hangs = hangs
 

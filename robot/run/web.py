@@ -64,7 +64,7 @@ async def _start_apart(system: System, server: Child) -> None:
     from robot.nodes.process_care import ProcessCare
 
     assert system.supervisor is not None
-    care = Child(ProcessCare, name="web_process", args=("web",))
+    care = Child(ProcessCare, name="web_process", args=("web", None))
     await system.supervisor.start_child(
         Supervisor(
             "web",

@@ -9,7 +9,7 @@ from typing import Any, cast
 import pytest
 
 from actors import Failed, ProcessDied, Skip, Stop, Stopped
-from actors.processes.life import LAST_SECONDS, TERMINATION_SECONDS, Home, ProcessLife
+from actors.processes.life import LAST_SECONDS, TERMINATION_SECONDS, UNMET_STOP_SECONDS, Home, ProcessLife
 from actors.processes.messages import Event, Order, Over, Ready, Request, StopAsked
 from tests.actors.supervision.kit import settle, virtual
 
@@ -50,6 +50,7 @@ class Stage:
         self.process = Noted()
         self.take: Callable[[Event], None] = lambda event: None
         self.doomed = False
+        self.unmet: Exception | None = None
         self.started = 0
         self.life = ProcessLife(cast("Home", self), self._launch)
         self.task = asyncio.create_task(self.life.run(self._begun))
@@ -68,7 +69,9 @@ class Stage:
 
     def end(self) -> None: ...
 
-    async def known(self) -> None: ...
+    async def known(self) -> None:
+        if self.unmet is not None:
+            raise self.unmet
 
     def killed(self) -> bool:
         return self.doomed
@@ -123,6 +126,23 @@ async def test_a_kill_without_a_stop_is_SIGKILL_at_once() -> None:
     with pytest.raises(asyncio.CancelledError):
         await stage.task
     assert [what for _, what in stage.process.asked] == ["watch", "kill", "unwatch"]
+
+
+@virtual
+@pytest.mark.parametrize("stops", [True, False])
+async def test_a_process_that_is_not_reached_is_stopped_and_its_start_has_failed(stops: bool) -> None:
+    stage = Stage()
+    stage.unmet = OSError("nobody is there")
+    await settle()
+    stage.take(Ready())
+    await settle()
+    if stops:
+        await stage.ends()
+    with pytest.raises(OSError, match="nobody is there"):
+        await stage.task
+    assert stage.started == 0
+    assert stage.process.asked[0] == (0, StopAsked("nobody is there"))
+    assert ((UNMET_STOP_SECONDS, "kill") in stage.process.asked) is not stops
 
 
 @virtual

@@ -32,6 +32,7 @@ from actors import (
     every,
     parameter,
     publishes,
+    run,
     temporary,
     transient,
 )
@@ -41,6 +42,7 @@ from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.logs import LogRecord, console_sink, json_sink, structlog_sink
 from actors.places import traceback_of, users_trace
+from actors.processes.home import KNOWN_SECONDS, TreeHome
 from actors.processes.messages import StopAsked
 from actors.processes.pickling import pack, unpack
 from actors.processes.simulated import SimulatedProcess
@@ -151,6 +153,19 @@ async def test_a_node_of_another_process_is_seen_as_a_node_of_this_one(rig: Rig)
     ] == [("/counter", "running", record.process)]
     with pytest.raises(NotStarted, match="runs in process"):
         rig.node("counter")
+
+
+@virtual
+async def test_a_process_whose_nodes_are_not_reached_is_told_and_then_has_not_started(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(TreeHome, "_missing", lambda home: {"/counter"})
+    told: list[LogRecord] = []
+    with pytest.raises(StartFailed, match=r"the transport has not reached /counter for 20 s: .* ROBACTOR_GOSSIP_PORT"):
+        async with run(Supervisor("top", children=[Child(Counter, process=True)]), sinks=(told.append,)):
+            pass
+    (warned,) = [line for line in told if line.event == "waiting for a process that is ready, and not reached yet"]
+    assert (warned.time, warned.fields["nodes"]) == (pytest.approx(KNOWN_SECONDS, abs=0.1), ["/counter"])
 
 
 async def test_a_killed_process_is_restarted_and_its_node_goes_on_from_its_checkpoint(rig: Rig) -> None:
