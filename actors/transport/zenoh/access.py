@@ -33,8 +33,10 @@ _SERVED: Final = ("declare_queryable", "reply")
 _WATCHED: Final = ("declare_liveliness_subscriber", "liveliness_query")
 
 _GRAPH: Final = ("@ros2_lv/**",)
-_OURS: Final = ("@robactor/**", "*/_robactor/**")
-"""The tokens of ROS 2, and the keys by which processes of this library tell of themselves."""
+"""The tokens of ROS 2."""
+_PROCESSES: Final = ("@robactor/*/*/*/*",)
+_TOLD: Final = ("@robactor/*/alive", "*/_robactor/**")
+"""The tokens of processes of this library, and the keys by which they tell of themselves."""
 
 _WAITS: Final = ("@robactor/*/*/waits",)
 _ASKED: Final = ("declare_queryable", "query", "reply")
@@ -88,8 +90,8 @@ def _grants(rule: AccessRule) -> Iterator[_Grant]:
     yield from (grant.turned for grant in _serving(rule.call))
     yield _Grant(("liveliness_token",), (), tuple(_tokens(rule)))
     yield _Grant(_WATCHED, (*_WATCHED, "liveliness_token"), _GRAPH)
-    ours = ("put", "declare_subscriber", "liveliness_token", *_WATCHED)
-    yield _Grant(ours, ours, _OURS)
+    for kinds, keys in ((("liveliness_token", *_WATCHED), _PROCESSES), (("put", "declare_subscriber"), _TOLD)):
+        yield _Grant(kinds, kinds, keys)
     yield _Grant(_ASKED, _ASKED, _WAITS)
 
 

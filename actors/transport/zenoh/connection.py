@@ -33,6 +33,7 @@ __all__ = ["Connection"]
 
 _SETTLING: Final = 0.01
 """Seconds for which vanished tokens and unanswered questions are collected, because those of one lost process come one by one."""
+_LONGEST_SESSION: Final = 32
 
 
 class Connection:
@@ -80,7 +81,7 @@ class Connection:
             express=True,
             allowed_destination=library.Locality.REMOTE,
         )
-        self._heartbeat = Heartbeat(loop, self._send_beat, self._with_heartbeat, self._silence)
+        self._heartbeat = Heartbeat(loop, self._send_beat, lambda: self._presence.beating, self._silence)
         # Beats of others wake nobody: they count from when they arrived, and wait for the next beat of our own at most.
         beaten = direct(lambda sample: self.wakeup.post_patiently(self._heard, (sample.payload, loop.time())))
         # The references keep what they declare.
@@ -241,12 +242,9 @@ class Connection:
             self._beat.put(self._own_session.encode())
 
     def _heard(self, beat: tuple[objects.Text, float]) -> None:
-        session = beat[0].to_bytes().decode("ascii", "replace")
+        session = beat[0].to_bytes()[:_LONGEST_SESSION].decode("ascii", "replace")
         self._heartbeat.heard(session, beat[1])
         self._presence.heard(session)
-
-    def _with_heartbeat(self) -> list[str]:
-        return [session for session, process in self._presence.shown.items() if process is not None]
 
     def _silence(self, session: str) -> None:
         """A process is lost whose links are open. Its questions end unless somebody else serves them, too."""

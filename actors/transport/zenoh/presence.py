@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -15,6 +15,9 @@ _SPACE: Final = "@robactor"
 _UNUSUAL: Final = re.compile(r"[^A-Za-z0-9_.-]")
 _SESSION: Final = re.compile(r"[1-9a-f][0-9a-f]{0,31}")
 _PROCESS: Final = re.compile(r"[0-9]{1,10}")
+
+MOST_TOKENS: Final = 10_000
+MOST_ALTOGETHER: Final = 50_000
 
 
 class Process(NamedTuple):
@@ -58,18 +61,30 @@ def session_of(token: str) -> str:
 @dataclass(slots=True)
 class _Peer:
     tokens: dict[str, None] = field(default_factory=dict[str, None])
-    process: Process | None = None
+    """Those of ROS 2."""
+    processes: dict[str, Process] = field(default_factory=dict[str, Process])
+    """What is said of its process, by token: anybody can say something."""
     silent: bool = False
     """Its loop has not been heard of for too long, although its tokens are there."""
+    beats: bool = False
+    """Its loop has been heard of."""
+
+    @property
+    def process(self) -> Process | None:
+        return next(iter(self.processes.values()), None)
 
 
 class Presence:
     """Turns the appearing and vanishing of tokens into `Events`, in the order that `Transport` promises.
 
     A process that ends takes all its tokens with it, and Zenoh reports them one by one. Therefore vanished tokens are collected until
-    `settle`, which tells apart a withdrawn token from a lost process: that of a process whose own token, or last token, has vanished.
+    `settle`, which tells apart a withdrawn token from a lost process: one that has no token any more, not even one that says where it runs.
+    Anybody can announce a token that names the session of another process, and withdraw it: that takes nothing away but this token. Zenoh does
+    not report a token as vanished while anybody holds it.
 
-    Invariants: a peer is shown by `Events.link` while it has a token and is not silent; a token is shown by `Events.appeared` while it is
+    What is said is bounded: of one session `MOST_TOKENS` are taken, and `MOST_ALTOGETHER` of all; the tokens beyond are not shown.
+
+    Invariants: a peer is known while it has a token, and is shown by `Events.link` while it is not silent; a token is shown by `Events.appeared` while it is
     there, its peer is shown, and it has not vanished. A token that names no session is shown while it is there.
     """
 
@@ -79,12 +94,19 @@ class Presence:
         self._tell_found = found
         self._peers: dict[str, _Peer] = {}
         self._nobody = _Peer()
+        self._count = 0
+        """How many tokens are held."""
         self._vanishing: dict[str, None] = {}
 
     @property
     def shown(self) -> dict[str, Process | None]:
         """The sessions of the peers that are shown, and what is known of their processes."""
         return {session: peer.process for session, peer in self._peers.items() if not peer.silent}
+
+    @property
+    def beating(self) -> list[str]:
+        """The sessions that are shown and are expected to be heard: a process that has never been is perhaps none of this library."""
+        return [session for session, peer in self._peers.items() if peer.beats and peer.processes and not peer.silent]
 
     def tokens(self, session: str) -> tuple[str, ...]:
         """The tokens that a session holds."""
@@ -95,7 +117,8 @@ class Presence:
         self.settle()
         session = session_of(token)
         peer = self._found(session) if session else self._nobody
-        if token not in peer.tokens:
+        if token not in peer.tokens and self._has_room(peer.tokens):
+            self._count += 1
             peer.tokens[token] = None
             if not peer.silent:
                 self._events.appeared(token)
@@ -107,13 +130,22 @@ class Presence:
     def arrive(self, process: Process) -> None:
         """A process of this library is there."""
         self.settle()
-        self._found(process.session).process = process
-        self.heard(process.session)
+        processes = self._found(process.session).processes
+        if process.token not in processes and self._has_room(processes):
+            self._count += 1
+            processes[process.token] = process
+        self._revive(process.session)
 
     def heard(self, session: str) -> None:
         """The loop of a process is running: if it was silent, it and its tokens are shown again."""
         peer = self._peers.get(session)
-        if peer is not None and peer.silent:
+        if peer is not None:
+            peer.beats = True
+            self._revive(session)
+
+    def _revive(self, session: str) -> None:
+        peer = self._peers[session]
+        if peer.silent:
             peer.silent = False
             self._show(session)
             for token in tuple(peer.tokens):
@@ -131,24 +163,27 @@ class Presence:
         if not self._vanishing:
             return
         vanishing, self._vanishing = self._vanishing, {}
-        for process in filter(None, map(Process.parse, vanishing)):
-            if process.session in self._peers:
-                self._lose(process.session)
         gone: dict[str, list[str]] = {}
         for token in vanishing:
-            gone.setdefault(session_of(token), []).append(token)
-        self._withdraw(self._nobody, gone.pop("", []))
+            process = Process.parse(token)
+            gone.setdefault(session_of(token) if process is None else process.session, []).append(token)
+        nobody = gone.pop("", [])
+        left: list[tuple[_Peer, list[str]]] = [(self._nobody, nobody)]
         for session, tokens in gone.items():
             peer = self._peers.get(session)
-            if peer is None:
-                continue
-            if peer.process is None and peer.tokens.keys() <= set(tokens):
+            if peer is not None and peer.tokens.keys() | peer.processes.keys() <= set(tokens):
                 self._lose(session)
-            else:
-                self._withdraw(peer, tokens)
+            elif peer is not None:
+                left.append((peer, tokens))
+        for peer, tokens in left:
+            self._withdraw(peer, tokens)
+
+    def _has_room(self, tokens: Sized) -> bool:
+        return len(tokens) < MOST_TOKENS and self._count < MOST_ALTOGETHER
 
     def _lose(self, session: str) -> None:
         peer = self._peers.pop(session)
+        self._count -= len(peer.tokens) + len(peer.processes)
         if not peer.silent:
             self._hide(session, tuple(peer.tokens))
 
@@ -156,8 +191,11 @@ class Presence:
         for token in tokens:
             if token in peer.tokens:
                 del peer.tokens[token]
+                self._count -= 1
                 if not peer.silent:
                     self._events.vanished(token)
+            elif peer.processes.pop(token, None) is not None:
+                self._count -= 1
 
     def _hide(self, session: str, tokens: tuple[str, ...]) -> None:
         self._events.link(session, False)

@@ -97,6 +97,7 @@ async def test_the_questions_to_a_process_that_has_fallen_silent_end_unless_anot
         other.liveliness().declare_token(f"{scope}/{session}/4711/lab"),
     ]
     await a.until(lambda: len(a.told("appeared")) == 5, "all tokens appear")
+    other.put(f"{scope}/alive", session.encode())  # who has never been heard has not fallen silent
     (lost, _), (waiting, _), (elsewhere, _) = a.ask(KEY), a.ask(both), a.ask("7/else/T/H", timeout=60)
     await a.until(lambda: lost, "the question ends")
 

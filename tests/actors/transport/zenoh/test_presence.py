@@ -109,6 +109,7 @@ def test_what_vanishes_before_something_appears_is_told_before(presence: Presenc
     presence.vanish(OF_A)
     presence.appear(OF_A)
     presence.vanish(A.token)
+    presence.vanish(OF_A)
     presence.arrive(A)
     presence.settle()
 
@@ -143,6 +144,7 @@ def test_a_silent_process_is_lost_until_it_is_heard(presence: Presence, log: Log
     presence.heard("a1")
     presence.heard("a1")
 
+    assert presence.beating == ["a1"]
     assert log.take() == ["a1 found", "a1 up", f"+ {MORE_OF_A}"]
 
 
@@ -159,6 +161,56 @@ def test_a_silent_process_that_ends_is_not_told_again(presence: Presence, log: L
 
     presence.arrive(A)
     assert log.take() == ["a1 found", "a1 up"]
+
+
+@pytest.mark.parametrize("forged", ["@robactor/dom/a1/1/nobody", "@robactor/other/a1/41/lab"])
+@pytest.mark.parametrize("ours", [True, False], ids=["of this library", "of ROS 2"])
+def test_a_foreign_token_that_is_withdrawn_loses_no_process(
+    presence: Presence, log: Log, forged: str, ours: bool
+) -> None:
+    if ours:
+        presence.arrive(A)
+    presence.appear(OF_A)
+    log.take()
+    other = Process.parse(forged)
+    assert other is not None
+
+    presence.arrive(other)
+    presence.vanish(forged)
+    presence.settle()
+
+    assert log.take() == []
+    assert presence.shown == {"a1": A if ours else None}
+    assert presence.beating == [], "nothing has been heard of it yet"
+    presence.vanish(OF_A)
+    presence.vanish(A.token)
+    presence.settle()
+    assert log.take() == ["a1 down", f"- {OF_A}"]
+
+
+def test_so_many_tokens_are_shown_and_no_more_and_room_is_given_back(
+    presence: Presence, log: Log, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.presence.MOST_TOKENS", 3)
+    monkeypatch.setattr("actors.transport.zenoh.presence.MOST_ALTOGETHER", 5)
+    of = {name: [f"@ros2_lv/7/{name}/0/{n}/NN/%/%/x" for n in range(4)] for name in ("a1", "b2")}
+    presence.arrive(A)
+    for token in (*of["a1"], *of["b2"]):
+        presence.appear(token)
+    assert (presence.tokens("a1"), presence.tokens("b2")) == (tuple(of["a1"][:3]), (of["b2"][0],))
+
+    presence.vanish(of["a1"][0])
+    presence.vanish(of["a1"][3])
+    presence.appear(of["b2"][1])
+    presence.appear(of["b2"][2])
+    assert (presence.tokens("a1"), presence.tokens("b2")) == (tuple(of["a1"][1:3]), tuple(of["b2"][:2]))
+    for token in (A.token, *of["a1"], *of["b2"]):
+        presence.vanish(token)
+    presence.settle()
+    assert presence.shown == {}
+    for token in of["b2"]:
+        presence.appear(token)
+    assert presence.tokens("b2") == tuple(of["b2"][:3])
 
 
 def test_a_process_says_where_it_runs() -> None:
