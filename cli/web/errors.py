@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 __all__ = ["BadRequest", "Refused"]
 
 
 class Refused(Exception):
     """What a client asks for cannot be done; the text tells it why."""
+
+    id: Any = None
+    """The id of the request, where it was not the one that is being handled."""
 
 
 class BadRequest(Refused):

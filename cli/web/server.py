@@ -87,6 +87,7 @@ class WebServer(Node):
         self._recordings = Recordings(self, self._bags, self._clients)
         self._audience = Audience(make_hub(self, system, Feeds(self, system), self._clients, self._bags, overview))
         self._ends.push_async_callback(self._bags.stop)
+        self._ends.push_async_callback(self._audience.hub.guests.close)
         self._ends.callback(await self._audience.begin())
         self._server = await self._open()
         self._ends.push_async_callback(self._server.wait_closed)
@@ -94,10 +95,8 @@ class WebServer(Node):
         self._announce()
 
     def _announce(self) -> None:
-        if self._settings.port in (0, self.port):
-            self.log.info("web page", url=self.url)
-        else:
-            self.log.info("web page", url=self.url, because=f"port {self._settings.port} is in use")
+        because = {} if self._taken is None else {"because": self._taken}
+        self.log.info("web page", url=self.url, **because)
 
     async def on_stop(self, reason: ExitReason) -> None:
         await self._ends.aclose()
@@ -108,6 +107,16 @@ class WebServer(Node):
         host = self._settings.host
         shown = f"[{host}]" if ":" in host else host
         return f"{'https' if self._settings.security else 'http'}://{shown}:{self.port}/"
+
+    @property
+    def told(self) -> str:
+        """The address of the page, and why it is another one than was asked for."""
+        return self.url if self._taken is None else f"{self.url} ({self._taken})"
+
+    @property
+    def _taken(self) -> str | None:
+        port = self._settings.port
+        return None if port in (0, self.port) else f"port {port} is in use"
 
     @property
     def port(self) -> int:

@@ -8,7 +8,7 @@ import os
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 
-from actors import ActorError, Child, Node, System, run
+from actors import ActorError, Backoff, Child, Intensity, Node, Supervisor, System, run
 from actors.bag import BagError, BagReader
 from actors.transport import WireUnavailable
 from actors.transport.environment import security_from_environment
@@ -18,6 +18,11 @@ from cli.web.server import WebServer
 from cli.web.settings import WebUnavailable, make_settings
 
 __all__ = ["serve"]
+
+AGAIN = Backoff(0.5, 30.0)
+"""The pause before a server that has failed is started again: the STOP of its page must not stay away."""
+ANY = Intensity(100, within=60.0)
+"""More restarts than `AGAIN` allows."""
 
 
 async def serve(options: argparse.Namespace) -> Exit:
@@ -31,15 +36,23 @@ async def serve(options: argparse.Namespace) -> Exit:
     except (WebUnavailable, WireUnavailable) as error:
         raise CommandFailed(str(error)) from None
     async with _alone(options) if options.recording is not None else _graph(options) as system:
+        server = Child(WebServer, name=f"_robactor_web_{os.getpid()}", args=(settings,), backoff=AGAIN)
+        assert system.supervisor is not None
         try:
-            joined = await system.join(Child(WebServer, name=f"_robactor_web_{os.getpid()}", args=(settings,)))
+            await system.supervisor.start_child(Supervisor("web", intensity=ANY, children=[server]))
         except (WebUnavailable, ActorError) as error:
-            raise CommandFailed(str(error)) from None
-        server = joined.node
-        assert isinstance(server, WebServer)
-        print(f"web page: {server.url}")
+            raise CommandFailed(str(_unavailable(error) or error)) from None
+        print(f"web page: {system.node(WebServer).told}", flush=True)
         await asyncio.Event().wait()
     return Exit.DONE
+
+
+def _unavailable(error: BaseException) -> WebUnavailable | None:
+    """Why the server could not be had, where that is behind an error."""
+    behind: BaseException | None = error
+    while behind is not None and not isinstance(behind, WebUnavailable):
+        behind = behind.__cause__ or behind.__context__
+    return behind
 
 
 @asynccontextmanager

@@ -69,6 +69,6 @@ class Publishing:
             raise BadRequest(f"{publisher.entry.name}: {error}") from None
         publisher.publish(message)
 
-    async def close(self) -> None:
+    def close(self) -> None:
         """Stop publishing."""
-        await self._publications.close()
+        self._publications.close()

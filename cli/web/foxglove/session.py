@@ -133,7 +133,7 @@ class FoxgloveSession:
         self._subscriptions.clear()
         if self._hub.playback is not None:
             self._hub.playback.viewers.discard(self)
-        await self._publishing.close()
+        self._publishing.close()
 
     # -- what the server tells ------------------------------------------------------------------------------------------------
 

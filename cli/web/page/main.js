@@ -55,8 +55,10 @@ async function route() {
   wanted = name;
   remember("address", address);
   for (const tab of document.querySelectorAll("#tabs a")) {
-    if (tab.dataset.pane === name) tab.setAttribute("aria-current", "page");
-    else tab.removeAttribute("aria-current");
+    if (tab.dataset.pane === name) {
+      tab.setAttribute("aria-current", "page");
+      tab.scrollIntoView({ block: "nearest", inline: "nearest" });
+    } else tab.removeAttribute("aria-current");
   }
   document.title = `${PANES[name]} · robactor`;
   if (!panes.has(name)) panes.set(name, import(`./panes/${name}.js`).then((module) => module.make(app)));
@@ -68,6 +70,12 @@ async function route() {
     shown = pane;
   }
   pane.show?.(new URLSearchParams(query));
+}
+
+/** Where nothing was chosen and there is no robot to be seen, the graph is what there is. */
+async function choose() {
+  const { hasRobot } = await import("./robot/world.js");
+  if (!location.hash && !recall("chosen", false) && !hasRobot(link)) go("graph");
 }
 
 function theme(choice) {
@@ -102,7 +110,11 @@ for (const [name, title] of Object.entries(PANES)) {
 theme(recall("theme", ""));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => theme(recall("theme", "")));
 document.querySelector("#theme").onclick = toggleTheme;
-addEventListener("hashchange", route);
+addEventListener("hashchange", () => {
+  remember("chosen", true);
+  route();
+});
+link.addEventListener("channels", choose, { once: true });
 addEventListener("keydown", (event) => {
   if (writing(event) || event.ctrlKey || event.metaKey || event.altKey) return;
   const number = Number(event.key) - 1;

@@ -77,13 +77,15 @@ class RosbridgeSession:
 
     def refuse(self, error: Refused) -> None:
         if self._level >= LEVELS.index("error"):
-            id = self._id if isinstance(self._id, (str, int)) else None
+            asked = self._id if error.id is None else error.id
+            id = asked if isinstance(asked, (str, int)) else None
             self._say("status", level="error", msg=str(error)[:1000], **({} if id is None else {"id": id}))
 
     async def closed(self) -> None:
         self._subscriptions.close()
         self._publishers.clear()
-        for part in (self._services, self._actions, self._publications):
+        self._publications.close()
+        for part in (self._services, self._actions):
             await part.close()
 
     async def _handle(self, request: dict[str, Any]) -> None:
@@ -167,7 +169,14 @@ class RosbridgeSession:
         """Do nothing: the client may say this, and nothing follows from it."""
 
     def _later(self, work: Callable[[dict[str, Any]], Any]) -> Op:
-        return lambda request: self._client.spawn(work(request), self)
+        async def done(request: dict[str, Any]) -> None:
+            try:
+                await work(request)
+            except Refused as error:
+                error.id = request.get("id")
+                raise
+
+        return lambda request: self._client.spawn(done(request), self)
 
     def _say(self, op: str, **fields: Any) -> None:
         self._client.answer(write_json({"op": op, **fields}))

@@ -10,7 +10,8 @@ from typing import Any
 
 from websockets.asyncio.client import connect
 
-from actors import Child, Supervisor, System, run
+from actors import Child, Node, Supervisor, System, Topic, every, publishes, run
+from actors.interfaces.std_msgs.msg import String
 from actors.logs import LogRecord
 from cli.web.beside import NAME, serve_beside
 from tests.cli.web.stage import Foxglove, Talker, Worker, request
@@ -38,14 +39,14 @@ class Apart:
 
 
 @asynccontextmanager
-async def served_apart() -> AsyncIterator[Apart]:
+async def served_apart(*more: Child) -> AsyncIterator[Apart]:
     found: asyncio.Queue[str] = asyncio.Queue()
 
     def look(record: LogRecord) -> None:
         if record.event == "web page":
             found.put_nowait(record.fields["url"])
 
-    tree = Supervisor("tree", children=[Child(Talker), Child(Worker)])
+    tree = Supervisor("tree", children=[Child(Talker), Child(Worker), *more])
     async with run(tree, signals=False, sinks=(look,)) as system:
 
         async def apart(server: Child) -> None:
@@ -118,3 +119,37 @@ async def test_the_tree_goes_on_when_the_servers_process_is_killed() -> None:
             name: record.incarnation for name, record in system.nodes.items() if record.identity.name != NAME
         } == lived
         assert system.running
+
+
+class Ticker(Node):
+    """Says something, fifty times a second."""
+
+    said = publishes(Topic(String, "/said"))
+
+    @every(hz=50)
+    def tick(self) -> None:
+        self.said(String(data="tick"))
+
+
+class Hearer(Node):
+    """Takes it."""
+
+    @Topic(String, "/said").on()
+    def hear(self, message: String) -> None: ...
+
+
+async def test_counters_and_rates_are_those_that_the_other_process_tells() -> None:
+    async with served_apart(Child(Ticker), Child(Hearer)) as apart, apart.viewer() as viewer:
+        await viewer.say("robactor.subscribeSystem")
+        while True:
+            said = await viewer.find("robactor.system")
+            (hearer,) = (one for one in said["nodes"] if one["name"] == "/hearer")
+            (topic,) = (one for one in said["topics"] if one["name"] == "/said")
+            if hearer["handled"] > 100 and 0 < topic["rate"] < 80:
+                break
+        headers = ("GET /metrics HTTP/1.1", f"Host: localhost:{apart.port}")
+        _, _, body = await request(apart.port, *headers)
+
+    assert topic["messages"] > 100
+    handled = next(line for line in body.splitlines() if line.startswith(b'robactor_handled_total{node="/hearer"}'))
+    assert int(handled.split()[-1]) > 100

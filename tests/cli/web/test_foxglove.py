@@ -80,13 +80,20 @@ async def test_what_a_client_publishes_reaches_the_nodes(encoding: str, payload:
             assert (await messages.next(timeout=10)).data == "up"
 
 
-async def test_a_publishing_client_leaves_no_node_behind() -> None:
+async def test_what_clients_publish_alike_has_one_publisher_which_ends_with_the_last_of_them() -> None:
+    channel = {"id": 5, "topic": "/new", "encoding": "cdr", "schemaName": "std_msgs/msg/String"}
     async with serving() as stage:
-        async with stage.foxglove() as client:
-            channel = {"id": 5, "topic": "/chatter", "encoding": "cdr", "schemaName": "std_msgs/msg/String"}
-            await client.say("advertise", channels=[channel])
-            await until(lambda: any("_web_client" in path[-1] for path in stage.system.nodes))
-        await until(lambda: not any("_web_client" in path[-1] for path in stage.system.nodes))
+        entry = stage.system.graph.topic("/new")
+        async with stage.foxglove() as first:
+            async with stage.foxglove() as second:
+                for client in (first, second):
+                    await client.say("advertise", channels=[channel])
+                    await client.say("getParameters", parameterNames=[], id="done")
+                    await client.find("parameterValues", id="done")
+                assert len(entry.publishers) == 1
+            await until(lambda: len(stage.server.clients) == 1)
+            assert len(entry.publishers) == 1
+        await until(lambda: not entry.publishers)
 
 
 async def test_a_service_answers_in_the_encoding_of_the_request() -> None:

@@ -170,7 +170,7 @@ async def test_a_topic_that_is_clicked_shows_who_publishes_and_takes_it() -> Non
         await visit.open("graph")
         page = visit.page
         await page.get_by_role("button", name="topic /odom").press("Enter")
-        details = page.locator(".side .card").nth(1)
+        details = page.locator(".side .details")
         await expect(details).to_contain_text("nav_msgs/msg/Odometry")
         await expect(details.get_by_role("button", name="/gait")).to_be_visible()
         await expect(details.get_by_role("button", name="/localizer")).to_be_visible()

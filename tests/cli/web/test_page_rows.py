@@ -83,7 +83,7 @@ async def test_the_graph_of_the_lab_shows_its_nodes_topics_and_who_calls_whom() 
         async with asyncio.timeout(30):
             while not wanted <= await edges(page):
                 await asyncio.sleep(0.1)
-        details = page.locator(".side .card").nth(1)
+        details = page.locator(".side .details")
         await expect(details).to_contain_text("/plan_trajectory of /planner")
 
 

@@ -21,6 +21,11 @@ export function svg(name, attributes = {}, ...children) {
   return element;
 }
 
+/** A drawn sign, for buttons: no font has to have it. */
+export function icon(path) {
+  return svg("svg", { viewBox: "0 0 16 16", width: 16, height: 16, class: "icon", "aria-hidden": "true" }, svg("path", { d: path, fill: "currentColor" }));
+}
+
 /** What was stored under this name in this browser, or the default. */
 export function recall(name, otherwise) {
   try {

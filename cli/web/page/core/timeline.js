@@ -1,9 +1,13 @@
 // The bar under a recording: play and stand still, step, rate, again and again, and any time of it. Other viewers of the recording see the same.
 
-import { brief, h, writing } from "./dom.js";
+import { brief, h, icon, writing } from "./dom.js";
 
 const RATES = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 const STEP = "/rosbag2_player/play_next";
+const PLAY = "M4 2l10 6-10 6z";
+const PAUSE = "M3 2h4v12H3zM9 2h4v12H9z";
+const NEXT = "M2 2l8 6-8 6zM11 2h3v12h-3z";
+const AGAIN = "M8 2a6 6 0 1 1-5.7 4.1l1.9.6A4 4 0 1 0 8 4v2.5L3.5 3 8-.5z";
 
 export class Timeline {
   /** `back` is the address of the running robot; empty if there is none. */
@@ -11,9 +15,9 @@ export class Timeline {
     this.link = link;
     this.state = { playing: false, ended: false, rate: 1, at: 0 };
     this.play = h("button.primary", { type: "button", title: "Play or stand still (space)", onclick: () => this.toggle() });
-    const step = h("button", { type: "button", title: "The next message (.)", "aria-label": "Step", onclick: () => this.step() }, "⏭");
+    const step = h("button", { type: "button", title: "The next message (.)", "aria-label": "Step", onclick: () => this.step() }, icon(NEXT));
     this.rate = h("select", { "aria-label": "Rate", onchange: () => this.ask(this.state.playing) }, ...RATES.map((rate) => h("option", { value: String(rate) }, `${rate}×`)));
-    this.loop = h("button", { type: "button", "aria-pressed": "false", title: "Again and again", "aria-label": "Loop", onclick: () => this.setLoop() }, "⟲");
+    this.loop = h("button", { type: "button", "aria-pressed": "false", title: "Again and again", "aria-label": "Loop", onclick: () => this.setLoop() }, icon(AGAIN));
     this.slider = h("input", { type: "range", min: 0, step: 0.001, "aria-label": "Time of the recording", oninput: () => this.seek() });
     this.time = h("span.time.mono");
     this.name = h("b.mono");
@@ -39,7 +43,7 @@ export class Timeline {
   told(state) {
     this.state = state;
     this.waiting = false;
-    this.play.textContent = state.playing ? "⏸" : "▶";
+    this.play.replaceChildren(icon(state.playing ? PAUSE : PLAY));
     this.play.setAttribute("aria-label", state.playing ? "Stand still" : "Play");
     const rate = String(state.rate < 1 ? brief(state.rate, 2) : state.rate);
     if (![...this.rate.options].some((option) => option.value === rate)) this.rate.append(h("option", { value: rate }, `${rate}×`));

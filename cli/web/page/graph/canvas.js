@@ -65,11 +65,12 @@ export class Canvas {
     return this.element.clientWidth / Math.max(1, this.element.clientHeight) || 1.3;
   }
 
-  fit() {
+  /** Show all of it, or, unless it is to be `whole`, as much as can be read. */
+  fit(whole = false) {
     const { width, height } = this.drawing ?? { width: 1, height: 1 };
     const { clientWidth, clientHeight } = this.element;
     if (!clientWidth || !clientHeight) return;
-    const scale = Math.min(LEAST, Math.max(width / clientWidth, height / clientHeight, 0.7) * 1.04);
+    const scale = Math.min(whole ? Infinity : LEAST, Math.max(width / clientWidth, height / clientHeight, 0.7) * 1.04);
     this.box = [width / 2 - (clientWidth * scale) / 2, height / 2 - (clientHeight * scale) / 2, clientWidth * scale, clientHeight * scale];
     this.apply();
   }

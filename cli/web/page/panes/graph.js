@@ -7,6 +7,8 @@ import { processList } from "../graph/processes.js";
 
 const QUIET = new Set(["/rosout", "/parameter_events", "/tf", "/tf_static", "/diagnostics", "/clock"]);
 const SURE = 4000; // ms in which a second click kills
+const FEW = 15; // nodes of which all are shown at first
+const AWAY = "elsewhere"; // the state of a node of another process that tells nothing of it
 
 export async function make(app) {
   return new GraphPane(app);
@@ -15,17 +17,19 @@ export async function make(app) {
 class GraphPane {
   constructor({ link, go }) {
     Object.assign(this, { link, go });
-    this.quiet = h("input", { type: "checkbox", checked: recall("graph.quiet", true), onchange: () => this.changed() });
+    this.quiet = h("input", { type: "checkbox", onchange: () => this.changed(this.quiet.checked) });
     this.filter = h("input.grow", { type: "search", placeholder: "Filter nodes and topics", "aria-label": "Filter nodes and topics", oninput: () => this.changed() });
     this.canvas = new Canvas((item) => this.select(item));
+    this.empty = h("p.empty.muted", { role: "status", hidden: true });
+    this.canvas.element.append(this.empty);
     this.tree = h("div.tree");
     this.places = h("div.card.stack", { hidden: true });
-    this.details = h("div.card.stack", { "aria-live": "polite" }, h("p.muted", {}, "Click a node or a topic."));
+    this.details = h("div.card.stack.details", { "aria-live": "polite" }, h("p.muted", {}, "Click a node or a topic."));
     this.note = note();
     this.element = h(
       "section.pane.graph", { "aria-label": "Graph" },
-      h("div.main", {}, h("div.bar", {}, this.filter, h("label", {}, this.quiet, "Hide the quiet ones"), h("button", { type: "button", onclick: () => this.canvas.fit() }, "Fit")), this.canvas.element),
-      h("div.side.stack", {}, h("div.card.stack", {}, h("h2", {}, "Supervisor tree"), this.note.element, this.tree), this.details, this.places),
+      h("div.main", {}, h("div.bar", {}, this.filter, h("label", {}, this.quiet, "Hide the quiet ones"), h("button", { type: "button", onclick: () => this.canvas.fit(true) }, "Fit")), this.canvas.element),
+      (this.side = h("div.side.stack", {}, this.details, h("div.card.stack", {}, (this.title = h("h2")), this.note.element, this.tree), this.places)),
     );
     link.addEventListener("system", ({ detail }) => this.update(detail));
     if (link.system) this.update(link.system);
@@ -42,8 +46,8 @@ class GraphPane {
     this.shown = false;
   }
 
-  changed() {
-    remember("graph.quiet", this.quiet.checked);
+  changed(quiet) {
+    if (quiet !== undefined) remember("graph.quiet", quiet);
     this.drawn = undefined;
     if (this.system) this.update(this.system);
   }
@@ -52,12 +56,16 @@ class GraphPane {
     this.selected = item;
     this.go(`graph?${item.kind}=${encodeURIComponent(item.name)}`, true);
     this.update(this.system);
+    this.side.scrollTop = 0;
   }
 
   update(system) {
     this.system = system;
     if (!this.shown) return;
+    const seen = system.nodes.filter(({ name }) => !hidden(name));
+    this.quiet.checked = recall("graph.quiet", seen.length > FEW);
     const { nodes, edges } = this.parts(system);
+    this.showEmpty(nodes, seen);
     const key = JSON.stringify([nodes.map(({ id }) => id), edges.map(({ from, to, bad }) => [from, to, bad])]);
     if (key !== this.drawn) {
       this.drawn = key;
@@ -71,6 +79,15 @@ class GraphPane {
     this.showPlaces(system);
   }
 
+  /** Why nothing is drawn, and what to do. */
+  showEmpty(nodes, seen) {
+    this.empty.hidden = nodes.length > 0;
+    if (nodes.length) return;
+    const [nobody, nothing] = ["No nodes are found in this domain yet: start one, or run robactor doctor.", `Nothing has “${this.filter.value.trim()}” in its name.`];
+    const text = this.filter.value.trim() ? nothing : seen.length ? `Nothing talks to anything else yet; ${seen.length} node${seen.length > 1 ? "s are" : " is"} hidden as quiet.` : nobody;
+    if (this.empty.textContent !== text) this.empty.textContent = text;
+  }
+
   parts(system) {
     const text = this.filter.value.trim().toLowerCase();
     const match = (name) => !text || name.toLowerCase().includes(text);
@@ -81,11 +98,10 @@ class GraphPane {
       for (const { node } of topic.publishers) edges.push({ from: `node ${node}`, to: `topic ${topic.name}`, bad });
       for (const { node } of topic.subscriptions) edges.push({ from: `topic ${topic.name}`, to: `node ${node}`, bad });
     }
-    const hidden = (name) => name.split("/").some((part) => part.startsWith("_"));
-    let kept = edges.filter(({ from, to }) => !(this.quiet.checked && (hidden(from.slice(5)) || hidden(to.slice(5)))));
+    let kept = edges.filter(({ from, to }) => ![from, to].some((id) => hidden(id.slice(id.indexOf(" ") + 1))));
     if (text) kept = kept.filter(({ from, to }) => match(from) || match(to));
     const ids = new Set(kept.flatMap(({ from, to }) => [from, to]));
-    if (!this.quiet.checked) for (const node of system.nodes) if (match(node.name)) ids.add(`node ${node.name}`);
+    if (!this.quiet.checked) for (const node of system.nodes) if (match(node.name) && !hidden(node.name)) ids.add(`node ${node.name}`);
     const bad = new Set(topics.filter((topic) => topic.mismatches.length).map((topic) => `topic ${topic.name}`));
     const nodes = [...ids].map((id) => ({ id, kind: id.split(" ")[0], name: id.slice(id.indexOf(" ") + 1), bad: bad.has(id) }));
     return { nodes, edges: kept };
@@ -97,7 +113,7 @@ class GraphPane {
     this.treeKey = key;
     const focus = document.activeElement?.dataset?.node;
     const root = { children: new Map() };
-    for (const node of system.nodes) {
+    for (const node of system.nodes.filter(({ name }) => !hidden(name))) {
       let here = root;
       const parts = (node.path || node.name).split("/").filter(Boolean);
       parts.forEach((part, i) => {
@@ -106,6 +122,7 @@ class GraphPane {
         if (i === parts.length - 1) here.node = node;
       });
     }
+    this.title.textContent = system.nodes.some(({ name, path }) => path && !hidden(name)) ? "Supervisor tree" : "Nodes";
     this.tree.replaceChildren(this.branch(root, system));
     if (focus) this.tree.querySelector(`[data-node="${CSS.escape(focus)}"]`)?.focus();
   }
@@ -126,10 +143,10 @@ class GraphPane {
     const where = [node.host, node.process].filter((part) => part && part !== "here").join(" ");
     const open = h("button.quiet.link", { type: "button", onclick: () => this.select({ kind: "node", name: node.name }) }, name);
     open.dataset.node = node.name;
-    const kill = system.canKill && !name.startsWith("_") ? this.killer(node.name) : "";
+    const kill = system.canKill && node.path ? this.killer(node.name) : "";
     return h(
-      "span.leaf", {}, h(`i.dot.${/run|active|start/.test(node.state) ? "on" : "off"}`, { title: node.state }), open,
-      h("span.life", { title: "which life of the node this is" }, `#${node.incarnation}`),
+      "span.leaf", {}, h(`i.dot.${/run|active|start/.test(node.state) ? "on" : node.state === AWAY ? "away" : "off"}`, { title: stateOf(node) }), open,
+      node.incarnation ? h("span.life", { title: "which life of the node this is" }, `#${node.incarnation}`) : h("span.life", {}, stateOf(node)),
       restarts ? h("span.warn", {}, `${restarts} restart${restarts > 1 ? "s" : ""}`) : "", where ? h("span.muted", {}, where) : "", kill,
     );
   }
@@ -165,7 +182,8 @@ class GraphPane {
     const of = (side) => system.topics.filter((topic) => topic[side].some((edge) => edge.node === name)).map((topic) => this.topicLink(topic.name));
     const called = system.services.filter((service) => service.clients.includes(name));
     const served = system.services.filter((service) => service.server === name && !/\/(get|set|list|describe)_parameter|get_type_description|set_parameters_atomically/.test(service.name));
-    const facts = node ? [["state", node.state], ["life", node.incarnation], ["handled", node.handled], ["waiting", node.waiting], ["slowest", node.slowest || "–"]] : [];
+    const known = [["state", node && stateOf(node)], ["life", node?.incarnation], ["handled", node?.handled], ["waiting", node?.waiting], ["slowest", node?.slowest || "–"]];
+    const facts = !node ? [] : node.state === AWAY ? known.slice(0, 1) : known;
     this.replaceDetails(
       h("h2.mono", {}, name), node ? "" : h("p.muted", {}, "not in this system's tree"),
       h("div.facts", {}, ...facts.map(([key, value]) => h("span", {}, `${key} `, h("b", {}, brief(value))))),
@@ -180,7 +198,7 @@ class GraphPane {
     if (!topic) return this.replaceDetails(h("h2.mono", {}, name), h("p.muted", {}, "nobody publishes or takes it now"));
     const rows = (side) => topic[side].map((edge) => h("span", {}, this.nodeLink(edge.node), " ", h("span.muted", {}, edge.qos), edge.dropped ? h("b.warn", {}, ` ${edge.dropped} dropped`) : ""));
     this.replaceDetails(
-      h("h2.mono", {}, name), h("p.mono.muted", {}, topic.types.join(", ")), h("p", {}, `${brief(topic.rate ?? 0, 1)} messages a second, ${topic.messages} so far`),
+      h("h2.mono", {}, name), h("p.mono.muted", {}, topic.types.join(", ")), h("p", {}, topic.messages || topic.rate ? `${brief(topic.rate ?? 0, 1)} messages a second, ${topic.messages} so far` : "none seen: nobody takes it here"),
       ...topic.mismatches.map((text) => h("p.bad", {}, text)), list("publishers", rows("publishers")), list("subscriptions", rows("subscriptions")),
     );
   }
@@ -198,6 +216,14 @@ class GraphPane {
   nodeLink(name) {
     return h("button.quiet.link.mono", { type: "button", onclick: () => this.select({ kind: "node", name }) }, name);
   }
+}
+
+function hidden(name) {
+  return name.split("/").some((part) => part.startsWith("_"));
+}
+
+function stateOf({ state }) {
+  return state === AWAY ? "other process" : state;
 }
 
 function list(title, items) {

@@ -2,6 +2,7 @@
 
 import { numericPaths } from "../core/cdr.js";
 import { brief, h, note, recall, remember } from "../core/dom.js";
+import { didYouMean } from "../core/suggest.js";
 import { Chart } from "../plot/chart.js";
 import { Series } from "../plot/series.js";
 
@@ -31,6 +32,8 @@ class PlotPane {
         h("button", { type: "button", onclick: () => this.chart.reset() }, "Reset zoom"), h("button", { type: "button", onclick: () => this.save() }, "CSV")),
       this.note.element, this.chart.element, this.legend,
     );
+    this.empty = h("p.empty.muted", {}, "Write a topic and a number in it, such as /odom.twist.twist.linear.x: the list under the field has those that there are.");
+    this.chart.element.append(this.empty);
     link.addEventListener("channels", () => this.offer());
     this.offer();
     for (const path of recall("plot.series", [])) this.add(path, false);
@@ -44,6 +47,7 @@ class PlotPane {
       const found = [];
       for (const { topic, schema, schemaName } of this.link.channels.values())
         if (!topic.includes("/_")) for (const path of numericPaths(schema, schemaName, 40)) found.push(`${topic}.${path.replaceAll("[]", "[0]")}`);
+      for (const series of this.series) series.doubt = this.doubt(series);
       this.paths.replaceChildren(...found.sort().map((value) => h("option", { value })));
     }, 300);
   }
@@ -63,9 +67,13 @@ class PlotPane {
     if (!path || this.series.some((one) => one.text === path)) return;
     const split = this.split(path);
     if (!split) return this.note.say(`${path}: there is no topic of this name. Write a topic, a dot, and the field.`, true);
+    const doubt = this.doubt(split);
+    if (doubt && told && this.link.channels.has(split.topic)) return this.note.say(doubt, true);
     const color = COLORS.find((one) => !this.series.some((other) => other.color === one)) ?? COLORS[0];
     const series = new Series(this.link, path, split.topic, split.field, color);
+    series.doubt = doubt;
     this.series.push(series);
+    this.empty.hidden = true;
     series.row = this.row(series);
     this.legend.append(series.row);
     this.chart.use(this.series);
@@ -81,11 +89,25 @@ class PlotPane {
     return topic && { topic, field: path.slice(topic.length + 1).replaceAll("/", ".") };
   }
 
+  /** Why nothing may come of a topic and field, with what was probably meant; "" if it will. */
+  doubt({ topic, field }) {
+    const { channels } = this.link;
+    const channel = channels.get(topic);
+    if (!channel) return `nobody publishes ${topic} yet${didYouMean(topic, channels.keys())}`;
+    const paths = numericPaths(channel.schema, channel.schemaName, 2000);
+    return paths.includes(field.replace(/\[\d+\]/g, "[]")) ? "" : `${topic} has no number ${field}${didYouMean(field, paths)}`;
+  }
+
   row(series) {
     const value = h("b.mono", {}, "–");
     const sums = h("span.mono.muted.sums");
-    series.tell = (number) => (value.textContent = brief(number, 4));
-    series.sumUp = (sum) => (sums.textContent = sum ? `${brief(sum.rate, 1)} Hz, mean ${brief(sum.mean, 4)}, ${brief(sum.least, 4)} to ${brief(sum.most, 4)}` : "");
+    series.tell = (number) => (value.textContent = Number.isNaN(number) ? "–" : brief(number, 4));
+    series.sumUp = (sum) => {
+      const doubted = !sum && Boolean(series.doubt);
+      sums.classList.toggle("bad", doubted);
+      sums.classList.toggle("muted", !doubted);
+      sums.textContent = sum ? `${brief(sum.rate, 1)} Hz, mean ${brief(sum.mean, 4)}, ${brief(sum.least, 4)} to ${brief(sum.most, 4)}` : series.doubt;
+    };
     const remove = h("button.quiet", { type: "button", title: "Remove", onclick: () => this.remove(series) }, "×");
     remove.setAttribute("aria-label", `Remove ${series.text}`);
     const swatch = h("i.swatch");
@@ -97,6 +119,7 @@ class PlotPane {
     series.stop();
     series.row.remove();
     this.series.splice(this.series.indexOf(series), 1);
+    this.empty.hidden = this.series.length > 0;
     this.chart.use(this.series);
     this.address();
   }

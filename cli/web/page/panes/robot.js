@@ -5,7 +5,7 @@ import { Camera } from "../robot/camera.js";
 import { Drive } from "../robot/drive.js";
 import { GoTo } from "../robot/goto.js";
 import { View2D } from "../robot/view2d.js";
-import { World } from "../robot/world.js";
+import { World, hasRobot } from "../robot/world.js";
 
 export async function make(app) {
   const pane = new RobotPane(app);
@@ -41,7 +41,7 @@ class RobotPane {
     this.tools = h("div.tools");
     this.element = h(
       "section.robot", { "aria-label": "Robot" },
-      h("div.stage", {}, this.host, this.chips, this.tools, this.camera.element),
+      h("div.stage", {}, this.host, this.chips, this.tools, this.camera.element, (this.none = h("p.absent.card", { role: "status", hidden: true }))),
       h("div.side.stack", {}, this.commands(), h("div.card.stack", {}, h("h2", {}, "Drive"), this.drive.pad, this.drive.hint, this.keys()), (this.goalCard = h("div.card.stack"))),
     );
   }
@@ -63,9 +63,15 @@ class RobotPane {
       remember("relief", on);
       this.world.showRelief(on);
     });
-    const offer = () => (relief.hidden = !this.world.hasRelief);
-    this.link.addEventListener("channels", offer);
+    const offer = () => {
+      relief.hidden = !this.world.hasRelief;
+      this.none.hidden = !this.link.connected || hasRobot(this.link);
+    };
+    this.none.append("No robot is seen here: nobody publishes /robot_description, /tf, /odom or the like. ", h("a", { href: "#graph" }, "What there is"));
+    for (const event of ["open", "channels"]) this.link.addEventListener(event, offer);
+    for (const event of ["open", "services"]) this.link.addEventListener(event, () => this.offerCommands());
     offer();
+    this.offerCommands();
     this.tools.append(follow, relief, ...(possible ? [depth] : []), toggle("Camera", false, (on) => this.camera.show(on)), this.go.button);
     await this.see(wanted);
     addEventListener("theme", () => this.view.recolor(this.palette()));
@@ -128,18 +134,44 @@ class RobotPane {
       const pressed = String(gait?.goal === mode);
       if (button.getAttribute("aria-pressed") !== pressed) button.setAttribute("aria-pressed", pressed);
     }
+    this.forgetAnswer(gait, drive);
+  }
+
+  /** An answer stands for as long as what it says is so. */
+  forgetAnswer(gait, drive) {
+    if (!this.answered) return;
+    const holds = this.answered.mode ? gait?.goal === this.answered.mode : drive?.enabled === this.answered.enabled;
+    if (this.answered.held && !holds) {
+      this.answer.say("");
+      this.answered = null;
+    } else if (holds) this.answered.held = true;
+  }
+
+  /** Commands that nobody carries out are shown as such. */
+  offerCommands() {
+    for (const button of [this.enable, ...Object.values(this.modes)]) {
+      button.disabled = this.link.connected && !this.link.services.has(button.dataset.service);
+      button.title = button.disabled ? `nobody serves ${button.dataset.service}` : "";
+    }
   }
 
   commands() {
     const call = (service, args) => async () => {
+      const asked = args();
+      this.answered = null;
       try {
-        const answer = await this.link.call(service, args());
+        const answer = await this.link.call(service, asked);
         this.answer.say(answer.message, !answer.success);
+        this.answered = answer.success && "data" in asked ? { enabled: asked.data } : answer.success && { mode: service.split("/").pop() };
       } catch (error) {
         this.answer.say(error.message, true);
       }
     };
-    const button = (title, service, args = () => ({})) => h("button", { type: "button", onclick: call(service, args) }, title);
+    const button = (title, service, args = () => ({})) => {
+      const made = h("button", { type: "button", onclick: call(service, args) }, title);
+      made.dataset.service = service;
+      return made;
+    };
     this.enable = button("Enable", "/robot/enable", () => ({ data: !this.enabled }));
     this.modes = { stand: button("Stand", "/spot/stand"), walk: button("Walk", "/spot/walk"), sit: button("Sit", "/spot/sit") };
     return h("div.card.stack", {}, h("div.row", {}, h("h2.grow", {}, "Robot"), this.feet), h("div.modes", {}, this.enable, ...Object.values(this.modes)), this.answer.element);

@@ -71,7 +71,7 @@ export class GoTo {
       this.progress.hidden = this.cancel.hidden = false;
       const { status, values, succeeded } = await goal.result;
       if (this.goal !== goal) return; // a later one took its place
-      this.note.say(text(status, values), !succeeded);
+      this.note.say(text(status, values, this.world.latest.safety), !succeeded);
     } catch (error) {
       this.note.say(error.message, true);
     }
@@ -85,8 +85,9 @@ export class GoTo {
   }
 }
 
-function text(status, values) {
-  const end = { 4: "Arrived", 5: "Canceled", 6: "Aborted" }[status] ?? `Ended with status ${status}`;
+function text(status, values, safety) {
+  if (status === 5) return safety?.stopped ? `Canceled: the robot was stopped (${safety.reasons.join("; ")})` : "Canceled";
+  const end = { 4: "Arrived", 6: "Aborted" }[status] ?? `Ended with status ${status}`;
   const why = typeof values === "string" ? values : values?.message;
   return why ? `${end}: ${why}` : end;
 }

@@ -25,6 +25,11 @@ const ARM = "/arm/joint_states";
 const TRAIL = 600; // places that the trail remembers
 const STEP = 0.05; // m between them
 
+/** Whether anything tells of a robot. */
+export function hasRobot({ channels }) {
+  return [...channels.values()].some(({ topic, schemaName }) => topic === "/tf" || Object.values(SOURCES).some(([name, type, any]) => schemaName === type && (any || topic === name)));
+}
+
 export class World {
   constructor(link) {
     this.link = link;
