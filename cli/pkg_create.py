@@ -170,9 +170,7 @@ def _class(node: str) -> str:
 
 def _node_text(node: str) -> str:
     return f"""\
-import asyncio
-
-from actors import Node, run
+from actors import Node, spin
 
 
 class {_class(node)}(Node):
@@ -180,13 +178,8 @@ class {_class(node)}(Node):
         self.log.info("Hi from {node}.")
 
 
-async def live() -> None:
-    async with run({_class(node)}) as system:
-        await system.wait()
-
-
 def main() -> None:
-    asyncio.run(live())
+    spin({_class(node)})
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import ast
 import asyncio
 import shlex
 import signal
@@ -10,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cli.command import CommandFailed, Exit
@@ -55,7 +57,7 @@ def main(argv: Sequence[str]) -> int | Exit:
             raise CommandFailed(f"which executable? {options.package_name} has: {names}")
         found = packages.find(options.package_name, options.executable_name)
     except UnknownPackage as error:
-        raise CommandFailed(_sentence(error)) from None
+        raise CommandFailed(_meant_file(options.package_name) or _sentence(error)) from None
     except UnknownExecutable as error:
         raise CommandFailed(f"No executable found: {error}") from None
     if not isinstance(found, NodeTarget):
@@ -100,6 +102,24 @@ def _split(argv: Sequence[str]) -> tuple[list[str], list[str]]:
             if wanted >= 2:
                 break
     return words[:index], words[index:]
+
+
+def _meant_file(word: str) -> str | None:
+    """What to write for a file of Python that was named in place of a package; None if there is no such file."""
+    path = Path(word if word.endswith(".py") else f"{word}.py")
+    try:
+        parsed = ast.parse(path.read_bytes())
+    except (OSError, SyntaxError, ValueError):
+        if not path.is_file():
+            return None
+        parsed = ast.Module(body=[], type_ignores=[])
+    classes = [each for each in parsed.body if isinstance(each, ast.ClassDef)]
+    nodes = [each.name for each in classes if any(ast.unparse(base).endswith("Node") for base in each.bases)]
+    module = ".".join(path.with_suffix("").parts)
+    ways = (
+        " or ".join(f"{module}:{name}" for name in nodes[:3]) or f"{module}:NAME, where NAME is its node class or tree"
+    )
+    return f"{path} is a Python file, not a package; did you mean {ways}? As a program of its own: python {path}"
 
 
 def _sentence(error: Exception) -> str:

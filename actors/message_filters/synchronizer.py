@@ -62,7 +62,7 @@ class _ByStamp(Synchronizer):
         self._clock = allow_headerless
         self._queues: list[dict[int, Any]] = [{} for _ in range(self.inputs)]
         self.dropped = 0
-        """The number of messages that left a full queue without a set."""
+        """The number of messages that left a queue without a set: because it was full, or a newer set was let through."""
 
     def __repr__(self) -> str:
         return (
@@ -92,12 +92,18 @@ class _ByStamp(Synchronizer):
 class TimeSynchronizer(_ByStamp):
     """Lets sets of messages of exactly equal stamps through.
 
+    A set drops what is older and still waits, as in ROS 2: its set would come after a newer one.
+
     Messages without a header are refused with ``TypeError``, unless `allow_headerless` is a clock, such as ``self.clock``: then their time
     is that of their arrival.
     """
 
     def _match(self, instant: int, index: int) -> None:
         if all(instant in queue for queue in self._queues):  # a set can be completed by the new message only
+            for queue in self._queues:
+                for older in [each for each in queue if each < instant]:
+                    del queue[older]
+                    self.dropped += 1
             self._take([instant] * self.inputs)
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise, takewhile
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from actors.names.names import logger_name
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ParameterSource",
     "ParameterSources",
+    "misplaced",
     "options_of",
     "overruled",
     "read_parameters",
@@ -64,6 +66,14 @@ def options_of(
     if all(node.known for node in nodes):
         _check_names(arguments, nodes)
     return options
+
+
+def misplaced(argv: Sequence[str]) -> Iterator[str]:
+    """Each ``-p name:=value`` that stands before ``--ros-args``, where it means nothing to ROS."""
+    words = list(takewhile(lambda word: word != "--ros-args", argv))
+    for flag, value in pairwise(words):
+        if flag in ("-p", "--param") and ":=" in value:
+            yield f"{flag} {value}"
 
 
 def overruled(tree: Spec, options: RunOptions) -> Iterator[tuple[str, str, object]]:

@@ -14,7 +14,8 @@ from actors.errors import DeclarationError, NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.node.node import Node
 from actors.node.placement import HERE, Placement
-from actors.running.options import ParameterSources, options_of, overruled, with_arguments
+from actors.running.hints import give_hints
+from actors.running.options import ParameterSources, misplaced, options_of, overruled, with_arguments
 from actors.running.signals import listen
 from actors.running.trees import Runnable, tree_of
 from actors.supervision.declarations import Child, Spec, temporary
@@ -73,7 +74,7 @@ def run(
 
     With a `transport` the nodes take part in the graph of ROS_DOMAIN_ID, together with the nodes of other processes. It is opened beside the
     start of the tree, and closed after its stop; if it cannot be opened, that is logged, and the tree runs alone. Without one, nothing is
-    opened.
+    opened, and other processes neither see nor hear these nodes: `spin` opens the one that the environment names.
 
     `hosts`, such as `TlsHosts`, says where the hosts of ``Child(host=...)`` are; it needs a `transport`, by which their nodes are reached.
     Each run is counted then; entering raises `DeclarationError` if it cannot be.
@@ -119,11 +120,13 @@ class Run:
         if options is not None:
             level, sinks = options.levels.default, sinks if options.stdout_logs else ()
         self._options = options
+        self._argv = argv
         self._settings: dict[str, Any] = {"seed": seed, "sinks": sinks, "level": level, "options": options}
         self._wants_signals = signals
         self._observers = observers
         self._transport = transport
         self._ignore_signals: Callable[[], None] = _nothing
+        self._end_hints: Callable[[], None] = _nothing
         self._inside = False
         self._interrupted = False
         self._leaving = False
@@ -149,6 +152,8 @@ class Run:
         if self._options is not None:
             for node, name, value in overruled(self._tree, self._options):
                 system.log.warning("argument without effect", node_name=node, parameter=name, its_child_says=value)
+            for words in misplaced(self._argv or ()):
+                system.log.warning("not after --ros-args, so not a parameter", argument=words)
         self._owner = asyncio.current_task()
         if self._wants_signals and not system.clock.virtual and threading.current_thread() is threading.main_thread():
             self._ignore_signals = listen(system.loop, self._signaled)
@@ -161,6 +166,8 @@ class Run:
             raise
         self._inside = True
         system.observe(end=self._tree_ended)
+        if not system.clock.virtual and self._settings["sinks"]:
+            self._end_hints = give_hints(system, alone=self._transport is None)
         return system
 
     async def __aexit__(
@@ -168,6 +175,7 @@ class Run:
     ) -> None:
         system = self._system
         self._inside, self._leaving = False, system.runtime.tree.signal is None
+        self._end_hints()
         try:
             await system.stop("the block was left")
         finally:
@@ -217,7 +225,7 @@ class Run:
 
 
 def _nothing() -> None:
-    """Do nothing: the function for a run without signals."""
+    """Do nothing: the function for a run without signals or hints."""
 
 
 def _exit_for(system: System) -> BaseException | None:
@@ -278,6 +286,7 @@ class OpenNode:
         self._sinks = sinks
         self._level = level
         self._transport = transport
+        self._end_hints: Callable[[], None] = _nothing
 
     if not TYPE_CHECKING:  # as in `Run`
 
@@ -288,6 +297,8 @@ class OpenNode:
 
     async def __aenter__(self) -> Node:
         self._system = system = self._given or system_here() or self._new_system()
+        if system.supervisor is None and not system.nodes and not system.clock.virtual and self._sinks:
+            self._end_hints = give_hints(system, alone=False)
         self._joined = await system.join(self._child)
         await system.runtime.opened()
         node = self._joined.node
@@ -299,6 +310,7 @@ class OpenNode:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         system = self._system
+        self._end_hints()
         try:
             await system.leave(self._joined)
         except (Exception, SystemExit, KeyboardInterrupt):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, hypot, isfinite, sin
+from math import cos, hypot, inf, isfinite, sin
 from typing import TYPE_CHECKING
 
 from actors.interfaces.geometry_msgs.msg import Pose, Quaternion, TransformStamped, Vector3
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Transform", "stamped"]
 
-NEARLY_UNIT = 1e-2
-"""If the square of a quaternion's length differs from 1 by more than this, it is a mistake and not rounding. It is tf2's tolerance."""
+SHORTEST = 1e-6
+"""A quaternion shorter than this has no direction: most often it was never set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,8 @@ class Transform:
 
     @classmethod
     def from_msg(cls, message: TransformMessage | TransformStamped | Pose) -> Transform:
-        """Raises `InvalidArgumentException` for numbers that are not finite, or a rotation that is not of length 1 (to 0.5 %)."""
+        """The rotation is brought to length 1, as tf2 does. Raises `InvalidArgumentException` for one of length 0, or for numbers that are
+        not finite."""
         if isinstance(message, TransformStamped):
             message = message.transform
         if isinstance(message, Pose):
@@ -60,10 +61,10 @@ class Transform:
         else:
             t, r = (message.translation.x, message.translation.y, message.translation.z), message.rotation
         norm = hypot(r.w, r.x, r.y, r.z)
-        if not (isfinite(sum(t)) and abs(norm * norm - 1.0) < NEARLY_UNIT):
+        if not (isfinite(sum(t)) and SHORTEST <= norm < inf):
             raise InvalidArgumentException(
                 f"translation ({t[0]:g}, {t[1]:g}, {t[2]:g}), rotation w {r.w:g}, x {r.x:g}, y {r.y:g}, z {r.z:g}: all numbers must be "
-                f"finite and the rotation of length 1, not {norm:g}"
+                f"finite and the rotation not of length {norm:g}"
             )
         return cls(t, (r.w / norm, r.x / norm, r.y / norm, r.z / norm))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from bisect import insort
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -80,6 +81,8 @@ class RemotePublisher:
         self.missed = 0
         self.arrival: Arrival | None = None
         self.kept: dict[int, Arrival] = {}
+        self._order: list[int] = []
+        """The numbers of `kept`, ascending."""
         self.type: Any = type
         self._wall_ns = side.wall_ns
         self._unreadable = side.unreadable
@@ -140,7 +143,8 @@ class RemotePublisher:
             try:
                 message = arrival.message
             except CdrError as error:
-                self.kept.pop(number, None)
+                if self.kept.pop(number, None) is not None:
+                    self._order.remove(number)
                 takers = self._not_decoded(takers, error)
                 if not takers:
                     return
@@ -190,9 +194,11 @@ class RemotePublisher:
             arrival = Arrival.received(payload, kind, sent_ns, since)
             if self._keeps == 1:
                 self.kept.clear()
+                self._order.clear()
             self.kept[number] = arrival
+            insort(self._order, number)  # nearly always the newest, so at the end
             if len(self.kept) > self._keeps:
-                del self.kept[min(self.kept)]
+                del self.kept[self._order.pop(0)]
         return arrival
 
     def _expiring(self, message: Any, sent_ns: int) -> ExpiringMessage[Any]:
@@ -229,7 +235,7 @@ class RemotePublisher:
 
     @property
     def latched(self) -> list[Any]:
-        return [self.kept[number].message for number in sorted(self.kept)] if self.qos.transient_local else []
+        return [self.kept[number].message for number in self._order] if self.qos.transient_local else []
 
     def replay(self, target: Target, depth: int) -> None:
         """Do nothing: each transient local subscription asks the network for what is kept."""

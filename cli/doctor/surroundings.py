@@ -31,7 +31,8 @@ def domain(seen: Observation) -> Iterator[Finding]:
         )
     else:
         help = (
-            "start one; those of ROS 2 are found only with RMW_IMPLEMENTATION=rmw_zenoh_cpp and a router (ros2 run rmw_zenoh_cpp rmw_zenohd), "
+            "start one by spin(Node) or robactor run (the nodes of run(tree) are found only with transport=); those of ROS 2 are found only "
+            "with RMW_IMPLEMENTATION=rmw_zenoh_cpp and a router (ros2 run rmw_zenoh_cpp rmw_zenohd), "
             "those of another machine with --connect, those with security with --security, and ROBACTOR_GOSSIP_PORT must be the same"
         )
         yield Finding("domain", "no nodes are found", f"{measured}; no other domain is seen", help)

@@ -145,6 +145,28 @@ async def test_what_cannot_be_run_is_one_line(words: tuple[str, ...], error: str
     assert refused.err.count("\n") == 1
 
 
+@pytest.mark.parametrize("word", ["garden", "garden.py"])
+async def test_a_file_that_is_named_as_a_package_is_told_how(
+    word: str, here: Path, environment: dict[str, str], robot: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(here)
+    refused = await robot("run", word)
+    assert (refused.code, refused.out) == (1, "")
+    assert refused.err == (
+        "garden.py is a Python file, not a package; did you mean garden:Greeter or garden:Leaver or garden:Broken? "
+        "As a program of its own: python garden.py\n"
+    )
+    (here / "half.py").write_text("class Half(")
+    assert "did you mean half:NAME" in (await robot("run", "half")).err
+
+
+async def test_an_argument_of_ros_in_the_wrong_place_is_told(here: Path, robot: Command) -> None:
+    left = await robot("run", "garden:Leaver", "-p", "text:=x")
+    assert left.code == 0
+    assert "not after --ros-args, so not a parameter" in left.out
+    assert "argument='-p text:=x'" in left.out
+
+
 async def test_a_program_of_an_installed_package_gets_its_words_and_gives_its_code(
     tmp_path: Path, environment: dict[str, str], robot: Command
 ) -> None:

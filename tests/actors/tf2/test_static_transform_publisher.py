@@ -57,7 +57,7 @@ async def test_the_transform_is_latched(rig: Rig) -> None:
     ("parameters", "why"),
     [
         ({"frame_id": "map"}, "needs two frames"),
-        ({"frame_id": "map", "child_frame_id": "lamp", "rotation.w": 0.0}, "of length 1, not 0"),
+        ({"frame_id": "map", "child_frame_id": "lamp", "rotation.w": 0.0}, "rotation not of length 0"),
     ],
 )
 async def test_a_start_without_frames_or_rotation_fails(rig: Rig, parameters: dict[str, Any], why: str) -> None:

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.tf2 import InvalidArgumentException, Transform, TransformException, stamped
+from actors.tf2.quaternions import Quad
 
 numbers = st.floats(-50.0, 50.0)
 triples = st.tuples(numbers, numbers, numbers)
@@ -98,10 +99,24 @@ def test_through_a_message_it_comes_back_and_a_long_chain_stays_a_rotation(one: 
     assert math.hypot(*chain.rotation) == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("off", [1.006, 0.994, 0.0])
-def test_a_quaternion_that_is_off_by_more_than_half_a_per_cent_is_a_mistake(off: float) -> None:
+@pytest.mark.parametrize(
+    ("told", "taken"),
+    [
+        ((0.7, 0.0, 0.0, 0.7), (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))),
+        ((0.5, 0.0, 0.0, 0.5), (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))),
+        ((0.0, 0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0)),
+        ((1e-3, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+        ((1e200, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+    ],
+)
+def test_a_quaternion_of_another_length_is_brought_to_length_1_as_in_tf2(told: Quad, taken: Quad) -> None:
+    assert Transform.from_msg(Transform(rotation=told).to_msg()).rotation == pytest.approx(taken, abs=1e-12)
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-9, math.inf, math.nan])
+def test_a_quaternion_without_a_direction_is_a_mistake(off: float) -> None:
     wrong = Transform((1.0, 2.0, 3.0), (off, 0.0, 0.0, 0.0)).to_msg()
-    with pytest.raises(InvalidArgumentException, match=r"translation \(1, 2, 3\).*of length 1, not"):
+    with pytest.raises(InvalidArgumentException, match=r"translation \(1, 2, 3\).*rotation not of length"):
         Transform.from_msg(wrong)
     assert issubclass(InvalidArgumentException, TransformException) and issubclass(InvalidArgumentException, ValueError)
 
