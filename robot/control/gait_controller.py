@@ -238,7 +238,7 @@ class GaitController:
             self._crouch(steps=False, speed=(vx, vy))
         targets = self._act(dt, imu, joints, blind)
         self._told = targets
-        self._senses.told(targets)
+        self._senses.told(targets, stepping=self._mode is Mode.WALK)
         return targets
 
     def _expected(self) -> Vector | None:

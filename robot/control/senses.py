@@ -51,9 +51,12 @@ class Senses:
     def feels_ground(self) -> bool:
         """Whether feet that seem to slide tell of the floor: they are its own, and what their speed is computed from is believed.
 
-        Feet seem to slide under a gyro that shows a turn which is none; whether it does is known within `turn_watch.LASTING`.
+        Feet seem to slide under a gyro that shows a turn which is none; whether it does is known within `turn_watch.LASTING`. They seem to by an encoder
+        that sticks, too.
         """
-        return self._own_feet and self.steady and not self._turn.differs and not self._joints.bad
+        joints = self._joints
+        sure = not joints.bad and not joints.sticking.doubtful
+        return self._own_feet and self.steady and not self._turn.differs and sure
 
     @property
     def joints_lost(self) -> bool:
@@ -79,9 +82,10 @@ class Senses:
         """The sample; a joint that cannot be believed is where it is `expected` to be (shape (12,)), or else where it was seen last."""
         return self._joints.check(dt, sample, expected)
 
-    def told(self, targets: MotorTargets) -> None:
+    def told(self, targets: MotorTargets, *, stepping: bool) -> None:
         """The drives have been told this: a joint that does not follow is asked why."""
-        self._joints.sticking.told(targets)
+        if self._own_feet:  # else no drive follows them
+            self._joints.sticking.told(targets, stepping=stepping)
 
     def contacts(
         self, dt: float, sample: JointSample, estimate: Estimator, walker: SwingSchedule | None, silent: bool

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from math import inf
 from typing import Final
 
 from robot.hardware.body import JointSample, MotorTargets
@@ -21,6 +22,12 @@ PUSHING: Final = 40.0
 """A drive that gives more than this pushes against something, N m: its joint may well stand still."""
 CERTAIN: Final = 0.015
 """Seconds of that which make a verdict: three samples at 200 Hz."""
+STRIDES: Final = 1.0
+"""Seconds for which no joint of a robot that steps stands still: two strides of a trot; hips that walk straight on turn by 0.02 rad in each."""
+LED_LITTLE: Final = 0.01
+"""So far its drive must have been told to turn it then, rad."""
+DOUBT: Final = 0.03
+"""Seconds after which a shoulder or knee that does not move is doubted: the foot may seem to slide for it."""
 LATE: Final = 6
 """Targets that may be those in force, the newest first: delays of up to 30 ms."""
 
@@ -32,20 +39,25 @@ class StuckWatch:
     turns under an encoder that sticks takes much less than the law asks for at the place shown. Invariant: a joint that moves is not stuck.
     """
 
-    __slots__ = ("_anchor", "_far", "_idle_for", "_near", "_still_for", "_told", "stuck")
+    __slots__ = ("_anchor", "_far", "_idle_for", "_near", "_stepping", "_still_for", "_told", "stuck")
 
     def __init__(self) -> None:
         self._anchor = [0.0] * 12
         self._still_for = [0.0] * 12
         self._idle_for = [0.0] * 12
-        self._near, self._far = [0.0] * 12, [0.0] * 12
+        self._near, self._far = [inf] * 12, [-inf] * 12
         """Least and largest target of each joint since it stands still, rad."""
+        self._stepping = False
         self._told: deque[tuple[list[float], ...]] = deque(maxlen=LATE)
         self.stuck: set[int] = set()
         """Joints whose encoders stick."""
 
-    def told(self, targets: MotorTargets) -> None:
-        """The drives have been told this."""
+    def told(self, targets: MotorTargets, *, stepping: bool) -> None:
+        """The drives have been told this; `stepping` says that the robot lifts its feet in turn."""
+        if stepping and not self._stepping:  # a robot that stood has joints that stood still
+            self._still_for = [0.0] * 12
+            self._near, self._far = [inf] * 12, [-inf] * 12
+        self._stepping = stepping
         self._told.append(
             (
                 targets.position.tolist(),
@@ -56,6 +68,12 @@ class StuckWatch:
             )
         )
 
+    @property
+    def doubtful(self) -> bool:
+        """Whether a shoulder or a knee has not moved for so long that a foot may seem to slide for it."""
+        still = self._still_for
+        return any(still[joint] > DOUBT for joint in range(12) if joint % 3)
+
     def check(self, dt: float, position: list[float], velocity: list[float], sample: JointSample) -> None:
         """Take in a sample; `stuck` says what follows from it."""
         anchor, still = self._anchor, self._still_for
@@ -65,23 +83,28 @@ class StuckWatch:
                 anchor[joint], still[joint] = at, 0.0
                 self._idle_for[joint] = 0.0
                 self.stuck.discard(joint)
-                if self._told:
-                    self._near[joint] = self._far[joint] = self._told[-1][0][joint]
+                self._near[joint], self._far[joint] = inf, -inf
                 continue
             still[joint] += dt
             if not self._told or joint in self.stuck:
                 continue
-            led = self._told[-1][0][joint]
-            if led < self._near[joint]:
-                self._near[joint] = led
-            elif led > self._far[joint]:
-                self._far[joint] = led
-            if still[joint] > STILL and self._far[joint] - self._near[joint] > LED:
+            self._lead(joint)
+            way = self._far[joint] - self._near[joint]
+            if self._stepping and still[joint] > STRIDES and way > LED_LITTLE:
+                self.stuck.add(joint)
+            elif still[joint] > STILL and way > LED:
                 effort = effort or sample.effort.tolist()
                 if self._idles(joint, at, velocity[joint], effort[joint]):
                     self._idle_for[joint] += dt
                     if self._idle_for[joint] > CERTAIN - 1e-9:
                         self.stuck.add(joint)
+
+    def _lead(self, joint: int) -> None:
+        """Note where the drive is told to turn the joint, if it is told a place at all."""
+        position, _, _, kp, _ = self._told[-1]
+        if kp[joint] > 0.0:
+            self._near[joint] = min(self._near[joint], position[joint])
+            self._far[joint] = max(self._far[joint], position[joint])
 
     def _idles(self, joint: int, at: float, speed: float, given: float) -> bool:
         """Whether the drive gives less than its law asks for here, by whichever of the latest targets."""

@@ -3,12 +3,15 @@
 It owns the body's drives. While targets keep coming it passes them on; 50 ms after the last one, whatever has become of the gait
 controller or its supervisor, it sits the robot down by itself. When it is stopped it does the same, and only then ends.
 
-It follows the newest life of who commands it, on whatever machine that is: what an older life sends, however late, is refused.
+It follows the newest life of who commands it, on whatever machine that is: what an older life sends, however late, is refused. Targets that are no
+numbers, or that no drive can follow, are none.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from actors import Node, Stopped, every, publishes
 from robot.contracts import BATTERY_STATUS, BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
@@ -36,6 +39,10 @@ SAFE_STOP_SECONDS = 3.4
 """How long a stop of the node may take to sit the robot down."""
 STEPPING_SIT_SECONDS = 2.4
 """The same for a body that steps by itself and sits at its own pace."""
+
+
+MOST = 1e4
+"""What no target reaches, rad, rad/s, N m, N m/rad or N m s/rad."""
 
 
 class Motors(Node):
@@ -100,16 +107,15 @@ class Motors(Node):
 
     @MOTOR_TARGETS.on()
     def follow(self, message: MotorTargetsMessage) -> None:
-        if not self._admits(message.fence):
+        targets = hardware.MotorTargets(message.position, message.velocity, message.effort, message.kp, message.kd)
+        if not (self._can_be(targets) and self._admits(message.fence)):
             return
         self._listen()
-        self._body.command(
-            hardware.MotorTargets(message.position, message.velocity, message.effort, message.kp, message.kd)
-        )
+        self._body.command(targets)
 
     @BODY_DRIVE.on()
     def follow_drive(self, message: BodyDrive) -> None:
-        if self._stepping is None or not self._admits(message.fence):
+        if self._stepping is None or not (self._can_be_driven(message) and self._admits(message.fence)):
             return
         self._listen()
         self._stepping.drive(message.vx, message.vy, message.wz, message.height, message.mode)
@@ -129,15 +135,36 @@ class Motors(Node):
             self._body.advance(self.clock.now())
             self._sit_down(PERIOD)
 
+    def _can_be(self, targets: hardware.MotorTargets) -> bool:
+        """Whether drives can follow these targets; what they cannot follow counts as silence, and is reported once."""
+        parts = (targets.position, targets.velocity, targets.effort, targets.kp, targets.kd)
+        if (
+            abs(np.concatenate(parts)).max() < MOST and targets.kp.min() >= 0.0 and targets.kd.min() >= 0.0
+        ):  # false for NaN, too
+            return True
+        self.log.error("motor targets that are no numbers, or that no drive can follow: dropped", once=True)
+        return False
+
+    def _can_be_driven(self, message: BodyDrive) -> bool:
+        values = (message.vx, message.vy, message.wz, message.height)
+        if all(-MOST < value < MOST for value in values) and message.mode in tuple(Mode):
+            return True
+        self.log.error("a velocity or a mode that no body can follow: dropped", once=True, mode=message.mode[:20])
+        return False
+
     def _admits(self, token: int) -> bool:
         """Whether a command with this token counts; the first one that does not is reported, all are counted."""
         newest = self._fence.newest
-        if not self._fence.admits(token):
+        if not self._fence.admits(token, self.clock.now()):
             self.log.warning(
                 "commands of an older life are refused", once=True, token=f"{token:x}", newest=f"{newest:x}"
             )
             return False
-        if token > newest:
+        if token < newest:
+            self.log.warning(
+                "the newest life is silent: an older one is followed", token=f"{token:x}", newest=f"{newest:x}"
+            )
+        if token != newest:
             self.checkpoint(token)  # the next life of this node has to know it before the first command comes
         return True
 

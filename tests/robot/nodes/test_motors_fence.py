@@ -119,3 +119,38 @@ async def test_the_gait_says_with_each_command_which_life_of_it_gives_it(rig: Ri
 
     assert first == {1}
     assert {message.fence for message in commands} == {1, 2}
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"position": np.full(12, np.nan)},
+        {"effort": np.full(12, np.inf)},
+        {"velocity": np.full(12, 1e30)},
+        {"kp": np.full(12, -250.0)},
+    ],
+)
+async def test_targets_that_no_drive_can_follow_are_dropped_reported_once_and_count_as_silence(
+    rig: Rig, wrong: dict[str, np.ndarray]
+) -> None:
+    body = await motors(rig)
+    rig.publish(MOTOR_TARGETS, targets(NEW, 1.0))
+    await rig.quiet()
+    for _ in range(30):
+        rig.publish(MOTOR_TARGETS, MotorTargets(fence=2**64 - 1, **wrong))  # its fence counts for nothing either
+        await rig.advance(0.005)
+    assert rig.incarnation("motors") == 1
+    assert sum("no drive can follow" in line.event for line in rig.logs) == 1
+    assert [line.event for line in rig.logs if "sitting down" in line.event] == ["no motor targets: sitting down"]
+    rig.publish(MOTOR_TARGETS, targets(NEW, 7.0))
+    await rig.quiet()
+    assert 7.0 in body.commanded
+
+
+async def test_a_drive_with_a_mode_or_a_speed_that_cannot_be_is_dropped(rig: Rig) -> None:
+    body = await motors(rig)
+    for speed, mode in ((0.1, "stand"), (np.nan, "stand"), (np.inf, "walk"), (0.2, "fly"), (0.3, "walk")):
+        rig.publish(BODY_DRIVE, BodyDrive(fence=NEW, vx=float(speed), height=0.5, mode=mode))
+        await rig.quiet()
+    assert body.driven[:2] == [0.1, 0.3]
+    assert rig.incarnation("motors") == 1
