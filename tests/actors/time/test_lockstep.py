@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import selectors
 import time
 from collections.abc import Callable, Coroutine
@@ -119,7 +120,7 @@ def test_a_stop_of_the_process_is_no_time_of_the_world(machine: Machine, seconds
         machine.work(seconds, ran=0.0)
         await asyncio.sleep(0.5)
         assert step.time() - 1000.0 == pytest.approx(1.0)
-        assert [round(b - a, 6) for a, b in zip(ticks, ticks[1:], strict=False)] == [0.01] * (len(ticks) - 1)
+        assert [round(b - a, 6) for a, b in itertools.pairwise(ticks)] == [0.01] * (len(ticks) - 1)
         assert step.slipped == step.stopped == pytest.approx(seconds - BEHIND, abs=0.02)
         await asyncio.sleep(0.1)
         assert machine.now - step.time() == pytest.approx(step.slipped), "what it is late by else was made up for"
@@ -317,6 +318,6 @@ def test_a_run_keeps_step_with_the_worlds_that_its_nodes_simulate() -> None:
         world.pause = lambda: time.sleep(0.3)  # type: ignore[attr-defined]
         with asyncio.Runner(loop_factory=new_event_loop) as runner:
             times = runner.run(main(world))
-        gaps = [b - a for a, b in zip(times, times[1:], strict=False)]
+        gaps = [b - a for a, b in itertools.pairwise(times)]
         assert world.asked == (not real_time)
         assert (max(gaps) < 0.0101) is not real_time
