@@ -150,11 +150,8 @@ class StallWatch:
 
     def waited(self, since: float) -> float:
         """For how long the loop's thread has waited for a processor, or was stopped, since `since` or some tenths of a second before."""
-        by_then = 0.0
-        for at, waited in reversed(list(self._samples)):
-            by_then = waited
-            if at <= since:
-                break
+        samples = list(self._samples)
+        by_then = next((waited for at, waited in reversed(samples) if at <= since), samples[0][1])
         return self.processor.share().waited + self._stood - by_then
 
     def _waited_most(self, seconds: float, now: float) -> bool:

@@ -30,7 +30,7 @@ OWN: Final = 0.002
 """And while these have used so much of the processor, seconds."""
 STEP: Final = 0.004
 """How far time then goes on in one turn, seconds: less than the period of a control loop."""
-STOPPED: Final = 1.0
+STOPPED: Final = 0.5
 """Seconds after which a gap in which the thread hardly ran counts as a stop of the process or of the machine, not as a slow one."""
 RAN: Final = 0.05
 """It hardly ran if it had less than this share of a processor."""

@@ -70,6 +70,7 @@ def run_split(seed: int, duration: float, loops: int = 0, rate: float = 200.0, *
     async def main(strangers: frozenset[int]) -> None:
         robot = Robot("warehouse", mission="patrol", seed=seed, processes=True)
         assert robot.process is not None
+        robot.process.body.real_time = True  # what is measured is how punctual its control is
         try:
             robot.process.ready()
             async with run(at_rate(robot.tree, rate), seed=seed, sinks=()) as system:

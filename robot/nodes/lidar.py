@@ -36,6 +36,8 @@ class Lidar(Node):
     @every(hz=10)
     def turn(self) -> None:
         self._body.advance(self.clock.now())
+        if not (self.scan.subscription_count or self.points.subscription_count):
+            return
         ranges = self._body.lidar(BEAMS, MAX_RANGE)
         header = Header(stamp=self.clock.stamp(), frame_id="lidar_link")
         self.scan(_scan(header, ranges, scan_time=0.1))
@@ -66,6 +68,8 @@ class TurningLidar(Node):
     def turn(self) -> None:
         """Publish a revolution that has been finished since the last time."""
         self._body.advance(self.clock.now())
+        if not (self.scan.subscription_count or self.points.subscription_count):
+            return
         sweep = self._body.sweep()
         if sweep is None or sweep.start <= self._told:
             return

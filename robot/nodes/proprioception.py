@@ -28,6 +28,9 @@ __all__ = ["RATE", "Proprioception"]
 RATE: Final = 200.0
 """Samples of IMU and encoders per second, unless told otherwise."""
 
+LATE: Final = 0.05
+"""Samples that have waited longer than this, in seconds, are warned of: by then the drives have begun to act by themselves."""
+
 NO_BIAS: Final = (0.0, 0.0, 0.0)
 
 NOT_MEASURED = np.array([-1.0] + [0.0] * 8)
@@ -94,7 +97,7 @@ class Proprioception(Node):
         while waiting:
             waited = self.clock.now() - waiting[0].time
             together = waiting[: taken_together(self.rate, waited)]
-            if len(together) > 1:
+            if len(together) > 1 and waited > LATE:
                 self.log.warning("read late: several samples are told as one", once=True, seconds=round(waited, 3))
             self._tell(merged(together))
             waiting = waiting[len(together) :] + self._waiting()

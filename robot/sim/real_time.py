@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from typing import Final
+from typing import Any, Final
 
 from actors.time.lockstep import lockstep_of
 
@@ -30,7 +30,7 @@ class RealTime:
         self._told = False
         self._begin(time.monotonic())
 
-    def look(self) -> tuple[str, dict[str, str]] | None:
+    def look(self) -> tuple[str, dict[str, Any]] | None:
         """To be called several times a second. A warning that is due, if there is one: the text and the fields of a log line."""
         step = self._lockstep
         if step is None:

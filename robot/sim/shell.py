@@ -151,7 +151,7 @@ class BodyShell(Simulated):
             return None
         if not self._spin.begun:
             self._spin.begin(self.time)
-        return self._spin.newest
+        return self._spin.take()
 
     def _look(self, angles: Floats) -> Floats:
         """What beams at these angles of the turning LiDAR measure now."""

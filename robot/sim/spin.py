@@ -13,6 +13,8 @@ from robot.hardware.body import Sweep
 
 __all__ = ["GROUP", "Spin", "beam_directions"]
 
+UNREAD = 2
+"""Whole revolutions that nobody has taken, after which no more are looked at: the newest, and one that ends while its reader is on the way."""
 GROUP = 0.005
 """Time of the beams that look at once, s: the period of the other sensors, so that a turning LiDAR chops no step of the simulation up."""
 
@@ -26,7 +28,7 @@ class Spin:
     """One revolution after the other, each of `sweep` seconds.
 
     `look` tells the ranges (m) of beams at the given angles (rad) now. Whoever moves the body asks `due` when that is wanted next, and calls
-    `turn` at that instant. `newest` is never a part of a revolution.
+    `turn` at that instant. What `take` gives is never a part of a revolution. Those that nobody takes are not computed.
     """
 
     def __init__(self, sweep: float, look: Callable[[Floats], Floats]) -> None:
@@ -35,8 +37,8 @@ class Spin:
         self._seen: list[Floats] = []
         self._began = inf
         self._revolutions = 0
-        self.newest: Sweep | None = None
-        """The newest whole revolution."""
+        self._unread = 0
+        self._newest: Sweep | None = None
 
     @property
     def begun(self) -> bool:
@@ -47,17 +49,30 @@ class Spin:
         """Turn from now on."""
         self._began = now
 
+    def take(self) -> Sweep | None:
+        """The newest whole revolution."""
+        if self._unread >= UNREAD:
+            self._revolutions += 1  # the one under way is missed; the next is looked at
+        self._unread = 0
+        return self._newest
+
     @property
     def due(self) -> float:
-        """When the next group looks: at the end of its time; never before `begin`."""
+        """When the next group looks: at the end of its time; never before `begin`, and while nobody takes what it has seen, once a revolution."""
+        if self._unread >= UNREAD:
+            return self._began + self._sweep * (self._revolutions + 1)
         return self._began + self._sweep * (self._revolutions + (len(self._seen) + 1) / len(self._parts))
 
     def turn(self) -> None:
-        """Look with the next group of beams."""
+        """Look with the next group of beams, or let a whole revolution pass that nobody wants."""
+        if self._unread >= UNREAD:
+            self._revolutions += 1
+            return
         self._seen.append(self._look(self._parts[len(self._seen)]))
         if len(self._seen) == len(self._parts):
             # A group looks at the end of its time, so its beams are half a group later than if each looked at its own.
             start = self._began + self._revolutions * self._sweep + 0.5 * self._sweep / len(self._parts)
-            self.newest = Sweep(start, self._sweep, np.concatenate(self._seen))
+            self._newest = Sweep(start, self._sweep, np.concatenate(self._seen))
             self._seen = []
             self._revolutions += 1
+            self._unread += 1

@@ -26,6 +26,7 @@ from actors.processes.flights import makers, save
 from actors.processes.messages import BEAT, Line, Order, Ready, StopAsked, beat_seconds, next_beat
 from actors.processes.signals import PARENT
 from actors.processes.spawned import SpawnedProcess, spawn
+from actors.time.processor import Share
 from actors.transport.zenoh import ZenohTransport
 from tests.actors.processes.kit import alive, until
 
@@ -137,6 +138,33 @@ async def test_a_process_that_beats_again_in_time_lives(monkeypatch: pytest.Monk
     process.terminate()
     running.close()
     assert await ended(running) == "signal SIGUSR1"
+
+
+async def test_time_for_which_a_process_has_no_processor_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It could run and does not, for five beats; for five it has most of its time; then it sleeps, which is what hanging is."""
+    runnable = True
+    monkeypatch.setattr(spawned, "is_runnable", lambda process: runnable)
+    running = Program("exec sleep 1000", hang=0.6)
+    process = await running.open()
+    period = process._period
+    shares = [Share(1.0, 1.0)] * 6 + [Share(1.0, 1.0 + 0.4 * period * n) for n in range(1, 6)]
+    silent: list[float] = []
+
+    def share() -> Share:
+        nonlocal runnable
+        silent.append(process._silent)
+        runnable = len(silent) < len(shares)
+        return shares[min(len(silent), len(shares) - 1)]
+
+    monkeypatch.setattr(process, "_share", shares[0])
+    monkeypatch.setattr(process._processor, "share", share)
+    process.watch()
+    error = await asyncio.wait_for(process.ended, 30.0)
+    assert isinstance(error, ProcessHung)
+    assert silent[5] == 0.0
+    assert silent[10] == pytest.approx(5 * 0.6 * period)
+    assert silent[11] - silent[10] == pytest.approx(period)
+    running.close()
 
 
 async def test_a_parent_whose_own_loop_stands_still_blames_nobody() -> None:

@@ -15,9 +15,12 @@ from actors.inbox.inbox import LOOKS, Inbox
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
 from actors.places import line_of
+from actors.runtime.answers import tell_holding
 from actors.runtime.stall import StallWatch
 from actors.supervision.declarations import Child
 from actors.system import System
+from actors.time.lockstep import Lockstep
+from actors.time.processor import Share
 from tests.stage import NUMBERS, events, number
 
 OTHERS = Topic(Int32, "others")
@@ -341,6 +344,88 @@ async def test_a_handler_that_awaits_is_not_blamed_for_the_time_in_which_another
         begun = node.ticks
         await until(lambda: node.ticks > begun + 1)
     assert [record.fields["handler"] for record in records if "holds the inbox" in record.event] == []
+
+
+async def test_a_process_without_a_processor_blames_no_handler_and_one_line_tells_its_share(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    records: list[LogRecord] = []
+    async with run(Supervisor("s", children=[Child(Careless, name="a")]), sinks=(records.append,)) as system:
+        judge = Judge(system, monkeypatch)
+        ran = 5.0
+        monkeypatch.setattr("actors.runtime.stall.process_time", lambda: ran)
+        for waited, told in ((0.1, 0), (1.5, 1), (1.5, 1)):
+            judge.waited = 0.25
+            judge.ran(system, "a", 0.3)  # it took 50 ms, and had to wait for the rest
+            for _ in range(2):
+                judge.watch.delayed("/fast", 0.02, 0.3, 15)
+            judge.now += 2.0
+            judge.waited, ran = 0.25 + waited, ran + 0.44
+            if judge.watch._starving is not None:
+                judge.watch.tell_starved()
+            assert len(events(records, "of a core")) == told
+        judge.watch.tell_harm()
+        assert blocked(records) == []
+        (line,) = events(records, "of a core")
+        assert line.event == "this process got 22% of a core: its timers are late"
+        assert line.fields["waited_for_a_processor"] == "75% of the time"
+        judge.watch._told_starved = False
+        judge.watch.delayed("/fast", 0.02, 0.3, 15)  # the measurement ends with the system
+        Lockstep.of(system.loop)
+        judge.watch._starving = None
+        judge.watch.delayed("/fast", 0.02, 0.3, 15)
+        assert judge.watch._starving is None, "a world that is simulated goes slower, and has its own line"
+
+
+async def test_a_handler_that_had_no_processor_is_not_caught_and_holds_nothing_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    records: list[LogRecord] = []
+    async with run(Supervisor("s", children=[Child(Careless)]), sinks=(records.append,)) as system:
+        stage = Stage(system)
+        stage.watch.waited = lambda since: 0.4  # type: ignore[method-assign]
+        assert system.runtime.stalls is not None
+        monkeypatch.setattr(system.runtime.stalls, "waited", lambda since: 0.4)
+        life = next(iter(system.nodes.values())).running
+        assert life is not None
+        looked: list[bool] = []
+
+        def look() -> None:
+            for later in (0.0, 0.6):
+                stage.watch.look(time.monotonic() + later)
+            looked.append(stage.watch.caught is None)
+            assert life.inbox.current is not None
+            tell_holding(life, life.inbox.current, 0.5)
+
+        Careless.blocks = staticmethod(look)
+        life.node.publisher(NUMBERS)(number(1))
+        await until(lambda: looked)
+        assert looked == [True]
+        assert [record for record in records if record.level >= 30] == []
+
+
+async def test_time_for_which_the_process_was_stopped_counts_as_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The checks of the thread are made here: one comes in time, one a minute later, and in between the loop's thread has not run."""
+    async with run(Supervisor("s", children=[Child(Careless)]), sinks=()) as system:
+        watch = StallWatch(system.runtime)
+        now = 1000.0
+        monkeypatch.setattr("actors.runtime.stall.monotonic", lambda: now)
+        monkeypatch.setattr(watch.processor, "share", lambda: Share(0.0, 0.0))
+        watch._samples[0] = (now, 0.0)
+        waits = iter([0.2, 60.2, 0.2])
+
+        class End:
+            def wait(self, seconds: float) -> bool:
+                nonlocal now
+                now += next(waits, 0.0)
+                return now > 1060.5
+
+        watch._end = End()  # type: ignore[assignment]
+        watch._run()
+        assert watch.waited(1000.1) == pytest.approx(60.0)
+        assert watch.waited(now) == 0.0
+        assert watch.waited(0.0) == pytest.approx(60.0), "since the first check"
+        watch.processor.close()
 
 
 def test_a_watch_ends_with_a_loop_that_was_closed_under_it() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import os
 import pickle
 from collections.abc import Callable, Iterator
 from dataclasses import fields, replace
@@ -340,3 +342,91 @@ def test_temperatures_of_drives_cross(bench: Callable[..., Bench], monkeypatch: 
     told = there.far.actuators()
     assert told.temperature == pytest.approx(warm.temperature)
     assert (told.supplied, told.left) == (True, 0.75)
+
+
+# -- a machine that is too slow -------------------------------------------------------------------------------------------------
+
+
+class Round:
+    """The rounds of a body's process on a machine of the test, and who commands it."""
+
+    def __init__(self, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.bench, self.runnable = bench, False
+        self.pace = host.Pace(bench.segment)
+        monkeypatch.setattr(host, "is_runnable", lambda process: self.runnable)
+
+    def go(self, real: float) -> float:
+        """One round at so many seconds after the start; up to where it went, from there too."""
+        host = self.bench.host
+        now = self.pace.until(BEGAN + real, host.reached, host.drives.heard)
+        self.bench.host.serve(now)
+        return now - BEGAN
+
+    def command(self, at: float) -> None:
+        targets = MotorTargets(*np.zeros((5, 12)))
+        self.bench.segment.commands.write(command_record(Command(Order.TARGETS, BEGAN + at, 1, targets=targets)))
+
+
+def test_what_a_body_is_late_by_is_lost_but_for_two_samples_and_all_clocks_are_told(
+    bench: Callable[..., Bench], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rounds = Round(bench(), monkeypatch)
+    assert [rounds.go(real) for real in (0.005, 0.012)] == pytest.approx([0.005, 0.012])
+    assert rounds.go(60.0) == pytest.approx(0.022), "it was stopped"
+    assert rounds.bench.segment.slipped == pytest.approx(60.0 - 0.022)
+    assert rounds.go(60.005) == pytest.approx(0.027)
+    assert rounds.pace.present(BEGAN + 60.01) == pytest.approx(BEGAN + 0.032)
+
+
+def test_the_world_waits_for_who_commands_and_has_no_processor_but_not_for_who_hangs(
+    bench: Callable[..., Bench], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rounds = Round(bench(), monkeypatch)
+    rounds.command(0.0)
+    for step in range(1, 7):
+        rounds.go(0.005 * step)
+    rounds.runnable = True
+    for step in range(7, 40):
+        assert rounds.go(0.005 * step) == pytest.approx(0.03, abs=0.001)
+        assert rounds.pace.waits
+    rounds.command(0.03)
+    rounds.go(0.2)
+    assert rounds.go(0.205) == pytest.approx(0.035, abs=0.001)
+    assert not rounds.pace.waits
+    for step in range(42, 60):
+        rounds.go(0.005 * step)
+    assert rounds.pace.waits
+    assert not rounds.bench.host.drives.stopping
+    rounds.runnable = False  # it sleeps, or has ended: the drives are alone
+    for step in range(60, 70):
+        rounds.go(0.005 * step)
+    assert rounds.bench.host.drives.stopping
+
+
+def test_the_world_does_not_wait_for_ever_for_a_controller_in_an_endless_loop(
+    bench: Callable[..., Bench], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rounds = Round(bench(), monkeypatch)
+    rounds.command(0.0)
+    rounds.runnable = True
+    real = next(
+        real for real in np.arange(0.005, 5.0, 0.005) if rounds.go(real) > 0.0 and rounds.bench.host.drives.stopping
+    )
+    assert host.PATIENCE < real < host.PATIENCE + 0.2
+
+
+def test_a_controllers_clock_goes_with_the_body_and_its_commands_have_that_time(bench: Callable[..., Bench]) -> None:
+    there = bench()
+
+    async def main() -> None:
+        loop = asyncio.get_running_loop()
+        there.far.keep_step(loop)
+        assert loop.time() <= BEGAN + remote.AHEAD
+        there.far.command(MotorTargets(*np.zeros((5, 12))))
+        await asyncio.sleep(0.0)
+
+    before = there.segment.commands.written
+    asyncio.run(main())
+    (_, record), *_ = there.segment.commands.after(before)
+    assert read_command(record).at <= BEGAN + remote.AHEAD
+    assert there.segment.commander == os.getpid()

@@ -158,7 +158,7 @@ async def test_a_healthy_robot_reports_that_all_is_well_once_a_second(rig: Rig) 
     assert len(reports) == 5
     assert set(levels(reports[-1]).values()) == {OK}
     assert set(levels(reports[-1])) == {
-        "battery", "motors", "gait", "safety", "rate of /odom", "rate of /pose", "rate of /lidar/scan",
+        "battery", "motors", "real time", "gait", "safety", "rate of /odom", "rate of /pose", "rate of /lidar/scan",
     }  # fmt: skip
 
 

@@ -70,7 +70,7 @@ def test_in_one_process_nothing_is_declared_of_processes() -> None:
 
 def test_a_hang_is_made_in_the_process_of_its_node_and_in_no_other(split: Supervisor) -> None:
     hanging = with_hangs(split, [Hang("gait", 3.0), Hang("/lidar", 5.0), Hang("camera", 7.0)])
-    ordered = {child.name: child.args[1:] for child in nodes_of(hanging) if child.factory is ProcessCare}
+    ordered = {child.name: child.args[2:] for child in nodes_of(hanging) if child.factory is ProcessCare}
     names = {name: [hang.node for hang in hangs] for name, hangs in ordered.items() if hangs}  # type: ignore[attr-defined]
     assert names == {"control_process": ["gait"], "perception_process": ["/lidar", "camera"]}
 
@@ -82,7 +82,7 @@ async def test_a_hang_whose_time_is_over_is_not_made_again_by_the_next_life(
 
     monkeypatch.setattr(process_care, "step_aside", lambda: "stays")  # this process is that of the tests
     over = process_care.Hang("nobody", time.monotonic() - 1.0)
-    await rig.start(Child(ProcessCare, args=("somewhere", over)))
+    await rig.start(Child(ProcessCare, args=("somewhere", None, over)))
     await rig.advance(1.0)
     assert rig.incarnation("process_care") == 1
 

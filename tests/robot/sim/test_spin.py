@@ -47,11 +47,39 @@ def test_groups_of_beams_look_every_five_milliseconds_and_make_whole_revolutions
         spin.turn()
     assert [beams for _, beams in looked] == [18] * len(looked)
     assert np.diff([time for time, _ in looked]) == pytest.approx(0.005)
-    assert spin.newest is not None
-    assert spin.newest.sweep == 0.1
+    newest = spin.take()
+    assert newest is not None
+    assert newest.sweep == 0.1
     # beam i is taken to look at start + i sweep / n: on average over a group that is when the group looked
-    told = spin.newest.start + (np.arange(360) + 0.5) * 0.1 / 360
-    assert (told - spin.newest.ranges).reshape(20, 18).mean(axis=1) == pytest.approx(0.0, abs=1e-9)
+    told = newest.start + (np.arange(360) + 0.5) * 0.1 / 360
+    assert (told - newest.ranges).reshape(20, 18).mean(axis=1) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_revolutions_that_nobody_takes_are_not_computed_and_the_next_one_that_is_wanted_is_whole() -> None:
+    now, looked = 0.0, list[float]()
+
+    def look(angles: Floats) -> Floats:
+        looked.append(now)
+        return np.full(len(angles), now)
+
+    def turn_until(end: float) -> None:
+        nonlocal now
+        while spin.due < end - 1e-9:
+            now = spin.due
+            spin.turn()
+
+    spin = Spin(0.1, look)
+    spin.begin(0.0)
+    turn_until(60.001)
+    assert looked[-1] == pytest.approx(0.2)
+    turn_until(60.04)
+    old = spin.take()
+    assert old is not None and old.start < 0.2
+    turn_until(60.205)
+    newest = spin.take()
+    assert newest is not None
+    assert newest.start == pytest.approx(60.1, abs=0.005)
+    assert newest.ranges.min() >= 60.1
 
 
 @pytest.mark.parametrize("kind", [PhysicsBody, KinematicBody])
