@@ -111,3 +111,11 @@ def checked_flag(where: str, option: str, value: object) -> bool:
     if not isinstance(value, bool):
         raise DeclarationError(f"{where}: {option} must be True or False, not {shown(value)}")
     return value
+
+
+def whole_text(text: str) -> str:
+    """The text with each surrogate pair, JSON's way to write a character such as an emoji, as that character.
+
+    Raises `UnicodeDecodeError` for half of a pair.
+    """
+    return text if text.isascii() else text.encode("utf-16-le", "surrogatepass").decode("utf-16-le")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import linecache
+import re
+from typing import Final
+
 from actors.suggest import did_you_mean
 
 __all__ = [
@@ -27,6 +31,10 @@ __all__ = [
 ]
 
 
+_UNEXPECTED: Final = re.compile(r"Unexpected keyword argument '(\w+)'")
+_POSITIONAL: Final = "Extra positional arguments provided"
+
+
 def described(value: object) -> str:
     """The type and the text of a value or an error, for use in a sentence. The text of a value is at most 60 characters long."""
     return (
@@ -37,7 +45,10 @@ def described(value: object) -> str:
 
 
 def _meant(error: BaseException) -> str:
-    """``; did you mean 'speed'?`` for an `AttributeError` on an object that has an attribute of nearly that name; else empty."""
+    """``; did you mean 'speed'?`` for an `AttributeError` on an object that has an attribute of nearly that name; what a message takes, for a
+    `TypeError` of its call; else empty."""
+    if type(error) is TypeError:
+        return _meant_field(error)
     if type(error) is not AttributeError or not error.name:
         return ""
     try:
@@ -45,6 +56,40 @@ def _meant(error: BaseException) -> str:
     except Exception:  # an object whose `__dir__` fails
         return ""
     return did_you_mean(error.name, known)
+
+
+def _meant_field(error: TypeError) -> str:
+    """Which message could not be made, and of which fields it can be: the text of msgspec names neither.
+
+    Read from the line that made it, because a check in the class would make every message slower.
+    """
+    unknown = _UNEXPECTED.fullmatch(str(error))
+    trace = error.__traceback__
+    if trace is None or not (unknown or str(error) == _POSITIONAL):
+        return ""
+    from inspect import getattr_static  # late: it is needed only when something is already wrong
+
+    while trace.tb_next is not None:
+        trace = trace.tb_next
+    frame = trace.tb_frame
+    places = list(frame.f_code.co_positions())
+    first, last, start, end = places[trace.tb_lasti // 2]
+    lines = [line.encode() for line in linecache.getlines(frame.f_code.co_filename)[(first or 1) - 1 : last or 0]]
+    if not lines:
+        return ""
+    lines[-1] = lines[-1][:end]
+    written = b"".join(lines)[start:].decode(errors="replace")
+    owner, *parts = written.partition("(")[0].strip().split(".")
+    made: object = frame.f_locals.get(owner, frame.f_globals.get(owner))
+    for part in parts:
+        made = getattr_static(made, part, None)  # which runs no code of the user
+    fields: tuple[str, ...] = getattr(made, "__struct_fields__", ())
+    if not isinstance(made, type) or not fields:
+        return ""
+    if unknown:
+        hint = did_you_mean(unknown[1], fields) or f"; it has {', '.join(fields)}"
+        return f" of {made.__name__}{hint}"
+    return f" to {made.__name__}: name its fields, as in {made.__name__}({fields[0]}=...)"
 
 
 class ActorError(Exception):

@@ -291,7 +291,7 @@ class ServiceType(Generic[Req, Resp]):
     def __init_subclass__(cls) -> None:
         _tie(cls, ServiceType, ("Request", "Response"))
 
-    def __new__(cls) -> Any:
+    def __new__(cls, *args: Any, **fields: Any) -> Any:
         raise TypeError(f"{cls.__name__} is a service type; build {cls.__name__}.Request(...) or .Response(...)")
 
 
@@ -311,7 +311,7 @@ class ActionType(Generic[G, R, F]):
     def __init_subclass__(cls) -> None:
         _tie(cls, ActionType, ("Goal", "Result", "Feedback"))
 
-    def __new__(cls) -> Any:
+    def __new__(cls, *args: Any, **fields: Any) -> Any:
         raise TypeError(
             f"{cls.__name__} is an action type; build {cls.__name__}.Goal(...), .Result(...) or .Feedback(...)"
         )

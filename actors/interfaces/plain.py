@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, cast
 
-from actors.interfaces.errors import MessageTypeError
+from actors.checks import whole_text
+from actors.interfaces.errors import MessageTypeError, MessageValueError
 from actors.interfaces.fields import Field, FieldType
 from actors.interfaces.message import Message
 from actors.interfaces.naming import closest
@@ -74,9 +75,20 @@ def _value(field: Field, value: Any, where: str) -> Any:
         from actors.interfaces.arrays import to_array
 
         return to_array(where, kind, [] if value is None else value)
+    if kind.base == "string" and value is not None:
+        value = [_whole(where, each) for each in value] if isinstance(value, (list, tuple)) else _whole(where, value)
     if kind.is_array:
         if field.message is not None and isinstance(value, (list, tuple)):
             items = cast(Sequence[Any], value)
             value = [_build(field.message, item, f"{where}[{index}]") for index, item in enumerate(items)]
         return to_tuple(where, field, () if value is None else value)
     return _build(field.message, value, where) if field.message is not None else converter(field)(where, value)
+
+
+def _whole(where: str, value: Any) -> Any:
+    try:
+        return whole_text(value) if isinstance(value, str) else value
+    except UnicodeDecodeError:
+        raise MessageValueError(
+            f"{where}: {value!r:.60} holds half of a surrogate pair, which no text of UTF-8 can"
+        ) from None

@@ -56,7 +56,7 @@ class Timer:
 
     `period`, in seconds, may be assigned; the next tick is then due one new period later. `fired` is the number of ticks handled.
 
-    It has no public constructor: `Node.timer` gives one.
+    It has no public constructor: `Node.create_timer` gives one.
     """
 
     # Invariants: `_run` and `_ticks` are set from a start to the next cancellation, and None otherwise. `_since` is when the timer was
@@ -161,7 +161,7 @@ class Rate:
     Its instants lie one period apart on the node's clock, from the moment in which it was made. One that has passed is left out. A
     `sleep` that begins after simulated time has jumped back takes at most one period of it.
 
-    It has no public constructor: `Node.rate` gives one.
+    It has no public constructor: `Node.create_rate` gives one.
     """
 
     # Invariant: `_last` is the number of the instant that `sleep` waited for last, 0 before the first.

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
 
+from actors.checks import whole_text
 from actors.names import names
 
 __all__ = ["ALL_NODES", "InvalidParams", "Origin", "ParamValue", "ParameterOverrides", "parse_value", "reaches"]
@@ -310,13 +311,17 @@ class _Events:
                     problem = f"aliases are not supported in parameter files; write the value of *{event.anchor} here"
                     raise InvalidParams(problem, source=self.source, line=line)
                 if kind := _KINDS.get(type(event).__name__):
-                    value = cast(str, event.value) if kind == "scalar" else ""
+                    value = whole_text(cast(str, event.value)) if kind == "scalar" else ""
                     yield _Event(kind, value, kind == "scalar" and _is_text(event), line)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             what = " ".join(part for part in (error.context, error.problem) if part)
             problem = f"not valid YAML: {what}; check indentation (no tabs), colons and quotes"
             raise InvalidParams(problem, source=self.source, line=mark.line + 1 if mark else None) from None
+        except UnicodeDecodeError as error:
+            raise InvalidParams(
+                f"not valid YAML: half of a surrogate pair: {error.reason}", source=self.source
+            ) from None
         except yaml.reader.ReaderError as error:  # it counts characters, and its text has two lines
             line = text.count("\n", 0, error.position) + 1
             problem = f"not valid YAML: the character U+{ord(text[error.position]):04X} is not allowed; take it out"

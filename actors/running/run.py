@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import os
 import signal
 import threading
+import warnings
 from collections.abc import Callable, Coroutine, Mapping, Sequence
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar, cast
 
+from actors.checks import factory_name
 from actors.errors import DeclarationError, NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.node.node import Node
@@ -127,19 +130,36 @@ class Run:
         self._transport = transport
         self._ignore_signals: Callable[[], None] = _nothing
         self._end_hints: Callable[[], None] = _nothing
+        self._entered = False
         self._inside = False
         self._interrupted = False
         self._leaving = False
         self._told = False
 
-    if not TYPE_CHECKING:  # type checkers report it without this method
+    def __repr__(self) -> str:
+        return "<run(tree), which is entered by `async with run(tree) as system: ...`; spin(tree) is a whole program>"
+
+    if not TYPE_CHECKING:  # type checkers report it without these methods
 
         def __await__(self):
-            raise TypeError(
-                "await run(tree): a system runs within a block, write `async with run(tree) as system: ...`"
-            )
+            self._refuse("await run(tree)")
+
+        def __enter__(self):
+            self._refuse("with run(tree)")
+
+        def __exit__(self, *exc):
+            """Do nothing: `__enter__` has raised."""
+
+        def _refuse(self, written):
+            self._entered = True
+            raise TypeError(f"{written}: a system runs within a block, write `async with run(tree) as system: ...`")
+
+    def __del__(self) -> None:
+        if not getattr(self, "_entered", True):
+            warnings.warn(f"never entered: {self!r}", RuntimeWarning, stacklevel=2, source=self)
 
     async def __aenter__(self) -> System:
+        self._entered = True
         placement = HERE if self._hosts is None else Placement(self._hosts.count_run())
         keep_step(self._tree)
         self._system = system = System(**self._settings, processes=self._processes, placement=placement)
@@ -339,8 +359,13 @@ class OpenNode:
 def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real", "virtual"] = "real") -> T:
     """Run an async program to its end, and return its result. On the virtual clock, waiting takes no time.
 
-    Ctrl-C ends the program with exit code 130 and without a traceback.
+    Ctrl-C ends the program with exit code 130 and without a traceback. Raises `TypeError` for anything but an async function.
     """
+    if not callable(main):
+        name = getattr(main, "__qualname__", "main")
+        if inspect.iscoroutine(main):
+            main.close()
+        raise TypeError(f"execute({main!r:.60}): give the async function itself, as in execute({name})")
     if clock not in ("real", "virtual"):
         raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")
     factory: Callable[[], asyncio.AbstractEventLoop]
@@ -356,6 +381,9 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
             preload()
             factory = new_event_loop
         with asyncio.Runner(loop_factory=factory) as runner:
-            return runner.run(main())
+            program: object = main()
+            if not inspect.iscoroutine(program):
+                raise TypeError(f"execute({factory_name(main)}): it returned {program!r:.60}: give an async function")
+            return cast("T", runner.run(program))
     except KeyboardInterrupt:  # raised by the program, or by a task that the runner canceled at its end
         raise SystemExit(128 + signal.SIGINT) from None

@@ -1,4 +1,4 @@
-"""The timers of `@every` and `Node.timer`: ticks on an exact grid, with their lateness measured.
+"""The timers of `@every` and `Node.create_timer`: ticks on an exact grid, with their lateness measured.
 
 The k-th tick of a timer is due at start + k / hz. This is computed from k, not summed up, so the timer does not drift. The timer's late
 policy decides what happens to ticks for which the node is too busy.

@@ -18,13 +18,15 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 from actors.errors import NotStarted
 from actors.logs import DEBUG, LogRecord
 from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.node.placement import HERE, Placement
+from actors.places import awaited_in
 from actors.qos import of
 from actors.running.options import options_of
 from actors.running.trees import tree_of
@@ -110,10 +112,11 @@ class Rig:
         transport: Transport | None = None,
         hosts: Hosts | None = None,
         clock_offset: float = 0.0,
+        within: float = 3600.0,
     ) -> System:
         """Start a tree, or several nodes under a plain supervisor, and return when all of it is ready. Accepts what `actors.run`
-        accepts. The time of day begins at `clock_offset` seconds. The machines that the tree names are simulated, see `hosts`, unless `hosts`
-        and a `transport` are given."""
+        accepts. Fails after `within` virtual seconds. The time of day begins at `clock_offset` seconds. The machines that the tree names are
+        simulated, see `hosts`, unless `hosts` and a `transport` are given."""
         if self._system is not None:
             raise RuntimeError("this rig runs a system already: one rig, one system")
         if asyncio.get_running_loop() is not self.loop:
@@ -153,10 +156,35 @@ class Rig:
         while self._observers:  # each observes this one system, even if its start fails
             self._observers.pop(0).attach(system)
         self._tree = whole
-        await system.start(whole)
+        with self._limited(system, within):
+            await system.start(whole)
         self._system = system
         self._me = await system.join(Child(Node, name="rig"))
         return system
+
+    @contextmanager
+    def _limited(self, system: System, within: float) -> Generator[None]:
+        """End the run with an error that says what still starts, after `within` seconds. A timer would keep a deadlock from being found."""
+        loop, before = self.loop, self.loop.watch
+        end = loop.time() + within
+
+        def look() -> None:
+            if before is not None:
+                before()
+            if loop.time() > end:
+                lives = [one.life for one in system.nodes.values() if one.state == "starting" and one.life is not None]
+                waiting = [
+                    f"{life.fqn} awaits {awaited_in(task)}" for life in lives if (task := life.inbox.task) is not None
+                ]
+                raise AssertionError(
+                    f"rig.start: not started within {within:g} s: {'; '.join(waiting)}. What runs for ever belongs into a @background method"
+                )
+
+        loop.watch = look
+        try:
+            yield
+        finally:
+            loop.watch = before
 
     def findings(self) -> tuple[Finding, ...]:
         """The findings of `check_tree` about the running tree. Topics on which the test itself publishes count as published."""

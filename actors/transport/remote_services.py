@@ -151,7 +151,10 @@ class RemoteCall:
 def failure_of(server: Server, answer: Failed | NoAnswer) -> Exception | None:
     """The error that a caller gets for an answer that is none; None if the time is over."""
     if isinstance(answer, NoAnswer):
-        gone = f"{server.host}, which serves {server.name}, has ended or is lost, and has not answered: ask again when it is back"
+        gone = (
+            f"{server.host}, which serves {server.name}, has ended or is lost, or has dropped the request, and has not answered: ask again "
+            "when it is back; a server of ROS 2 drops what it cannot keep, 10 requests unless its QoS says otherwise"
+        )
         return None if answer.timed_out else NotRunning(gone)
     if answer.payload == TIMED_OUT:
         return None

@@ -70,3 +70,12 @@ def test_an_error_names_the_path(cls: Any, data: Any, text: str) -> None:
 def test_a_value_out_of_range_names_the_path() -> None:
     with pytest.raises(MessageValueError, match=r"PoseStamped\.header\.stamp\.nanosec: -1 is out of range"):
         from_plain(PoseStamped, {"header": {"stamp": {"nanosec": -1}}})
+
+
+def test_a_surrogate_pair_is_the_character_that_it_stands_for_and_half_of_one_is_refused() -> None:
+    assert from_plain(KeyValue, {"key": "a\ud83d\ude00b", "value": "\u00e4"}) == KeyValue(
+        key="a\U0001f600b", value="\u00e4"
+    )
+    assert from_plain(JointState, {"name": ["\ud83d\ude00", "b"]}).name == ("\U0001f600", "b")
+    with pytest.raises(MessageValueError, match=r"KeyValue\.key: .* holds half of a surrogate pair"):
+        from_plain(KeyValue, {"key": "a\ud83d"})

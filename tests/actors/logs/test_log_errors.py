@@ -6,6 +6,7 @@ import gc
 import io
 import json
 import weakref
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,11 @@ import pytest
 import structlog
 
 from actors import Child, Intensity, Node, Service, Supervisor, background, every, transient
+from actors.errors import described
+from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.interfaces.geometry_msgs import msg as geometry
+from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.logs import LogRecord, console_sink, json_sink, log_message, structlog_sink
 from actors.runtime.incarnation import incarnation_of
 from actors.supervision.declarations import all_significant, any_significant, rest_for_one
@@ -298,3 +303,38 @@ async def test_what_the_framework_says_of_a_node_obeys_the_nodes_level(rig: Rig)
     core.log.set_level("warn")
     core.warn("something else")
     assert [line.event for line in events(rig.logs, "something")] == ["something else"]
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Twist(linaer=Vector3()), "Unexpected keyword argument 'linaer' of Twist; did you mean 'linear'?"),  # type: ignore[call-arg]
+        (lambda: geometry.Twist(foo=1), "Unexpected keyword argument 'foo' of Twist; it has linear, angular"),  # type: ignore[call-arg]
+        (lambda: Vector3(1, 2, 3), "Extra positional arguments provided to Vector3: name its fields, as in Vector3(x=...)"),  # type: ignore[call-arg]
+        (
+            lambda: AddTwoInts.Request(
+                a=1,
+                c=2,  # type: ignore[call-arg]
+            ),
+            "Unexpected keyword argument 'c' of AddTwoInts_Request; it has a, b",
+        ),
+        (lambda: AddTwoInts(a=1), "AddTwoInts is a service type; build AddTwoInts.Request(...) or .Response(...)"),
+        (lambda: Fibonacci(order=1), "Fibonacci is an action type; build Fibonacci.Goal(...), .Result(...) or .Feedback(...)"),
+        (lambda: [Vector3][0](1.0), "Extra positional arguments provided"),  # type: ignore[call-arg]
+    ],
+)  # fmt: skip
+def test_a_message_that_cannot_be_made_is_named_with_the_field_that_was_meant(
+    make: Callable[[], object], says: str
+) -> None:
+    with pytest.raises(TypeError) as told:
+        make()
+    assert described(told.value) == f"TypeError: {says}"
+
+
+def test_an_error_of_code_without_a_source_is_described_as_it_is() -> None:
+    with pytest.raises(TypeError) as told:
+        exec("Vector3(1.0)", {"Vector3": Vector3})
+    assert described(told.value) == "TypeError: Extra positional arguments provided"
+    assert (
+        described(TypeError("Extra positional arguments provided")) == "TypeError: Extra positional arguments provided"
+    )

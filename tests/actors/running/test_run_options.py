@@ -227,7 +227,9 @@ def test_a_mistake_in_a_file_names_its_line(text: str, told: str, by: str, tmp_p
 
 def test_what_dynamic_children_are_called_nobody_knows_before() -> None:
     whole = Supervisor("robot", children=[Child(Arm), DynamicSupervisor("fleet", Child(Gait))])
-    run(whole, parameters={"gait_7": {"speed": 1.0}}, argv=ros("-r", "gait_7:words:=w", "--log-level", "gait_7:=debug"))
+    words = ros("-r", "gait_7:words:=w", "--log-level", "gait_7:=debug")
+    with pytest.warns(RuntimeWarning, match="never entered"):
+        run(whole, parameters={"gait_7": {"speed": 1.0}}, argv=words)
     with pytest.raises(InvalidParams, match="no parameter 'reech'; did you mean 'reach'"):
         run(whole, parameters={"arm": {"reech": 1.0}})
 

@@ -633,6 +633,36 @@ async def test_a_parameter_that_is_declared_at_the_start_or_need_not_be_is_taken
 
 
 @pytest.mark.virtual
+async def test_a_run_that_is_not_entered_says_how() -> None:
+    with pytest.warns(RuntimeWarning, match=r"never entered: <run\(tree\), which is entered by `async with run"):
+        run(Child(Leg))
+    with pytest.raises(TypeError, match=r"^with run.tree.: a system runs within a block, write `async with run"):
+        with run(Child(Leg)):  # type: ignore[attr-defined]  # pyright: ignore[reportGeneralTypeIssues, reportAttributeAccessIssue]
+            raise AssertionError("not reached")
+
+
+def test_what_is_no_async_program_says_how() -> None:
+    async def program() -> int:
+        return 3
+
+    class Wrong(Node):
+        """Is no program."""
+
+    with pytest.raises(TypeError, match=r"give the async function itself, as in execute\(.*program\)"):
+        execute(program())  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+    with pytest.raises(TypeError, match=r"it returned <Wrong, not started>: give an async function"):
+        execute(Wrong)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+
+    def mistaken() -> None:
+        with pytest.raises(ValueError, match=r"a coroutine was expected, got <run\(tree\), which is entered by"):
+            asyncio.run(run(Child(Leg)))  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+
+    with pytest.warns(RuntimeWarning, match="never entered"):
+        mistaken()
+    assert execute(program) == execute(lambda: program()) == 3
+
+
+@pytest.mark.virtual
 async def test_awaiting_what_is_a_block_says_how_to_write_it() -> None:
     with pytest.raises(TypeError, match=r"await run.tree.: a system runs within a block, write `async with run"):
         await run(Child(Leg))  # type: ignore[misc]

@@ -315,3 +315,31 @@ def test_there_is_nothing_to_configure_and_nothing_is_warned_of(pytester: pytest
     result.assert_outcomes(passed=1)
     assert "asyncio_default_fixture_loop_scope is unset" not in result.stdout.str() + result.stderr.str()
     assert "PytestDeprecationWarning" not in result.stdout.str() + result.stderr.str()
+
+
+def test_a_tree_that_never_starts_fails_the_test_with_what_it_waits_for(pytester: pytest.Pytester) -> None:
+    body = """
+        class Endless(Node):
+            async def on_start(self):
+                while True:
+                    await self.clock.sleep(1.0)
+
+        async def test_endless(rig):
+            await rig.start(Endless)
+
+        async def test_soon(rig):
+            await rig.start(Endless, within=10.0)
+
+        async def test_the_next(rig):
+            class Fine(Node): ...
+
+            await rig.start(Fine)
+    """
+    result = suite(pytester, body)
+    result.assert_outcomes(failed=2, passed=1)
+    result.stdout.fnmatch_lines_random(
+        [
+            "*rig.start: not started within 3600 s: /endless awaits *.py:* in Endless.on_start.*",
+            "*rig.start: not started within 10 s: /endless awaits *.py:* in Endless.on_start.*",
+        ]
+    )

@@ -138,7 +138,10 @@ async def test_a_server_process_that_is_lost_ends_its_calls_with_an_error_that_n
     call = asyncio.create_task(client.call(ADD, two(1, 30), timeout=9.0))
     await client.advance(1.0)
     hosts.lose(server)
-    with pytest.raises(NotRunning, match="/adder, which serves /add, has ended or is lost, and has not answered"):
+    with pytest.raises(
+        NotRunning,
+        match="/adder, which serves /add, has ended or is lost, or has dropped the request, and has not answered",
+    ):
         await call
     assert client.now == 1.0
     with pytest.raises(NotRunning, match="/adder, which served /add, has stopped"):
