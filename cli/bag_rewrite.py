@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from actors.bag import BagMetadata, BagReader, Selection, WriterOptions, recover, reindex, rewrite
+from actors.yaml_bounds import check_yaml
 from cli.bag import progress, progress_over
 from cli.bag_options import add_selection, add_writing, not_negative, selection_of, writing_of
 from cli.command import CommandFailed
@@ -52,7 +53,9 @@ def _outputs(path: Path) -> list[tuple[Path, Selection, WriterOptions]]:
 
     try:
         load: Any = yaml.safe_load  # its stubs do not type it
-        listed: Any = load(path.read_text(encoding="utf-8"))["output_bags"]
+        text = path.read_text(encoding="utf-8")
+        check_yaml(text)
+        listed: Any = load(text)["output_bags"]
         return [_output(one) for one in listed]
     except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         raise CommandFailed(f"{path}: it has no list output_bags as ros2 bag convert takes it ({error})") from error

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from actors.interfaces import Field, Message, MessageTypeError, MessageValueError, from_plain
 from actors.interfaces.fields import FLOATS, INTEGER_RANGES, STRINGS
+from actors.yaml_bounds import check_yaml
 from cli.command import CommandFailed
 
 if TYPE_CHECKING:
@@ -86,6 +87,7 @@ def _composed(text: str, where: str) -> Iterator[Any]:
 
     library: Any = yaml  # its stubs leave much open
     try:
+        check_yaml(text)
         for node in library.compose_all(text, Loader=library.SafeLoader):
             if node.value != "":  # the empty document after the last ---
                 yield node

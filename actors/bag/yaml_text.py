@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from actors.yaml_bounds import check_yaml
+
 __all__ = ["dump_yaml", "load_yaml"]
 
 
@@ -13,6 +15,7 @@ def load_yaml(text: str) -> Any:
 
     load: Any = yaml.safe_load  # its stubs do not type it
     try:
+        check_yaml(text)
         return load(text)
     except yaml.YAMLError as error:
         raise ValueError(f"it is no YAML: {str(error).splitlines()[0]}") from None

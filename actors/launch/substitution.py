@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from actors.launch.errors import SubstitutionFailure
+from actors.yaml_bounds import check_yaml
 
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
@@ -73,6 +74,7 @@ def yaml_value(text: str) -> Any:
 
     load: Callable[[str], object] = cast("Any", yaml).safe_load
     try:
+        check_yaml(text)
         return load(text)
     except (yaml.YAMLError, ValueError):
         return text

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from actors.parameters.values import Parameter, ParameterType
+from actors.yaml_bounds import check_yaml
 
 
 def parse_parameter(name: str, text: str) -> Parameter:
@@ -19,6 +20,7 @@ def parse_parameter(name: str, text: str) -> Parameter:
 
     load: Callable[[str], object] = cast("Any", yaml).safe_load
     try:
+        check_yaml(text)
         value = load(text)
         kind = ParameterType.of(value)
     except (yaml.YAMLError, TypeError, ValueError):  # PyYAML raises ValueError for 2024-13-99

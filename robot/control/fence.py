@@ -30,12 +30,14 @@ class Fence:
         self._since = self._last = -inf
         """When the commands that are refused began to come without a break, and when the latest came, s."""
 
-    def admits(self, token: int, now: float) -> bool:
-        """Whether to follow a command with this token that comes at `now`, s of any steady clock."""
+    def admits(self, token: int, now: float | None = None) -> bool:
+        """Whether to follow a command with this token that comes at `now`, s of any steady clock. Without a time no life is ever forsaken."""
         if self._heard is None:
             self._heard = now
         if token < self.newest:
             self.refused += 1
+            if now is None or self._heard is None:
+                return False
             if now - self._last > BREAK:
                 self._since = now
             self._last = now

@@ -23,7 +23,7 @@ from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.estimation.virtual_imu import virtual_imu
 from robot.geometry.vectors import Triple, Vector
-from robot.hardware.body import ImuSample, JointSample, MotorTargets
+from robot.hardware.body import JOINT_NAMES, ImuSample, JointSample, MotorTargets
 from robot.model.actuators import MOTOR_DELAY
 from robot.model.modes import GOALS, Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
@@ -128,6 +128,11 @@ class GaitController:
     def lost(self) -> tuple[str, ...]:
         """The sensors that cannot be relied on: `imu`, `gyro`, `joints`, `contact fl` and so on."""
         return self._senses.lost
+
+    @property
+    def doubtful_joints(self) -> tuple[str, ...]:
+        """The joints whose encoders are not believed now: they do not come, cannot be, or stick."""
+        return tuple(JOINT_NAMES[joint] for joint in sorted(self._senses.doubtful_joints))
 
     @property
     def gait(self) -> str:

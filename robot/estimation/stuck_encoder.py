@@ -22,8 +22,9 @@ PUSHING: Final = 40.0
 """A drive that gives more than this pushes against something, N m: its joint may well stand still."""
 CERTAIN: Final = 0.015
 """Seconds of that which make a verdict: three samples at 200 Hz."""
-STRIDES: Final = 1.0
-"""Seconds for which no joint of a robot that steps stands still: two strides of a trot; hips that walk straight on turn by 0.02 rad in each."""
+STRIDES: Final = 2.0
+"""Seconds for which no joint of a robot that steps stands still: hips that walk straight on turn by 0.02 rad in each stride; measured: the hips
+of a bound in place stand still for up to 1.04 s."""
 LED_LITTLE: Final = 0.01
 """So far its drive must have been told to turn it then, rad."""
 DOUBT: Final = 0.03

@@ -61,7 +61,7 @@ TROUBLES: Final = {
         "the gyro shows another turn than the standing feet do",
         "coming to rest; sit down to try it again",
     ),
-    "joints": ("a joint encoder is silent or cannot be believed", "sitting down"),
+    "joints": ("a joint encoder is silent or cannot be believed, or sticks", "sitting down"),
 }
 """Sensors without which the robot does not walk: what is wrong, and what the gait does about it."""
 BEGUN: Final = {
@@ -286,7 +286,9 @@ class Gait(Node):
                 trouble, remedy = TROUBLES.get(
                     sensor, (f"{sensor} is silent or cannot be believed", "walking by schedule")
                 )
-                self.log.warning(f"{trouble}: {remedy}", sensor=sensor)
+                joints = self._controller.doubtful_joints if sensor == "joints" else ()
+                named = {"encoder": ", ".join(joints)} if joints else {}
+                self.log.warning(f"{trouble}: {remedy}", sensor=sensor, **named)
         for sensor in self._lost:
             if sensor not in lost:
                 self.log.info(f"{'IMU' if sensor == 'imu' else sensor} is back", sensor=sensor)

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 from actors import Node, every, parameter, publishes
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
+from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
 from actors.time import nanoseconds_of
-from robot.contracts import AUTONOMY_CMD, CMD_VEL, DRIVE_STATUS, ENABLE, JOY_CMD, SAFETY_STATE, TELEOP_CMD, VOICE
-from robot.control.arbiter import Source, VelocityArbiter, VelocityLimits, Verdict
+from robot.contracts import AUTONOMY_CMD, CMD_VEL, DRIVE_STATUS, ENABLE, JOY_CMD, SAFETY_STATE, SCAN, TELEOP_CMD, VOICE
+from robot.control.arbiter import Decision, Source, VelocityArbiter, VelocityLimits, Verdict
+from robot.control.guard import Guard
 from robot.control.voice import interpret
 from robot.geometry.planar import ZERO_TWIST, Twist2
 from robot.interfaces.robactor_msgs.msg import DriveStatus, SafetyState
@@ -28,17 +30,24 @@ TUTORIAL_LIMITS = MappingProxyType({"max_forward": 1.0, "max_backward": 1.0, "ma
 """Parameters for the tutorials' 1.0 m/s and 1.0 rad/s in every direction."""
 JUMP = 1_000_000_000
 """A stamp of /safety/state that is older than the last one by more than this, ns, is of a clock that has been set back."""
+GUARDED = (Source.TELEOP, Source.JOYSTICK, Source.VOICE)
+"""Who is guarded: persons, who may not look."""
+SEEN = 0.5
+"""Seconds for which a scan tells what is there: five of them."""
+SLOWED = "slowed down: something stands in the way"
 SILENT = "the safety monitor is silent"
 
 
 class RobotController(Node):
     """Passes on the commands of whoever drives: teleop before joystick before voice before autonomy, each for `timeout` seconds.
 
-    Takes teleop/cmd_vel, joy/cmd_vel, voice_command, autonomy/cmd_vel, safety/state; publishes cmd_vel, drive_status; serves robot/enable.
+    Takes teleop/cmd_vel, joy/cmd_vel, voice_command, autonomy/cmd_vel, safety/state, lidar/scan; publishes cmd_vel, drive_status; serves robot/enable.
 
     An accepted command is published at once, in the handler that hears it. When the last one has timed out, when the robot is disabled and
     when the safety monitor stops it, one zero goes out in the same way, and under a stop 50 more every second, so that nobody who
     publishes beside this node is obeyed. Whether it is enabled outlives a crash of the node.
+
+    With `guard` a person who drives is slowed down, and stopped short of what the LiDAR sees; drive_status says so. Autonomy looks for itself.
 
     With `safety_timeout` above 0 the robot stands still as long as no safety monitor has been heard for that time, from the start on.
     """
@@ -60,6 +69,11 @@ class RobotController(Node):
         description="Stop when /safety/state is silent so long; 0: never.",
     )
 
+    guard = parameter(
+        True,
+        description="Slow teleop, joystick and voice down, and stop short of what the LiDAR sees; false: drive on into it.",
+    )
+
     def __init__(self) -> None:
         self._kept: bool | None = None
         self._starting = True
@@ -73,6 +87,7 @@ class RobotController(Node):
             self.set_parameter("enabled", self._kept)
         self._arbiter = VelocityArbiter(limits, timeout=self.timeout, enabled=self.enabled)
         self._sent = ZERO_TWIST
+        self._guard, self._slowed = Guard(), ""
         self._shown: tuple[bool, str, str] | None = None
         self._ticks = self._unheard = 0
         self._alone = False
@@ -129,6 +144,15 @@ class RobotController(Node):
         elif verdict is Verdict.NOT_A_NUMBER:
             dropped = self._arbiter.dropped[source]
             self.log.warning("velocity command is not a number: dropped", source=source.name.lower(), dropped=dropped)
+
+    @SCAN.on()
+    def scan(self, message: LaserScan) -> None:
+        """What is seen now holds for the command in force, too."""
+        now = self.clock.now()
+        self._guard.see(now, message.ranges.astype(float))
+        decision = self._arbiter.decide(now)
+        if decision.source in GUARDED and decision.velocity != ZERO_TWIST:
+            self._drive()
 
     # -- what stops it ------------------------------------------------------------------------------------------------------
 
@@ -202,15 +226,28 @@ class RobotController(Node):
 
     def _drive(self) -> None:
         """Tell the legs what is decided now."""
-        self._sent = velocity = self._arbiter.decide(self.clock.now()).velocity
+        self._sent = velocity = self._guarded(self._arbiter.decide(self.clock.now()))
         self.cmd(Twist(linear=Vector3(x=velocity.vx, y=velocity.vy), angular=Vector3(z=velocity.wz)))
         self._show()
+
+    def _guarded(self, decision: Decision) -> Twist2:
+        """The velocity of a decision, as far as what is seen allows a person to drive."""
+        before, self._slowed = self._slowed, ""
+        if not self.guard or decision.source not in GUARDED or self._guard.age(self.clock.now()) > SEEN:
+            return decision.velocity
+        velocity, room = self._guard.limit(decision.velocity)
+        if velocity != decision.velocity:
+            self._slowed = SLOWED
+            if not before:
+                self.log.warning(f"{SLOWED}; set {self.fqn} guard false to drive on", room=round(room, 2))
+        return velocity
 
     def _show(self) -> None:
         """Publish who drives, if that has changed."""
         decision = self._arbiter.decide(self.clock.now())
         source = decision.source.name.lower() if decision.source is not None else ""
-        shown = (self._arbiter.enabled, source, decision.reason)
+        reason = f"{decision.reason}, {self._slowed}" if source and self._slowed else decision.reason
+        shown = (self._arbiter.enabled, source, reason)
         if shown == self._shown:
             return
         self._shown = shown
@@ -219,7 +256,7 @@ class RobotController(Node):
                 stamp=self.clock.stamp(),
                 enabled=self._arbiter.enabled,
                 source=source,
-                reason=decision.reason,
+                reason=reason,
                 dropped=sum(self._arbiter.dropped.values()),
             )
         )

@@ -15,6 +15,7 @@ from typing import Any, Literal, TypeAlias, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from actors.yaml_bounds import check_yaml
 from robot.geometry.vectors import Floats
 from robot.planning.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
@@ -27,6 +28,14 @@ OCCUPIED_ABOVE = 0.65
 """Occupancy above which a cell is occupied: the default of nav2's map_saver_cli."""
 FREE_BELOW = 0.196
 """Occupancy below which a cell is free. nav2's map_saver_cli writes 0.25, by which the shade of its own unknown cells reads as free."""
+
+SMALLEST, LARGEST = 1e-3, 100.0
+"""Sides of a cell that a map can have, m."""
+_WITHIN = 0.35
+"""How far from a cell's middle a map that is turned is looked at, cells: nothing as wide as a cell is missed."""
+_ROUNDING = 1e-9
+_UNSURE = 99
+"""The rank of an unknown place among places of 2 v, v being their per cent: worse than one of 49 %, better than one of 50 %."""
 
 _WHITE, _GREY, _BLACK = 254, 205, 0
 """Shades of free, unknown and occupied cells that map_server's savers have always written."""
@@ -73,9 +82,9 @@ def read_map(path: str | os.PathLike[str]) -> Occupancy:
     if mode not in get_args(Mode):
         raise said.wrong("mode", f"{mode!r} is no mode; there are: {', '.join(get_args(Mode))}")
     resolution = said.number("resolution")
-    if resolution <= 0.0:
-        raise said.wrong("resolution", f"{resolution:g} m a cell: give a positive number")
-    x, y = said.origin()
+    if not SMALLEST <= resolution <= LARGEST:
+        raise said.wrong("resolution", f"{resolution:g} m a cell: give a number from {SMALLEST:g} to {LARGEST:g}")
+    x, y, yaw = said.origin()
     occupied, free = said.number("occupied_thresh"), said.number("free_thresh")
     if not 0.0 <= free <= occupied <= 1.0:
         raise said.wrong(
@@ -83,7 +92,34 @@ def read_map(path: str | os.PathLike[str]) -> Occupancy:
         )
     picture = _read_picture(file.parent / Path(said.text("image")).expanduser())
     data = _cells(picture, mode, said.negate(), occupied, free)
-    return Occupancy(np.ascontiguousarray(data[::-1]), resolution, x, y)
+    return _turned(np.ascontiguousarray(data[::-1]), resolution, x, y, yaw)
+
+
+def _turned(data: NDArray[np.int8], resolution: float, x: float, y: float, yaw: float) -> Occupancy:
+    """The map whose rows run along its own x axis, turned by `yaw` (rad) about its corner, in cells whose rows run along x.
+
+    A cell is what the worst of nine places in it is; what lies outside of the picture is unknown.
+    """
+    if yaw == 0.0:
+        return Occupancy(data, resolution, x, y)
+    c, s = math.cos(yaw), math.sin(yaw)
+    height, width = data.shape
+    corners = [(c * i - s * j, s * i + c * j) for i in (0, width) for j in (0, height)]
+    low = [math.floor(min(axis) + _ROUNDING) for axis in zip(*corners, strict=True)]
+    columns, rows = (
+        math.ceil(max(axis) - _ROUNDING) - least for axis, least in zip(zip(*corners, strict=True), low, strict=True)
+    )
+    ranks = np.where(data == UNKNOWN, _UNSURE, 2 * data.astype(np.int16))
+    turned = np.zeros((rows, columns), dtype=np.int16)
+    for right in (-_WITHIN, 0.0, _WITHIN):
+        for up in (-_WITHIN, 0.0, _WITHIN):
+            i, j = np.arange(columns) + (low[0] + 0.5 + right), np.arange(rows)[:, None] + (low[1] + 0.5 + up)
+            column, row = np.floor(c * i + s * j).astype(np.intp), np.floor(c * j - s * i).astype(np.intp)
+            inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+            found = ranks[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
+            np.maximum(turned, np.where(inside, found, _UNSURE), out=turned)
+    cells = np.where(turned == _UNSURE, UNKNOWN, turned // 2).astype(np.int8)
+    return Occupancy(cells, resolution, x + low[0] * resolution, y + low[1] * resolution)
 
 
 def _cells(picture: _Picture, mode: str, negate: bool, occupied: float, free: float) -> NDArray[np.int8]:
@@ -117,6 +153,7 @@ class _Said:
         self._lines: dict[str, int] = {}
         try:
             text = file.read_text(encoding="utf-8")
+            check_yaml(text)
             root, values = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
         except yaml.MarkedYAMLError as error:
             line = error.problem_mark.line + 1 if error.problem_mark is not None else 1
@@ -148,16 +185,14 @@ class _Said:
             raise self.wrong("negate", f"{value!r} is neither 0 nor 1")
         return bool(value)
 
-    def origin(self) -> tuple[float, float]:
-        """x and y of the lower left corner. A turned map is refused: a grid's rows run along x."""
+    def origin(self) -> tuple[float, float, float]:
+        """x and y of the lower left corner, and the yaw of the map about it."""
         value = self._value("origin")
         parts = cast("list[object]", value if isinstance(value, list) else [])
         if len(parts) != 3:
             raise self.wrong("origin", f"{value!r} is not [x, y, yaw]")
         x, y, yaw = (self._finite("origin", one) for one in parts)
-        if yaw != 0.0:
-            raise self.wrong("origin", f"a map turned by a yaw of {yaw:g} is not read: turn the picture, and write 0")
-        return x, y
+        return x, y, yaw
 
     def _value(self, key: str, default: str | None = None) -> Any:
         value = self._values.get(key, default)

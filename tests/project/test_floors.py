@@ -48,6 +48,7 @@ FLOORS = (
     "errors",
     "suggest",
     "waiting",
+    "yaml_bounds",
 )
 """The rooms from top to bottom. The face, ``actors/__init__.py``, stands above all of them, and nothing imports it."""
 

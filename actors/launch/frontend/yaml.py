@@ -9,6 +9,7 @@ from actors.launch.entity import LaunchDescription
 from actors.launch.errors import LaunchError, Line
 from actors.launch.frontend.element import Element
 from actors.launch.frontend.tags import description_of
+from actors.yaml_bounds import check_yaml
 
 __all__ = ["read_yaml"]
 
@@ -17,8 +18,10 @@ def read_yaml(path: Path) -> LaunchDescription:
     """The launch description in a YAML file. Raises `LaunchError`, with the line."""
     import yaml  # late: few programs launch
 
-    loader: Any = cast("Any", yaml).SafeLoader(path.read_text(encoding="utf-8"))
+    text = path.read_text(encoding="utf-8")
+    loader: Any = cast("Any", yaml).SafeLoader(text)
     try:
+        check_yaml(text)
         root = loader.get_single_node()
         if root is None:
             raise LaunchError("the file is empty: it needs a list under the key 'launch'", Line(str(path), 1))

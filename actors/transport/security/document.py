@@ -10,6 +10,7 @@ import msgspec
 
 from actors.suggest import did_you_mean
 from actors.transport.security.errors import SecurityError
+from actors.yaml_bounds import check_yaml
 
 __all__ = ["Document", "Path"]
 
@@ -31,6 +32,7 @@ class Document:
         self.file = file
         self._lines: dict[Path, int] = {}
         try:
+            check_yaml(text)
             for event in library.parse(text, library.SafeLoader):
                 if isinstance(event, library.AliasEvent):
                     raise self._at(event.start_mark.line, "an alias (*) is not understood here")

@@ -8,7 +8,7 @@ from robot.control.fence import Fence
 def test_a_fence_follows_the_newest_life_and_refuses_what_an_older_one_says_however_late_it_comes() -> None:
     fence = Fence()
 
-    admitted = [fence.admits(token, 0.0) for token in (1, 1, 3, 2, 3, 1, 4)]
+    admitted = [fence.admits(token) for token in (1, 1, 3, 2, 3, 1, 4)]
 
     assert admitted == [True, True, True, False, True, False, True]
     assert (fence.newest, fence.refused) == (4, 2)
@@ -17,8 +17,8 @@ def test_a_fence_follows_the_newest_life_and_refuses_what_an_older_one_says_howe
 def test_a_fence_goes_on_from_what_an_earlier_one_knew() -> None:
     fence = Fence(7)
 
-    assert not fence.admits(6, 0.0)
-    assert fence.admits(7, 0.0)
+    assert not fence.admits(6)
+    assert fence.admits(7)
 
 
 def test_a_forged_token_locks_out_nobody_for_good() -> None:

@@ -9,11 +9,14 @@ import pytest
 
 from robot.control.gait_controller import GaitController
 from robot.estimation.plausibility import ImuWatch, JointWatch
-from robot.hardware.body import ImuSample, JointSample
+from robot.hardware.body import JOINT_NAMES, ImuSample, JointSample
+from robot.hardware.sensors import Sensors
+from robot.model.actuators import ActuatorDesign
 from robot.model.kinematics import inverse
 from robot.model.parameters import GRAVITY, SIT_HEIGHT
 from robot.model.stance import nominal_feet
-from robot.testing import FAULTS, PERIOD, Trial
+from robot.scenes.scene import Box, Scene
+from robot.testing import FAULTS, FLAT, PERIOD, Conditions, Spoil, Trial
 
 POSE = inverse(nominal_feet(SIT_HEIGHT)).joints
 STANDING_ON = np.ones(4, dtype=np.bool_)
@@ -194,3 +197,48 @@ def test_lost_joints_before_the_first_step_keep_it_sitting() -> None:
         assert np.isfinite(targets.position).all()
         assert np.isfinite(targets.effort).all()
     assert gait.mode == "sit"
+
+
+# -- an encoder that sticks -------------------------------------------------------------------------------------------------------
+
+
+def stuck(joint: int) -> Spoil:
+    """It shows one place, with the noise of a good one, and a speed of nothing but noise."""
+    held: list[float] = []
+    rng = np.random.default_rng(joint)
+
+    def spoil(imu: ImuSample, joints: JointSample) -> tuple[ImuSample | None, JointSample]:
+        held[:] = held or [float(joints.position[joint])]
+        position, velocity = joints.position.copy(), joints.velocity.copy()
+        position[joint], velocity[joint] = held[0] + 5e-4 * rng.standard_normal(), 0.05 * rng.standard_normal()
+        return imu, JointSample(position, velocity, joints.effort, joints.contact)
+
+    return spoil
+
+
+@pytest.mark.parametrize(("joint", "speed", "within"), [(1, 1.6, 0.6), (5, 1.0, 0.6), (10, 0.5, 0.6), (6, 1.0, 2.6)])
+def test_an_encoder_that_sticks_is_found_named_and_not_taken_for_ice(joint: int, speed: float, within: float) -> None:
+    trial = Trial(940000 + joint, conditions=Conditions(actuators=ActuatorDesign(), sensors=Sensors.real()))
+    trial.stand_up()
+    trial.run(1.3 + 0.037 * joint, (speed, 0.0, 0.0))
+    assert "joints" not in trial.gait.lost
+    trial.spoil(stuck(joint))
+    for _ in range(round(within / PERIOD)):
+        trial.step()
+        if "joints" in trial.gait.lost:
+            break
+    assert trial.gait.doubtful_joints == (JOINT_NAMES[joint],)
+    trial.run(2.5)
+    assert not trial.fallen
+    assert trial.gait.mode == "sit"
+    assert trial.gait.slips == 0
+
+
+def test_a_leg_that_is_held_fast_is_no_encoder_that_sticks() -> None:
+    """A wall across its way: feet and knees press against it, and go nowhere."""
+    wall = Scene("wall", FLAT.bounds, (Box(1.6, 0.0, 0.3, 6.0, height=0.3),), FLAT.start, FLAT.dock)
+    trial = Trial(950001, wall, Conditions(actuators=ActuatorDesign(), sensors=Sensors.real()))
+    trial.stand_up()
+    record = trial.run(5.0, (0.6, 0.0, 0.0))
+    assert record.touched
+    assert "joints" not in trial.gait.lost

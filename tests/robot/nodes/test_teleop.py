@@ -5,11 +5,13 @@ from __future__ import annotations
 from math import inf, nan
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from actors import Child, Node
+from actors import Child, Node, Topic
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Pose, PoseStamped, Twist
+from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from actors.testing import Rig
@@ -26,9 +28,11 @@ from robot.contracts import (
     RESTORE_CONFIG,
     SAFETY_STATE,
     SAVE_CONFIG,
+    SCAN,
     TELEOP_CMD,
     VOICE,
 )
+from robot.hardware.beams import MAX_RANGE, beam_angles
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.nodes.status import RobotStatus
 from robot.nodes.teleop import TUTORIAL_LIMITS, RobotController
@@ -374,3 +378,44 @@ async def test_what_cannot_be_saved_or_restored_is_answered_with_the_reason(rig:
     assert not reply.success
     assert "/robot_controller timeout: " in reply.message
     assert rig.node(RobotController).enabled
+
+
+# -- the guard ------------------------------------------------------------------------------------------------------------------
+
+
+def wall_ahead(metres: float) -> LaserScan:
+    """A wall across the way, so far ahead of the robot's middle."""
+    angles = beam_angles()
+    ahead = np.cos(angles) > 0.1
+    ranges = np.where(ahead, metres / np.where(ahead, np.cos(angles), 1.0), MAX_RANGE)
+    return LaserScan(ranges=np.minimum(ranges, MAX_RANGE).astype(np.float32))
+
+
+async def test_a_person_who_drives_is_slowed_down_before_what_is_seen_and_told_so_autonomy_is_not(rig: Rig) -> None:
+    await rig.start(controller(enabled=True))
+    cmd, status = rig.probe(CMD_VEL), rig.probe(DRIVE_STATUS)
+
+    async def told(source: Topic[Twist]) -> float:
+        rig.publish(source, twist(1.0))
+        await rig.quiet()
+        assert cmd.last is not None
+        return cmd.last.linear.x
+
+    assert await told(TELEOP_CMD) == 1.0, "without a LiDAR there is nothing to go by"
+    rig.publish(SCAN, wall_ahead(5.0))
+    assert await told(TELEOP_CMD) == 1.0
+    rig.publish(SCAN, wall_ahead(1.2))
+    await rig.quiet()
+    assert cmd.last is not None
+    assert 0.1 < cmd.last.linear.x < 0.9, "the command in force is slowed down as soon as the wall is seen"
+    rig.publish(SCAN, wall_ahead(0.65))
+    assert await told(TELEOP_CMD) == 0.0
+    assert status.last is not None
+    assert "something stands in the way" in status.last.reason
+    assert sum("guard false" in event for event in said(rig, "robot_controller")) == 1
+    await rig.advance(0.4)
+    rig.publish(SCAN, wall_ahead(0.65))
+    await rig.advance(0.2)
+    assert await told(AUTONOMY_CMD) == 1.0
+    rig.node(RobotController).set_parameter("guard", False)
+    assert await told(TELEOP_CMD) == 1.0

@@ -121,3 +121,16 @@ def test_inflation_is_that_of_the_body_with_room_to_turn_as_comfort() -> None:
 def test_a_meter_costs_a_meter_where_there_is_comfort_and_six_where_it_just_fits() -> None:
     weights = Inflation(inscribed=0.3, comfort=0.9, aversion=5.0).weights(np.array([0.29, 0.3, 0.6, 0.9, math.inf]))
     assert weights.tolist() == pytest.approx([math.inf, 6.0, 1.0 + 5.0 / 4, 1.0, 1.0])
+
+
+@pytest.mark.parametrize("resolution", [0.05, 0.02, 0.01, 0.005])
+def test_a_hall_has_the_same_clearances_in_cells_of_any_size(resolution: float) -> None:
+    hall = np.zeros((round(2.5 / resolution), round(3.0 / resolution)), dtype=bool)
+    hall[:, : round(0.1 / resolution)] = True
+    field = distance_to(hall, resolution)
+    assert np.isfinite(field).all()
+    row = field.shape[0] // 2
+    for away in (0.2, 0.5, 0.9):
+        column = round((0.1 + away) / resolution)
+        assert field[row, column] == pytest.approx(away, abs=resolution)
+    assert field[:, round(1.3 / resolution) :].min() > 0.99

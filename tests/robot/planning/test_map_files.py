@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 
@@ -23,6 +24,9 @@ ANY = arrays(np.int8, SHAPES, elements=st.integers(-1, 100))
 PLAIN = (
     "image: m.pgm\nresolution: 0.05\norigin: [-1.5, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
 )
+
+BOMB = "0.05\na0: &a0 [x, x]\n" + "".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]\n" for n in range(1, 30))
+"""Thirty lines that stand for 10^28 values."""
 
 
 def by_the_book(file: Path) -> np.ndarray:
@@ -152,7 +156,9 @@ def test_transparency_is_unknown_in_mode_scale_and_a_fourth_colour_in_mode_trina
         ("resolution: 0.05", "resolution: -1", r"m\.yaml:2: resolution: -1 m a cell"),
         ("resolution: 0.05", "resolution: [1]", r"m\.yaml:2: resolution: \[1\] is no number"),
         ("resolution: 0.05\n", "", r"m\.yaml: it does not say resolution"),
-        ("[-1.5, 2.0, 0.0]", "[-1.5, 2.0, 0.3]", r"m\.yaml:3: origin: a map turned by a yaw of 0\.3 is not read"),
+        ("resolution: 0.05", "resolution: 1e-300", r"m\.yaml:2: resolution: 1e-300 m a cell"),
+        ("resolution: 0.05", f"resolution: {'[' * 2000}", r"m\.yaml:2: it is nested more than 100 levels deep"),
+        ("resolution: 0.05", f"resolution: {BOMB}", r"m\.yaml:\d+: its aliases stand for too many values"),
         ("[-1.5, 2.0, 0.0]", "[-1.5, 2.0]", r"m\.yaml:3: origin: .* is not \[x, y, yaw\]"),
         ("negate: 0", "negate: 2", r"m\.yaml:4: negate: 2 is neither 0 nor 1"),
         ("occupied_thresh: 0.65", "occupied_thresh: 0.1", r"m\.yaml:5: occupied_thresh: thresholds of 0\.196 and 0\.1"),
@@ -220,3 +226,28 @@ def test_the_map_of_a_world_survives_its_file_cell_by_cell(tmp_path: Path) -> No
     back = read_map(write_map(Occupancy(data, grid.resolution, grid.origin_x, grid.origin_y), tmp_path / "w")).grid()
     assert np.array_equal(back.occupied, grid.occupied)
     assert back.bounds == pytest.approx(grid.bounds)
+
+
+@pytest.mark.parametrize("yaw", [math.pi / 2, -math.pi / 2, math.pi, 0.3, -2.0])
+def test_a_map_turned_by_a_yaw_shows_each_wall_where_it_is(tmp_path: Path, yaw: float) -> None:
+    """As nav2 has it: the picture's lower left corner is at the origin, and the picture is turned about it."""
+    picture = np.full((40, 60), 254, dtype=np.uint8)
+    picture[10, 5:50] = picture[25:38, 20] = 0
+    Image.fromarray(picture).save(tmp_path / "m.png")
+    (tmp_path / "m.yaml").write_text(
+        PLAIN.replace("m.pgm", "m.png").replace("[-1.5, 2.0, 0.0]", f"[-1.5, 2.0, {yaw!r}]")
+    )
+    grid = read_map(tmp_path / "m.yaml").grid()
+    c, s = math.cos(yaw), math.sin(yaw)
+    for row, column in np.ndindex(40, 60):
+        i, j = 0.05 * (column + 0.5), 0.05 * (39 - row + 0.5)
+        cell = grid.cell(-1.5 + c * i - s * j, 2.0 + s * i + c * j)
+        assert cell is not None
+        if picture[row, column] == 0:
+            assert grid.occupied[cell]
+        elif (
+            (picture[max(row - 2, 0) : row + 3, max(column - 2, 0) : column + 3] == 254).all()
+            and 2 < row < 37
+            and 2 < column < 57
+        ):
+            assert not grid.occupied[cell]
