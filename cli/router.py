@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from actors.transport.environment import security_from_environment
 from actors.transport.protocol import WireUnavailable
 from actors.transport.zenoh.router import router
-from cli.command import CommandFailed
+from cli.command import CommandFailed, Exit
 from cli.parsing import until_signal
 
 __all__ = ["main"]
@@ -22,7 +22,7 @@ SECURE_ENDPOINT = "tls/0.0.0.0:7447"
 """The same, with a security file."""
 
 
-def main(argv: Sequence[str]) -> int:
+def main(argv: Sequence[str]) -> int | Exit:
     """Run until Ctrl-C; the exit code."""
     parser = argparse.ArgumentParser(
         prog="python -m robot router",

@@ -14,6 +14,7 @@ from typing import Any
 from actors.names.names import is_hidden
 from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
 from actors.typing import NodeView
+from cli.command import Exit
 from cli.graph import Seen, add_graph_options, seen
 from cli.parsing import count, until_signal
 
@@ -80,7 +81,7 @@ class Host:
     processes: list[Process]
 
 
-def main(argv: Sequence[str]) -> int:
+def main(argv: Sequence[str]) -> int | Exit:
     """Run until Ctrl-C, or once; the exit code."""
     parser = argparse.ArgumentParser(
         prog="python -m robot top",

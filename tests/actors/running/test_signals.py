@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
+import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from actors import Child, Node, Supervisor, background, run
 from actors.running import signals
-from actors.running.signals import exit_on_sigterm, listen
+from actors.running.signals import ending_signals, exit_on_sigterm, listen
 
 NUMBERS = [(signal.SIGINT, KeyboardInterrupt, 130), (signal.SIGTERM, SystemExit, 143), (signal.SIGHUP, SystemExit, 129)]
 
@@ -220,3 +223,99 @@ def test_a_SIGTERM_that_comes_before_there_is_a_block_to_end_waits_for_it() -> N
         assert ended.value.code == 143
     finally:
         handler.leave()
+
+
+# -- a program that hangs, and one that nobody reads -----------------------------------------------------------------------
+
+
+def test_a_loop_that_does_not_hear_the_first_is_ended_by_the_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    ended: list[int] = []
+    said: list[str] = []
+    monkeypatch.setattr(os, "_exit", ended.append)
+    monkeypatch.setattr(os, "write", lambda output, data: said.append(data.decode()))
+
+    async def main() -> None:
+        listen(asyncio.get_running_loop(), lambda number: True)
+        for _ in range(3):
+            signal.raise_signal(signal.SIGTERM)
+            time.sleep(0.015)  # noqa: ASYNC251  # the loop hangs; three of these are more than one signal takes
+
+    asyncio.run(main())
+    assert ended == [143]
+    assert "ended by SIGTERM: the event loop has not turned for 0.0 s, at " in said[0]
+    assert said[0].endswith(f"{main.__qualname__}\n")
+
+
+def test_SIGHUP_stays_ignored_and_with_it_the_end_of_the_reader(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        assert ending_signals() == (signal.SIGINT, signal.SIGTERM)
+        assert heard_when_the_reader_goes(monkeypatch) == []
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def heard_when_the_reader_goes(monkeypatch: pytest.MonkeyPatch, *, first: signal.Signals | None = None) -> list[int]:
+    """What a listener hears when the output is a pipe whose other end is closed, perhaps after another signal."""
+    heard: list[int] = []
+    reading, writing = os.pipe()
+    monkeypatch.setattr(signals, "OUTPUTS", (writing,))
+
+    async def main() -> None:
+        leave = listen(asyncio.get_running_loop(), lambda number: not heard.append(number))
+        if first is not None:
+            raise_soon(first)
+            await turns()
+        os.close(reading)
+        await turns()
+        os.write(writing, b"into the void")
+        leave()
+
+    asyncio.run(main())
+    os.close(writing)
+    return heard
+
+
+def test_the_end_of_the_reader_is_heard_as_SIGPIPE_and_cuts_no_end_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert heard_when_the_reader_goes(monkeypatch) == [signal.SIGPIPE]
+    assert heard_when_the_reader_goes(monkeypatch, first=signal.SIGINT) == [signal.SIGINT]
+
+
+def test_a_pipe_that_is_read_here_or_still_read_is_no_reader_that_has_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    heard: list[int] = []
+    os.mkfifo(tmp_path / "fifo")
+    both = os.open(tmp_path / "fifo", os.O_RDWR)
+    monkeypatch.setattr(signals, "OUTPUTS", (both, 987_654))
+
+    async def main() -> None:
+        os.write(both, b"something")
+        leave = listen(asyncio.get_running_loop(), lambda number: not heard.append(number))
+        await turns()
+        leave()
+        again = listen(asyncio.get_running_loop(), lambda number: not heard.append(number))
+        again()
+
+    asyncio.run(main())
+    os.close(both)
+    assert heard == []
+
+
+def test_a_script_is_not_cut_short_by_the_same_signal_and_keeps_handlers_that_it_has_set() -> None:
+    handler = exit_on_sigterm()
+    assert handler is not None
+    mine: list[int] = []
+    try:
+        handler.arm()
+        with pytest.raises(SystemExit):
+            signal.raise_signal(signal.SIGHUP)
+        signal.raise_signal(signal.SIGTERM)
+        signal.signal(signal.SIGHUP, lambda number, frame: mine.append(number))
+        handler.leave()
+        signal.raise_signal(signal.SIGHUP)
+        assert mine == [signal.SIGHUP]
+    finally:
+        handler.leave()
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
