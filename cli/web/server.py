@@ -95,7 +95,7 @@ class WebServer(Node):
         self._announce()
 
     def _announce(self) -> None:
-        because = {} if self._taken is None else {"because": self._taken}
+        because: dict[str, Any] = {} if self._taken is None else {"because": self._taken}
         self.log.info("web page", url=self.url, **because)
 
     async def on_stop(self, reason: ExitReason) -> None:

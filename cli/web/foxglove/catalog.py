@@ -166,7 +166,7 @@ async def _described(wanted: dict[tuple[str, str], Get]) -> dict[tuple[str, str]
     async def describe(key: tuple[str, str], get: Get) -> None:
         async with turn:
             with suppress(Refused, InterfaceError, ActorError, RecursionError):
-                kind = await get()
+                kind: Any = await get()
                 schema_text(getattr(kind, "Request", kind))
                 found[key[0], kind.__ros_type__] = kind
 

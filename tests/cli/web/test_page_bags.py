@@ -196,7 +196,7 @@ async def test_it_is_played_by_keys_stepped_through_and_begins_anew(walk: Path) 
 async def test_the_graph_shows_the_topics_of_the_recording(walk: Path) -> None:
     async with shown(walk) as visit:
         await visit.open("graph?topic=/odom")
-        details = visit.page.locator(".side .card").nth(1)
+        details = visit.page.locator(".side .details")
         await expect(details).to_contain_text("nav_msgs/msg/Odometry")
         await expect(details.get_by_role("button", name="/rosbag2_player")).to_be_visible()
         await expect(visit.page.get_by_role("button", name=re.compile("^Kill")).first).to_be_hidden()
