@@ -35,10 +35,10 @@ class Network:
         self.puts = 0
         """How many samples have been put."""
 
-    def end(self) -> End:
+    def end(self, session: str = "") -> End:
         """One more end, not open yet."""
         self.made += 1
-        return End(self, f"{self.made:x}")
+        return End(self, session or f"{self.made:x}")
 
     def post(self, act: Callable[[], None]) -> None:
         self.queue.append(act)
