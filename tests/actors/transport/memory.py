@@ -228,7 +228,7 @@ class Question:
         servers = [one for other in self.end.network.others(self.end) for one in other.servers if one.key == self.key]
         self.asked = {one.end for one in servers}
         if not servers:
-            self.finish(NoAnswer(False))
+            self.end.network.post(lambda: self.finish(NoAnswer(False)))  # after the news that a server is lost
         for one in servers:
             one.take(Asked(self, one.end))
 
