@@ -171,18 +171,19 @@ class TopicEntry:
                 watcher.subscription_left(subscription)
 
     def _match(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> bool:
-        """Whether the two match. If not, count that at both; log it if it is the first mismatch of this kind between their nodes."""
+        """Whether the two match. If not, count that at both; log it if they do not fit for the first time in this way between their nodes."""
         if not (publisher.here or subscription.here):
             return False  # that is the business of their own processes
         mismatch = mismatch_of(publisher, subscription)
         if mismatch is None:
             return True
-        mismatch.count()
+        if not mismatch.matches:
+            mismatch.count()
         pair = (publisher.node.fqn, subscription.node.fqn, mismatch.kind)
         if pair not in self.mismatches:
             self.mismatches[pair] = mismatch.why
             mismatch.warn(self.name)
-        return False
+        return mismatch.matches
 
 
 def _has_no_standard_endpoints(entry: object) -> None:

@@ -1,4 +1,4 @@
-"""Why a publisher and a subscription do not match, and how both are told."""
+"""Why a publisher and a subscription do not fit, and how both are told."""
 
 from __future__ import annotations
 
@@ -33,6 +33,7 @@ class TypeMismatch:
     """A mismatch because the types differ."""
 
     kind: Final = "type"
+    matches: Final = False
 
     def __init__(self, publisher: PublisherPeer, subscription: SubscriptionPeer, difference: tuple[str, str]) -> None:
         self.publisher = publisher
@@ -66,6 +67,8 @@ class QosMismatch:
         self.publisher = publisher
         self.subscription = subscription
         self.verdict = verdict
+        self.matches = not (publisher.checks_qos and subscription.checks_qos)
+        """Whether messages are exchanged all the same, because one of the two is of ROS 2 over Zenoh, which does not check what is asked for."""
         self.why = verdict.reason
 
     def count(self) -> None:
@@ -82,14 +85,17 @@ class QosMismatch:
             "why": self.why,
             "remedy": remedy(publisher.qos, subscription.qos, self.verdict),
         }
+        unchecked = "rmw_zenoh does not check that: messages are exchanged all the same."
         publisher.node.warn(
-            f"New subscription discovered on topic '{topic}', requesting incompatible QoS. No messages will be sent to it. "
+            f"New subscription discovered on topic '{topic}', requesting incompatible QoS. "
+            f"{unchecked if self.matches else 'No messages will be sent to it.'} "
             f"Last incompatible policy: {self.verdict.event_policy}",
             subscriber=subscription.node.fqn,
             **fields,
         )
         subscription.node.warn(
-            f"New publisher discovered on topic '{topic}', offering incompatible QoS. No messages will be received from it. "
+            f"New publisher discovered on topic '{topic}', offering incompatible QoS. "
+            f"{unchecked if self.matches else 'No messages will be received from it.'} "
             f"Last incompatible policy: {self.verdict.event_policy}",
             publisher=publisher.node.fqn,
             **fields,

@@ -89,9 +89,15 @@ def _individual(name: str, fields: Iterable[_FieldEntry]) -> dict[str, Any]:
 
 def _field_type(kind: FieldType) -> dict[str, Any]:
     number = NESTED if kind.is_message else TYPE_IDS[kind.base] + (BOUNDED_STRING if kind.string_bound else 0)
+    array, size = kind.array, kind.size
+    if kind.base == "wstring" and kind.string_bound and array == "unbounded":
+        array, size = (
+            "bounded",
+            kind.string_bound,
+        )  # a slip of rosidl_parser, which every distribution has in its hashes
     return {
-        "type_id": number + ARRAY_OFFSETS[kind.array],
-        "capacity": kind.size,
+        "type_id": number + ARRAY_OFFSETS[array],
+        "capacity": size,
         "string_capacity": kind.string_bound,
         "nested_type_name": kind.base if kind.is_message else "",
     }

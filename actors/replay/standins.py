@@ -32,6 +32,7 @@ class _OtherEnd:
     """One end of a topic that belongs to a node that is not here."""
 
     here = False
+    checks_qos = True
 
     def __init__(self, entry: TopicEntry, node: str, kind: type[Message], qos: QoS) -> None:
         self.entry = entry

@@ -47,6 +47,10 @@ class Endpoint:
         return True
 
     @property
+    def checks_qos(self) -> bool:
+        return True
+
+    @property
     def status(self) -> Any:
         """The running totals of this endpoint's QoS events."""
         raise NotImplementedError  # each kind of endpoint has its own

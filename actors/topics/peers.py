@@ -63,6 +63,11 @@ class Peer(Protocol):
         ...
 
     @property
+    def checks_qos(self) -> bool:
+        """Whether its process exchanges nothing with an endpoint whose quality of service does not fit. ROS 2 over Zenoh does not check it."""
+        ...
+
+    @property
     def node(self) -> Participant: ...
 
     @property

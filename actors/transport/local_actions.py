@@ -217,6 +217,7 @@ class Actions:
             del self._parts[key]
         server = self._remote.pop(key, None)
         if server is not None:
+            server.gone = True
             entry = self._graph.action(action)
             entry.remove_remote(server, server.host)
             entry.forget(server.host)

@@ -223,6 +223,7 @@ class Services:
         entry = self._graph.service(token.name)
         server = self._remote.pop(text, None)
         if server is not None:
+            server.gone = True
             entry.remove_remote(server, server.host)
             entry.forget(server.host)
         else:

@@ -16,6 +16,7 @@ from actors.transport.format.buffers import CPU, BufferKey, write_buffer_key
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import gid_of
 from actors.transport.format.keys import write_key
+from actors.transport.format.sessions import is_ours
 from actors.transport.format.tokens import EndpointKind, EndpointToken
 from actors.transport.protocol import BULK, NORMAL, Delivery, Handle, Outlet, Sample
 from actors.transport.remote_topics import RemotePublisher, RemoteSubscription
@@ -264,13 +265,19 @@ class Topics:
         """Add an endpoint of another process to the graph."""
         entry = self._graph.topic(token.name)
         type = ForeignType(token.type, token.type_hash)
+        # A transport that gives its sessions no mark has nobody of ROS 2 on it.
+        checks = is_ours(node.session) or not is_ours(self._side.transport.session)
         if token.kind is EndpointKind.PUBLISHER:
             gid = gid_of(text)
-            publisher = RemotePublisher(node, entry, type, token.qos, self._side, self._left.pop(gid, None))
+            publisher = RemotePublisher(
+                node, entry, type, token.qos, self._side, self._left.pop(gid, None), checks_qos=checks
+            )
             self._remote[text] = self._by_gid[gid] = publisher
             entry.add_publisher(publisher)
         else:
-            subscription = RemoteSubscription(node, entry, type, token.qos, self._target_of, self._sent_by)
+            subscription = RemoteSubscription(
+                node, entry, type, token.qos, self._target_of, self._sent_by, checks_qos=checks
+            )
             self._remote[text] = subscription
             entry.add_subscription(subscription)
 

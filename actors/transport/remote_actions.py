@@ -66,6 +66,7 @@ class RemoteActionServer:
         self._goals: dict[bytes, RemoteGoal] = {}
         self._handles: list[Handle] = []
         self._shown: dict[str, list[Endpoint]] = {}
+        self.gone = False
 
     def __repr__(self) -> str:
         return f"<server of {self.name} in {self.host}, elsewhere: {len(self._goals)} goals>"

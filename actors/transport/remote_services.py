@@ -29,6 +29,10 @@ __all__ = ["RemoteServer", "Server", "failure_of"]
 
 _LONGEST: Final = {"type_description_interfaces/srv/GetTypeDescription": 2 << 20}
 """The longest replies, in bytes, of services that are asked of nodes that nobody here has chosen. What is longer is not read."""
+_DROPPED: Final = (
+    "{} is served, but not this request; a server of ROS 2 keeps the newest of those that wait, 10 by default: "
+    "send fewer at once, or give it a greater depth"
+)
 
 
 class Server(Protocol):
@@ -39,6 +43,11 @@ class Server(Protocol):
 
     @property
     def host(self) -> str: ...
+
+    @property
+    def gone(self) -> bool:
+        """Whether its token has vanished."""
+        ...
 
 
 class RemoteServer:
@@ -59,6 +68,7 @@ class RemoteServer:
         self._key = write_key(token.key)
         self._clients = clients
         self._open: dict[RemoteCall, None] = {}
+        self.gone = False
 
     def __repr__(self) -> str:
         return f"<server of {self.name} in {self.host}, elsewhere: {len(self._open)} open>"
@@ -150,14 +160,14 @@ class RemoteCall:
 
 def failure_of(server: Server, answer: Failed | NoAnswer) -> Exception | None:
     """The error that a caller gets for an answer that is none; None if the time is over."""
-    if isinstance(answer, NoAnswer):
-        gone = (
-            f"{server.host}, which serves {server.name}, has ended or is lost, or has dropped the request, and has not answered: ask again "
-            "when it is back; a server of ROS 2 drops what it cannot keep, 10 requests unless its QoS says otherwise"
-        )
-        return None if answer.timed_out else NotRunning(gone)
-    if answer.payload == TIMED_OUT:
+    if answer == NoAnswer(timed_out=True) or (isinstance(answer, Failed) and answer.payload == TIMED_OUT):
         return None
+    if isinstance(answer, NoAnswer):
+        if not server.gone:
+            return ServiceFailed(server.host, "request dropped", _DROPPED.format(server.name))
+        return NotRunning(
+            f"{server.host}, which serves {server.name}, has ended or is lost, and has not answered: ask again when it is back"
+        )
     try:
         return parse_reply_error(answer.payload)
     except WireFormatError:

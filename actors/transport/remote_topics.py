@@ -71,10 +71,13 @@ class RemotePublisher:
         qos: QoS,
         side: LocalSide,
         known: Mapping[SubscriptionPeer, int] | None = None,
+        *,
+        checks_qos: bool = True,
     ) -> None:
         self.node = node
         self.entry = entry
         self.qos = qos
+        self.checks_qos = checks_qos
         self._numbers = Numbers()
         self._known = known or {}
         self.carried_bytes = 0
@@ -284,10 +287,13 @@ class RemoteSubscription:
         qos: QoS,
         target_of: Callable[[PublisherPeer], Target],
         sent_by: Callable[[PublisherPeer], int],
+        *,
+        checks_qos: bool = True,
     ) -> None:
         self.node = node
         self.entry = entry
         self.qos = qos
+        self.checks_qos = checks_qos
         self.type: Any = type
         self._target_of = target_of
         self._sent_by = sent_by

@@ -99,6 +99,7 @@ class RemoteSubscription:
     """A subscription as its publishers' process knows it. Counts, room and events are asked for at the other side."""
 
     here = False
+    checks_qos = True
 
     def __init__(self, announced: SubscriptionPeer, entry: LoopbackTopic) -> None:
         self.node = RemoteNode(announced.node.fqn)
@@ -174,6 +175,7 @@ class RemotePublisher:
     """
 
     here = False
+    checks_qos = True
 
     def __init__(self, announced: PublisherPeer, entry: TopicEntry) -> None:
         self.node = RemoteNode(announced.node.fqn)

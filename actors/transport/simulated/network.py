@@ -7,6 +7,7 @@ from collections import Counter
 from functools import partial
 from random import Random
 
+from actors.transport.format.sessions import new_session
 from actors.transport.simulated.conditions import LAN, Conditions
 from actors.transport.simulated.connections import Connections
 from actors.transport.simulated.link import Link
@@ -55,7 +56,7 @@ class Network:
         self._topology.host(host)
         self._processes[host] += 1
         number = self._processes[host]
-        session = f"{Random(f'session/{self._seed}/{host}/{number}').getrandbits(128):x}"
+        session = new_session(Random(f"session/{self._seed}/{host}/{number}"))
         transport = SimulatedTransport(
             self._connections, session, host, number, partial(self.transport, host), self.kill
         )

@@ -17,8 +17,16 @@ from actors.transport.zenoh.secured import secured_settings
 
 __all__ = ["LEASE", "ZenohConfig", "point_settings", "router_settings", "session_settings", "write_config"]
 
-LEASE: Final = 2000
-"""After so many milliseconds of silence on a link its two ends give it up. This side announces it, the other side applies it."""
+LEASE: Final = 60_000
+"""After so many milliseconds of silence on a link its two ends give it up. This side announces it, the other side applies it.
+
+As in ROS 2, because nobody opens a link again that one of two running processes has given up: a process that has stood still finds all its leases
+run out, or none. Processes of this library notice sooner that one of them is lost (`Heartbeat`).
+"""
+_BEATS: Final = 120
+"""So often a link that is not used is kept alive within a lease. A process that has stood still for almost a lease has heard all others just before."""
+_CLIENT_WAITS: Final = 2000
+"""Milliseconds for which a client looks for its router."""
 
 _PROTOCOLS: Final = ("tcp", "tls", "udp", "quic", "ws", "unixsock-stream", "unixpipe", "serial", "vsock")
 
@@ -149,7 +157,7 @@ _COMMON: Final[_Settings] = {
     "open/return_conditions": {"connect_scouted": False, "declares": False},
     "timestamping/enabled": {"router": True, "peer": True, "client": True},  # kept samples are told apart by it
     "transport/link/tx/lease": LEASE,
-    "transport/link/tx/keep_alive": 4,
+    "transport/link/tx/keep_alive": _BEATS,
     "transport/link/tx/queue/size/data": 16,  # room for 1 MB (from 2): a Python receiver stops reading for some milliseconds now and then
     "transport/link/tx/queue/size/data_low": 16,
     "transport/unicast/accept_pending": 10_000,
@@ -174,7 +182,7 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
                 **({f"transport/link/{link}/so_sndbuf": _THIN for link in ("tcp", "tls")} if config.thin_links else {}),
                 "listen/endpoints": listen or ([] if client else [f"{_protocol(config.security)}/127.0.0.1:0"]),
                 "connect/endpoints": [*config.meeting_points, *connect],
-                "connect/timeout_ms": LEASE if client else -1,
+                "connect/timeout_ms": _CLIENT_WAITS if client else -1,
                 "connect/exit_on_failure": client,
                 "connect/retry": _RETRY,
                 "scouting/gossip/autoconnect": {"router": [], "peer": ["router", "peer"]},

@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Final
 
+from actors.transport.format.sessions import new_session
 from actors.transport.protocol import Answer, Delivery, Events, Handle, Link, Outlet, Query, Sample, WireUnavailable
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.config import ZenohConfig, session_settings, write_config
@@ -60,7 +61,7 @@ class ZenohTransport:
 
     def __init__(self, config: ZenohConfig | None = None) -> None:
         self._config = config or ZenohConfig()
-        self._session = f"{2**124 + secrets.randbelow(15 * 2**124):x}"  # 32 digits, the first of them not 0
+        self._session = new_session(secrets.SystemRandom())
         self._opened = False
         self._running: _Running | None = None
 

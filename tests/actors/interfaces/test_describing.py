@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from actors import Child, Node, Service, ServiceUnavailable
-from actors.interfaces import to_plain
+from actors.interfaces import load, to_plain, type_description
 from actors.interfaces.describing import described
 from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
 from actors.testing import Rig
@@ -102,3 +102,11 @@ async def test_every_node_describes_types_unless_a_parameter_says_no(rig: Rig) -
     assert answer.successful
     with pytest.raises(ServiceUnavailable):
         await rig.me.call(Service(GetTypeDescription, "/shut/get_type_description"), request, timeout=0.5)
+
+
+def test_a_sequence_of_bounded_wstrings_is_described_as_ros_2_does_it() -> None:
+    """rosidl_parser reads `sequence<wstring<3>>` as bounded by 3, and `sequence<string<3>>` as unbounded (Kilted and Lyrical)."""
+    cls: Any = load("wstring<=3[] wide\nstring<=3[] words\nwstring<=3[<=7] few", "tests/msg/Odd")
+    fields = type_description(cls)["type_description"]["fields"]
+
+    assert [(field["type"]["type_id"], field["type"]["capacity"]) for field in fields] == [(118, 3), (165, 0), (118, 7)]

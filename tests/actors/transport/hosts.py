@@ -21,11 +21,11 @@ class Hosts:
         self.rigs: list[Rig] = []
         self.ends: dict[Rig, End] = {}
 
-    async def start(self, *nodes: Any, **options: Any) -> Rig:
-        """One more system, with these nodes."""
+    async def start(self, *nodes: Any, session: str = "", **options: Any) -> Rig:
+        """One more system, with these nodes. Without a `session` its identity has no mark, as that of a transport of the user's own."""
         rig = Rig()
         self.rigs.append(rig)
-        self.ends[rig] = end = self.network.end()
+        self.ends[rig] = end = self.network.end(session)
         await rig.start(*nodes, transport=end, **options)
         await rig.quiet()
         return rig

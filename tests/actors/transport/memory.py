@@ -35,10 +35,10 @@ class Network:
         self.puts = 0
         """How many samples have been put."""
 
-    def end(self) -> End:
+    def end(self, session: str = "") -> End:
         """One more end, not open yet."""
         self.made += 1
-        return End(self, f"{self.made:x}")
+        return End(self, session or f"{self.made:x}")
 
     def post(self, act: Callable[[], None]) -> None:
         self.queue.append(act)
@@ -228,7 +228,7 @@ class Question:
         servers = [one for other in self.end.network.others(self.end) for one in other.servers if one.key == self.key]
         self.asked = {one.end for one in servers}
         if not servers:
-            self.finish(NoAnswer(False))
+            self.end.network.post(lambda: self.finish(NoAnswer(False)))  # after the news that a server is lost
         for one in servers:
             one.take(Asked(self, one.end))
 

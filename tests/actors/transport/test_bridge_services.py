@@ -140,12 +140,23 @@ async def test_a_server_process_that_is_lost_ends_its_calls_with_an_error_that_n
     hosts.lose(server)
     with pytest.raises(
         NotRunning,
-        match="/adder, which serves /add, has ended or is lost, or has dropped the request, and has not answered",
+        match="/adder, which serves /add, has ended or is lost, and has not answered",
     ):
         await call
     assert client.now == 1.0
     with pytest.raises(NotRunning, match="/adder, which served /add, has stopped"):
         await client.call(ADD, two(1, 0))
+
+
+async def test_a_request_that_a_server_of_ros2_drops_is_told_as_that_while_the_server_is_there(hosts: Hosts) -> None:
+    _, client = await hosts.start(Adder), await hosts.start(Node)
+    call = asyncio.create_task(client.call(ADD, two(1, 30), timeout=9.0))
+    await client.advance(1.0)
+    hosts.ends[client].questions[0].finish(NoAnswer(timed_out=False))  # its queue is full: Zenoh ends the question
+
+    with pytest.raises(ServiceFailed, match="/adder failed to serve the request: request dropped: /add is served, but"):
+        await call
+    assert client.now == 1.0
 
 
 async def test_who_calls_a_node_that_is_being_restarted_is_told_so(hosts: Hosts) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from random import Random
 from typing import Any
 
 import pytest
@@ -17,6 +18,7 @@ from actors.qos.policies import Durability, History, Liveliness
 from actors.testing import Rig
 from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.gids import gid_of
+from actors.transport.format.sessions import new_session
 from actors.transport.protocol import Delivery, Sample
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.stage import NUMBERS, WORDS, events, number, values, word
@@ -271,6 +273,28 @@ async def test_an_incompatible_quality_of_service_is_told_on_both_sides_and_noth
     for side in (rig, other):
         (line,) = events(side.logs, "Last incompatible policy: RELIABILITY")
         assert line.node == "/rig"
+
+
+@pytest.mark.parametrize(("offered", "requested"), [(qos.SENSOR_DATA, qos.DEFAULT), (qos.DEFAULT, qos.STATE)])
+async def test_with_a_process_of_ros2_what_does_not_fit_is_exchanged_as_there_and_told_once(
+    hosts: Hosts, offered: QoS, requested: QoS
+) -> None:
+    """`rmw_zenoh` matches what DDS would refuse."""
+    ours = await hosts.start(Node, session=new_session(Random(1)))
+    theirs = await hosts.start(Node, session="1234")
+    out = ours.me.publisher(NUMBERS, qos=offered)
+    theirs.probe(NUMBERS, qos=requested)
+    back = Topic(Int32, "back")
+    probes = [ours.probe(back, qos=requested) for _ in range(2)]
+    await ours.quiet()
+    theirs.me.publisher(back, qos=offered)(number(1))
+    await ours.quiet()
+
+    assert [values(probe) for probe in probes] == [[1], [1]]
+    assert (out.subscription_count, out.status.incompatible_qos, probes[0].status.incompatible_qos) == (1, 0, 0)
+    lines = events(ours.logs, "messages are exchanged all the same")
+    assert [line.event.split()[1] for line in lines] == ["subscription", "publisher"]
+    assert not events(ours.logs, "No messages")
 
 
 async def test_other_types_of_the_same_name_are_told_apart_by_their_hashes_on_both_sides(hosts: Hosts) -> None:

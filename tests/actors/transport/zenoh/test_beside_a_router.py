@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import signal
 import sys
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -31,7 +32,7 @@ class Place:
         self._ros = find_ros().router if router == "rmw_zenohd" else ""
 
     @asynccontextmanager
-    async def router(self) -> AsyncIterator[None]:
+    async def router(self) -> AsyncIterator[asyncio.subprocess.Process]:
         """A router in a process of its own, which is killed in the end. It has to find its port free."""
         words = (self._ros,) if self._ros else (sys.executable, "-m", "robot", "router", "--listen", self.endpoint)
         settings = {"ZENOH_CONFIG_OVERRIDE": f'listen/endpoints=["{self.endpoint}"]', "RUST_LOG": "off"}
@@ -42,7 +43,7 @@ class Place:
             while not await self._answers():
                 assert process.returncode is None, "the router has ended"
                 await asyncio.sleep(0.05)
-            yield
+            yield process
         finally:
             if process.returncode is None:
                 process.kill()
@@ -164,3 +165,30 @@ async def test_the_gossip_point_is_taken_over_although_a_router_is_there(place: 
 
             async with place.neighbour() as newcomer:
                 await all_linked(other, newcomer)
+
+
+@pytest.mark.parametrize("stopped", ["theirs", "the router"])
+async def test_a_process_of_ros2_that_has_stood_still_is_a_peer_again(place: Place, stopped: str) -> None:
+    token = f"@ros2_lv/7/{'e' * 32}/0/0/NN/%/%/theirs"
+    program = ("-m", "tests.actors.transport.zenoh.like_ros2", place.endpoint, KEY, token)
+    async with place.router() as router, place.program() as a:
+        got, _ = a.listen(f"{KEY}/theirs", ALL_OF_IT)
+        theirs = await asyncio.create_subprocess_exec(sys.executable, *program, stdout=asyncio.subprocess.PIPE)
+        try:
+            await a.until(lambda: got.numbers, "they are heard")
+            outlet = await a.outlet(f"{KEY}/ours", ALL_OF_IT)
+            still = theirs if stopped == "theirs" else router
+            for _ in range(2):
+                still.send_signal(signal.SIGSTOP)
+                await asyncio.sleep(3)  # longer than the lease of 2 s that was
+                still.send_signal(signal.SIGCONT)
+                last = got.numbers[-1]
+                await a.until(lambda last=last: got.numbers[-1] > last + 40, "they are heard for two seconds more")  # type: ignore[misc]
+                await a.until(lambda: outlet.wanted, "they listen")
+                outlet.put(b"0", b"")
+                assert theirs.stdout is not None
+                assert await asyncio.wait_for(theirs.stdout.readline(), timeout=5) == b"heard\n"
+            assert a.told("vanished") == []
+        finally:
+            theirs.kill()
+            await theirs.wait()

@@ -24,7 +24,7 @@ def settings(config: ZenohConfig) -> Any:
     return json.loads(str(write_config(config.file, session_settings(config, "ab12"))))
 
 
-def test_the_default_stays_on_the_loopback_interface_and_has_a_short_lease() -> None:
+def test_the_default_stays_on_the_loopback_interface_and_has_the_lease_of_ros2() -> None:
     found = settings(ZenohConfig())
 
     assert found["id"] == "ab12"
@@ -37,8 +37,8 @@ def test_the_default_stays_on_the_loopback_interface_and_has_a_short_lease() -> 
     assert found["scouting"]["multicast"]["enabled"] is False
     assert found["scouting"]["delay"] == 0
     assert found["timestamping"]["enabled"] == {"router": True, "peer": True, "client": True}
-    assert found["transport"]["link"]["tx"]["lease"] == 2000
-    assert found["transport"]["link"]["tx"]["keep_alive"] == 4
+    assert found["transport"]["link"]["tx"]["lease"] == 60_000
+    assert found["transport"]["link"]["tx"]["keep_alive"] == 120
     assert found["transport"]["shared_memory"]["enabled"] is False
 
 
