@@ -11,8 +11,8 @@ from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Header
 from robot.contracts import BATTERY_STATUS, DIAGNOSTICS, GAIT_STATUS, MOTOR_POWER, ODOMETRY, POSE, SAFETY_STATE, SCAN
+from robot.hardware.real_time import SLOW
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, MotorPower, SafetyState
-from robot.sim.real_time import SLOW
 
 __all__ = ["Diagnostics"]
 

@@ -18,12 +18,12 @@ from robot.contracts import BATTERY_STATUS, BODY_DRIVE, MOTOR_POWER, MOTOR_TARGE
 from robot.control.fence import Fence
 from robot.control.safe_stop import SafeStop
 from robot.hardware import body as hardware
+from robot.hardware.real_time import RealTime
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, BodyDrive, MotorPower
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
 from robot.model.actuators import SILENCE
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT
-from robot.sim.real_time import RealTime
 
 if TYPE_CHECKING:
     from actors import ExitReason

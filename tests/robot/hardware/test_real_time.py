@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from actors.time.lockstep import Lockstep
-from robot.sim import real_time
-from robot.sim.real_time import WINDOW, RealTime
+from robot.hardware import real_time
+from robot.hardware.real_time import WINDOW, RealTime
 
 
 @pytest.fixture
