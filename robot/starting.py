@@ -39,5 +39,5 @@ def _end(number: int, frame: object) -> None:
     for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(each, signal.SIG_IGN)
     signal.alarm(LONGEST)
-    atexit._run_exitfuncs()  # and not `sys.exit`, which would unwind what is being imported
+    atexit._run_exitfuncs()  # pyright: ignore[reportPrivateUsage]  # and not `sys.exit`, which would unwind what is being imported
     os._exit(128 + number)

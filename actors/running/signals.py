@@ -118,8 +118,7 @@ class Signals:
         for_loop: Any = signal.getsignal(number)
 
         def note(number: int, frame: FrameType | None) -> None:
-            if callable(for_loop):
-                for_loop(number, frame)
+            for_loop(number, frame)
             self._noted(signal.Signals(number))
 
         signal.signal(number, note)
@@ -215,10 +214,10 @@ class SigtermExit:
 
     def leave(self) -> None:
         """Restore the default actions, unless the handler was replaced meanwhile or this is not the main thread."""
-        if threading.current_thread() is threading.main_thread():
-            for number in self._replaced:
-                if signal.getsignal(number) is self:
-                    signal.signal(number, signal.SIG_DFL)
+        here = threading.current_thread() is threading.main_thread()
+        for number in self._replaced:
+            if here and signal.getsignal(number) is self:
+                signal.signal(number, signal.SIG_DFL)
 
 
 def exit_on_sigterm() -> SigtermExit | None:

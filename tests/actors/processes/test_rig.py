@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import json
-from types import TracebackType
+from types import SimpleNamespace, TracebackType
 from typing import Any, cast
 
 import pytest
@@ -166,6 +166,17 @@ async def test_a_process_whose_nodes_are_not_reached_is_told_and_then_has_not_st
             pass
     (warned,) = [line for line in told if line.event == "waiting for a process that is ready, and not reached yet"]
     assert (warned.time, warned.fields["nodes"]) == (pytest.approx(KNOWN_SECONDS, abs=0.1), ["/counter"])
+
+
+@virtual
+async def test_a_process_of_another_machine_is_not_waited_for_longer_than_two_seconds() -> None:
+    loop = asyncio.get_running_loop()
+    home = SimpleNamespace(
+        _runtime=SimpleNamespace(loop=loop), _missing=lambda: {"/far"}, _spec=Child(Counter, name="far", host="far")
+    )
+    begun = loop.time()
+    await TreeHome.known(cast("TreeHome", home))
+    assert loop.time() - begun == pytest.approx(KNOWN_SECONDS, abs=0.1)
 
 
 async def test_a_killed_process_is_restarted_and_its_node_goes_on_from_its_checkpoint(rig: Rig) -> None:

@@ -25,7 +25,7 @@ from actors.processes.channel import Channel, framed
 from actors.processes.main import main, read_frame, serve
 from actors.processes.messages import BEAT, Line, NodeFacts, Nodes, Order, Over, Ready, StopAsked
 from actors.processes.preparation import preparation
-from actors.processes.signals import PARENT
+from actors.processes.signals import PARENT, leave_to_parent
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.processes.kit import until
 
@@ -245,3 +245,17 @@ def test_the_system_is_asked_to_tell_of_the_parents_end(monkeypatch: pytest.Monk
     monkeypatch.setattr(sys, "platform", "darwin")
     mains.end_with_parent(PARENT)
     assert asked() == before
+
+
+def test_a_process_of_nohup_keeps_SIGHUP_ignored() -> None:
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = [signal.getsignal(number) for number in numbers]
+    try:
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        leave_to_parent()
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+        for number in numbers:
+            signal.raise_signal(number)  # and this process goes on
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)

@@ -241,7 +241,7 @@ def test_a_loop_that_does_not_hear_the_first_is_ended_by_the_second(monkeypatch:
             time.sleep(0.015)  # noqa: ASYNC251  # the loop hangs; three of these are more than one signal takes
 
     asyncio.run(main())
-    assert ended == [143]
+    assert set(ended) == {143}  # twice on a machine that sleeps longer
     assert "ended by SIGTERM: the event loop has not turned for 0.0 s, at " in said[0]
     assert said[0].endswith(f"{main.__qualname__}\n")
 

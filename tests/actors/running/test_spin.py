@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import subprocess
@@ -232,3 +233,23 @@ def test_only_a_signal_that_kills_is_a_failure(how: str, code: int, tmp_path: Pa
     done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
     said = [line for line in done.stdout.splitlines() if "[" not in line]  # the log
     assert (done.returncode, said, done.stderr) == (code, ["stops"], "")
+
+
+class Interrupted(Node):
+    """Gets Ctrl-C in its start phase, or later."""
+
+    early = parameter(False)
+
+    async def on_start(self) -> None:
+        if self.early:
+            signal.raise_signal(signal.SIGINT)
+            await asyncio.sleep(3600.0)
+
+    @every(hz=100)
+    def tick(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize("early", [True, False])
+def test_ctrl_c_at_any_time_is_a_success(early: bool) -> None:
+    spin(Child(Interrupted, parameters={"early": early}), argv=[])
