@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.logs.terminal import CONTROLS, shown
 
@@ -75,7 +75,7 @@ def clear_screen() -> None:
 class _Shown(io.TextIOBase):
     """A stream whose text is shown: names, errors and log lines of others are in it."""
 
-    def __init__(self, stream: IO[str]) -> None:
+    def __init__(self, stream: Any) -> None:
         self.stream = stream
 
     def __getattr__(self, name: str) -> Any:
@@ -83,7 +83,7 @@ class _Shown(io.TextIOBase):
 
     @property
     def encoding(self) -> str:  # type: ignore[override]  # a property there, too, whatever the stubs say
-        return self.stream.encoding
+        return str(self.stream.encoding)
 
     def write(self, text: str) -> int:
         self.stream.write(shown(text))
@@ -93,17 +93,18 @@ class _Shown(io.TextIOBase):
         self.stream.flush()
 
     def isatty(self) -> bool:
-        return self.stream.isatty()
+        return bool(self.stream.isatty())
 
     def fileno(self) -> int:
-        return self.stream.fileno()
+        return int(self.stream.fileno())
 
 
 @contextmanager
 def safe_output() -> Generator[None]:
     """Within the block, what is printed cannot control the terminal; `control` can."""
     before = sys.stdout, sys.stderr
-    ours = sys.stdout, sys.stderr = _Shown(sys.stdout), _Shown(sys.stderr)
+    ours: Any = _Shown(sys.stdout), _Shown(sys.stderr)
+    sys.stdout, sys.stderr = ours
     try:
         yield
     finally:
@@ -114,4 +115,4 @@ def safe_output() -> Generator[None]:
 def control(sequence: str, stream: IO[str] | None = None) -> None:
     """Control the terminal that is stdout, or this stream."""
     out: Any = stream or sys.stdout
-    (cast("IO[str]", out.stream) if isinstance(out, _Shown) else out).write(sequence)
+    (out.stream if isinstance(out, _Shown) else out).write(sequence)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import pickle
 import sys
-from functools import cache
+from functools import cache, partial
 from io import BytesIO
 from types import UnionType
 from typing import Any, Final, Literal, Union, cast, get_args, get_origin, get_type_hints
@@ -98,10 +98,15 @@ class _Foreign:
         """Do without it."""
 
 
-class _Reading(pickle.Unpickler):
+_Unpickler: Any = pickle._Unpickler  # type: ignore[attr-defined]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
+"""That in Python: the one in C makes room for as many values as the bytes say that it remembers."""
+
+
+class _Reading(_Unpickler):  # type: ignore[misc]  # its type is not known
     def find_class(self, module: str, name: str, /) -> Any:
         made = _MADE.get(f"{module}:{name}")
-        return type(name, (_Foreign,), {"named": (module, name)}) if made is None else made
+        # Never the class itself: the bytes can set attributes of what they have named.
+        return type(name, (_Foreign,), {"named": (module, name)}) if made is None else partial(made)
 
     def persistent_load(self, pid: Any) -> Any:
         raise UnreadableEvent("it speaks of what is kept elsewhere")
@@ -125,7 +130,7 @@ def _error(
     kind: Any, args: tuple[Any, ...], state: dict[str, Any], notes: tuple[str, ...], cause: BaseException | None
 ) -> Exception:
     """An error, without a call of its class: see `actors.processes.pickling`. One of a class that is not loaded here is a `RemoteError`."""
-    found = kind if kind is RemoteError else _class_of(kind, Exception)
+    found = RemoteError if getattr(kind, "func", None) is RemoteError else _class_of(kind, Exception)
     if found is None:
         error: Exception = RemoteError(str(kind.named[1]), ", ".join(map(str, args)))
     else:

@@ -137,12 +137,14 @@ def written(message: ToAgent | FromAgent) -> bytes:
 
 def for_agent(data: bytes) -> ToAgent:
     """What a tree has written. Raises `msgspec.MsgspecError`."""
-    return _FOR_AGENT.decode(data)
+    message: ToAgent = _FOR_AGENT.decode(data)
+    return message
 
 
 def from_agent(data: bytes) -> FromAgent:
     """What an agent has written. Raises `msgspec.MsgspecError`."""
-    return _FROM_AGENT.decode(data)
+    message: FromAgent = _FROM_AGENT.decode(data)
+    return message
 
 
 def _told(error: Any) -> tuple[str, int, float, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -139,6 +140,18 @@ def test_nothing_that_is_named_is_called(tmp_path: Path, which: int) -> None:
 def test_what_is_no_event_is_refused(value: Any) -> None:
     with pytest.raises(UnreadableEvent):
         read_event(pack(value))
+
+
+def test_nothing_is_remembered_or_set_beyond_the_event() -> None:
+    remembered = b"\x80\x04Nr\xff\xff\xff\x3f."  # None, to be remembered as number 2**30
+    named = b"\x80\x04\x8c\x19actors.processes.messages\x8c\x04Line\x93"
+    set_on_it = named + b"N}\x8c\x07__str__N" + b"s\x86b."
+    begun = time.process_time()
+    for data in (remembered, set_on_it):
+        with pytest.raises(UnreadableEvent):
+            read_event(data)
+    assert time.process_time() - begun < 1.0
+    assert callable(Line.__str__)
 
 
 def test_bytes_that_are_no_pickle_are_refused() -> None:
