@@ -115,7 +115,8 @@ class Cycles:
             self._follow((*chain, *waits.nodes), waits.last.server)
         elif (chain[0].session, chain[0].node_id) == (self._side.transport.session, self._own.get(waits.last)):
             waits.last.future.set_exception(CallCycle(waits.cycle))
-        elif (reached := waits.last.server.node if waits.nodes else node) is not None:
+        else:
+            reached: Any = waits.last.server.node if waits.nodes else node
             self._verify(waits.last, reached)
 
     def _verify(self, call: OpenCall, node: Caller) -> None:
