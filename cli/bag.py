@@ -9,6 +9,7 @@ from importlib import import_module
 from types import MappingProxyType
 
 from cli.command import CommandFailed
+from cli.output import control
 
 __all__ = ["VERBS", "main"]
 
@@ -60,10 +61,13 @@ def main(argv: Sequence[str]) -> int:
 def progress(text: str) -> None:
     """Show how far a command is, on a terminal only."""
     if sys.stderr.isatty():
-        print(f"\r{text}\x1b[K", end="", file=sys.stderr, flush=True)
+        control("\r", sys.stderr)
+        print(text, end="", file=sys.stderr)
+        control("\x1b[K", sys.stderr)
+        sys.stderr.flush()
 
 
 def progress_over() -> None:
     """Leave the line of `progress`."""
     if sys.stderr.isatty():
-        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+        control("\r\x1b[K", sys.stderr)

@@ -12,6 +12,7 @@ import signal
 import sys
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from enum import Enum
 from importlib import import_module
 from types import MappingProxyType
@@ -57,6 +58,9 @@ GROUPS: Mapping[str, str] = MappingProxyType(
 _MODULES: Mapping[str, str] = MappingProxyType({"graph": "cli.drawing", "log": "cli.logging", "wtf": "cli.doctor"})
 """The modules of groups that are not called like them."""
 
+_FOR_OTHERS = frozenset({"launch", "launch_test", "agent", "component", "web"})
+"""Groups that run programs, whose output passes through, or the nodes of a tree, whose log has colours."""
+
 EXIT_CODES_OPTION = "--ros2-exit-codes"
 
 
@@ -98,9 +102,12 @@ def module_of(group: str) -> str:
 
 def run_group(name: str, argv: Sequence[str]) -> int:
     """Run a verb of the group `name`, and return its exit code (see `Exit`). Writes a line about every error, and raises none."""
+    from cli.output import safe_output
+
     words, as_ros2 = _without_option(argv)
     try:
-        ended = _run(name, words)
+        with nullcontext() if name in _FOR_OTHERS else safe_output():
+            ended = _run(name, words)
     except KeyboardInterrupt:
         ended = Exit.INTERRUPTED
     return ended.value[as_ros2] if isinstance(ended, Exit) else ended

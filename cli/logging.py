@@ -111,7 +111,8 @@ def _print(line: Log, options: argparse.Namespace) -> None:
     import os
     import sys
 
-    from cli.output import print_json
+    from actors.logs.terminal import shown
+    from cli.output import control, print_json
 
     word = LEVELS.get(line.level, str(line.level))
     seconds = f"{line.stamp.sec}.{line.stamp.nanosec:09d}"
@@ -119,6 +120,8 @@ def _print(line: Log, options: argparse.Namespace) -> None:
         place = {"file": line.file, "function": line.function, "line": line.line}
         print_json({"level": word, "stamp": float(seconds), "name": line.name, "message": line.msg, **place})
         return
-    text = f"[{word}] [{seconds}] [{line.name}]: {line.msg}"
+    text = f"[{word}] [{seconds}] [{line.name}]: {shown(line.msg, '    ')}"
     colour = _COLOURS.get(line.level, "") if sys.stdout.isatty() and not os.environ.get("NO_COLOR") else ""
-    print(f"{colour}{text}\x1b[0m" if colour else text)
+    control(colour)
+    print(text, end="" if colour else "\n")
+    control("\x1b[0m\n" if colour else "")

@@ -2,18 +2,38 @@
 
 from __future__ import annotations
 
+import io
+import re
 import sys
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
 
-__all__ = ["clear_screen", "print_json", "print_names", "print_of_type", "print_types", "table"]
+from actors.logs.terminal import CONTROLS, shown
+
+if TYPE_CHECKING:
+    from typing import IO
+
+__all__ = [
+    "clear_screen",
+    "control",
+    "print_json",
+    "print_names",
+    "print_of_type",
+    "print_types",
+    "safe_output",
+    "table",
+]
+
+
+_CONTROL: Final = re.compile(f"[{CONTROLS}]")
 
 
 def print_json(value: Any) -> None:
     """One JSON value on one line. Numbers that JSON does not know (nan, inf) are null, bytes are lists of numbers."""
     import msgspec
 
-    print(msgspec.json.encode(value).decode())
+    print(_CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", msgspec.json.encode(value).decode()))
 
 
 def print_names(found: Mapping[str, Sequence[str]], *, types: bool, counted: bool, json: bool) -> None:
@@ -49,4 +69,50 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def clear_screen() -> None:
     """Begin at the top of an empty screen, if the output is one."""
     if sys.stdout.isatty():
-        print("\x1b[H\x1b[2J", end="")
+        control("\x1b[H\x1b[2J")
+
+
+class _Shown(io.TextIOBase):
+    """A stream whose text is shown: names, errors and log lines of others are in it."""
+
+    def __init__(self, stream: Any) -> None:
+        self.stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.stream, name)
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]  # a property there, too, whatever the stubs say
+        return str(self.stream.encoding)
+
+    def write(self, text: str) -> int:
+        self.stream.write(shown(text))
+        return len(text)
+
+    def flush(self) -> None:
+        self.stream.flush()
+
+    def isatty(self) -> bool:
+        return bool(self.stream.isatty())
+
+    def fileno(self) -> int:
+        return int(self.stream.fileno())
+
+
+@contextmanager
+def safe_output() -> Generator[None]:
+    """Within the block, what is printed cannot control the terminal; `control` can."""
+    before = sys.stdout, sys.stderr
+    ours: Any = _Shown(sys.stdout), _Shown(sys.stderr)
+    sys.stdout, sys.stderr = ours
+    try:
+        yield
+    finally:
+        if (sys.stdout, sys.stderr) == ours:
+            sys.stdout, sys.stderr = before
+
+
+def control(sequence: str, stream: IO[str] | None = None) -> None:
+    """Control the terminal that is stdout, or this stream."""
+    out: Any = stream or sys.stdout
+    (out.stream if isinstance(out, _Shown) else out).write(sequence)

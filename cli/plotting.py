@@ -17,6 +17,7 @@ from actors.names.names import is_hidden
 from actors.suggest import did_you_mean
 from cli.command import CommandFailed, Exit
 from cli.graph import Seen, seen
+from cli.output import control
 from cli.topic.echo import field_of, topic_of
 from cli.view import absolute
 
@@ -161,7 +162,8 @@ async def _show(series: Sequence[Series], options: argparse.Namespace, begin: fl
 def _draw(series: Sequence[Series], options: argparse.Namespace, before: str = "") -> None:
     width = shutil.get_terminal_size((80, 24)).columns
     lines = [line for one in series for line in braille(one.last(options.window), width, HEIGHT)]
-    print(before + "\n".join(lines), flush=True)
+    control(before)
+    print("\n".join(lines), flush=True)
 
 
 def braille(series: Series, width: int, height: int) -> Iterator[str]:

@@ -16,6 +16,7 @@ from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
 from actors.typing import NodeView
 from cli.command import Exit
 from cli.graph import Seen, add_graph_options, seen
+from cli.output import control
 from cli.parsing import count, until_signal
 
 __all__ = ["Host", "Lease", "NodeRow", "Process", "Watch", "main", "table"]
@@ -106,7 +107,9 @@ async def _top(options: argparse.Namespace) -> int:
             while not taking.done():
                 hosts = watch.hosts(_others(graph), graph.system.clock.now())
                 text = _json(hosts) if options.json else "\n".join(table(hosts, shutil.get_terminal_size().columns))
-                print(f"{CLEAR}{text}" if live else text, flush=True)
+                if live:
+                    control(CLEAR)
+                print(text, flush=True)
                 if options.once:
                     return 0
                 await asyncio.sleep(PERIOD)

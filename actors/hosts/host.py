@@ -13,6 +13,7 @@ from msgspec import structs
 
 from actors.errors import described
 from actors.hosts.errors import HostLost
+from actors.hosts.events import UnreadableEvent, read_event
 from actors.hosts.lease import Granting
 from actors.hosts.messages import (
     Asked,
@@ -31,7 +32,7 @@ from actors.hosts.messages import (
 from actors.hosts.remote import RemoteProcess
 from actors.logs import NodeLog
 from actors.processes.messages import Event, Line, NodeFacts, Nodes, Order, Request
-from actors.processes.pickling import pack, unpack
+from actors.processes.pickling import pack
 from actors.runtime.observers import HostLease
 from actors.waiting import wake
 
@@ -199,7 +200,12 @@ class Host:
             del self._processes[message.number]
             process.end(message.how)
         else:
-            process.take(_at_home(unpack(message.event), self._ahead))
+            try:
+                event = read_event(message.event)
+            except UnreadableEvent as error:
+                self._log.error("what a process tells cannot be read", host=self.name, because=str(error))
+                return
+            process.take(_at_home(event, self._ahead))
 
 
 class _Place:

@@ -11,9 +11,9 @@ from msgspec import structs
 
 from actors.hosts.agent import Agent, Running, Session
 from actors.hosts.lease import LEASE_SECONDS
-from actors.hosts.messages import Launch, Wire
+from actors.hosts.messages import Launch, Wire, for_agent, from_agent, written
 from actors.processes.messages import Event, Opaque
-from actors.processes.pickling import pack, unpack
+from actors.processes.pickling import unpack
 from actors.processes.simulated import simulate
 from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
 from actors.transport.protocol import Transport
@@ -105,7 +105,7 @@ class SimulatedHosts:
 
         def arrive() -> None:
             if host in self._agents:
-                session = self._agents[host].session(_SimulatedWire(back, take, lost), self._here)
+                session = self._agents[host].session(_SimulatedWire(back, from_agent, take, lost), self._here)
                 self._streams[host] += (there, back)
                 back.send(_Frame(back, 0, partial(wake, answered, session)))
 
@@ -115,7 +115,7 @@ class SimulatedHosts:
         except asyncio.CancelledError:
             there.open = back.open = False
             raise
-        return _SimulatedWire(there, session.take, session.lost)
+        return _SimulatedWire(there, for_agent, session.take, session.lost)
 
     async def _launch(self, host: str, message: Launch, take: Callable[[Event | Opaque], None]) -> Running:
         order = structs.replace(unpack(message.order), transport=partial(self._network.transport, host))
@@ -127,16 +127,24 @@ class _SimulatedWire:
 
     unsent = 0
 
-    def __init__(self, stream: Stream, take: Callable[[Any], None], lost: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        stream: Stream,
+        read: Callable[[bytes], Any],
+        take: Callable[[Any], None],
+        lost: Callable[[], None],
+    ) -> None:
+        """`read` is how the other end reads what is sent."""
         self._stream = stream
+        self._read = read
         self._take = take
         self._lost = lost
         self._closed = False
 
-    def send(self, value: object) -> None:
+    def send(self, value: Any) -> None:
         if not self._closed:
-            data = pack(value)
-            self._stream.send(_Frame(self._stream, len(data), lambda: self._take(unpack(data))))
+            data = written(value)
+            self._stream.send(_Frame(self._stream, len(data), lambda: self._take(self._read(data))))
 
     def close(self) -> None:
         if not self._closed:

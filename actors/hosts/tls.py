@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import ssl
+import time
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager, closing
 from pathlib import Path
@@ -14,7 +15,7 @@ from actors.checks import is_number
 from actors.errors import DeclarationError
 from actors.hosts.agent import Agent, Session
 from actors.hosts.lease import LEASE_SECONDS
-from actors.hosts.messages import ToAgent, Wire
+from actors.hosts.messages import ToAgent, Wire, for_agent, from_agent, written
 from actors.hosts.runs import count_run
 from actors.hosts.there import Launcher
 from actors.processes.channel import Channel
@@ -24,6 +25,8 @@ __all__ = ["ALARM_SECONDS", "PORT", "TlsHosts", "address_of", "serve"]
 
 PORT: Final = 7450
 """Where an agent is found unless said otherwise."""
+MOST_BYTES: Final = 1 << 28
+"""The longest message: an order, or what a node leaves for its next life."""
 ALARM_SECONDS: Final = 0.1
 """So long after the end of a lease the kernel ends an agent that has not acted on it; its processes go with it."""
 
@@ -31,7 +34,8 @@ ALARM_SECONDS: Final = 0.1
 class TlsHosts:
     """The machines that a tree may give its parts to: ``TlsHosts({"base": "192.168.1.6:7450"}, security=load_security(FILE))``.
 
-    The certificate of the agent at an address must be that of the host's name. A host whose agent is silent for `lease` seconds is lost.
+    The certificate of the agent at an address must be that of the host's name, before anything that it sends is read, and a connection ends with
+    it. Nothing that an agent sends is executed (see `actors.hosts.events`). A host whose agent is silent for `lease` seconds is lost.
     Each run of the tree is counted in the file `runs`, by default the one of that name beside the security file, so that what a machine
     still does for an earlier run is known as older (`Node.fencing_token`); without that file the count begins anew.
 
@@ -57,12 +61,23 @@ class TlsHosts:
     async def dial(self, host: str, take: Callable[[Any], None], lost: Callable[[], None]) -> Wire:
         """Open a connection with the agent of a host. Raises OSError."""
         address, port = self._addresses[host]
-        transport, channel = await asyncio.get_running_loop().create_connection(
-            lambda: Channel(take, lost), address, port, ssl=self._context
-        )
-        if (name := _peer(transport)) != host:
-            transport.close()
-            raise ConnectionError(f"at {address}:{port} is {name!r}, not {host!r}, by its certificate")
+        names: list[str] = []
+        ends: list[asyncio.TimerHandle] = []
+
+        def made(transport: asyncio.Transport) -> bool:
+            names.append(_peer(transport))
+            ends.append(_end_with_certificate(transport))
+            return names == [host]
+
+        def gone() -> None:
+            for timer in ends:
+                timer.cancel()
+            lost()
+
+        channel = Channel(take, gone, from_agent, made, written, MOST_BYTES)
+        await asyncio.get_running_loop().create_connection(lambda: channel, address, port, ssl=self._context)
+        if names != [host]:
+            raise ConnectionError(f"at {address}:{port} is {''.join(names)!r}, not {host!r}, by its certificate")
         return channel
 
     def count_run(self) -> int:
@@ -112,21 +127,27 @@ class _Caller:
         self._agent = agent
         self._owners = owners
         self._session: Session | None = None
-        self.channel = Channel(self._take, self._lost, made=self._made)
+        self._end: asyncio.TimerHandle | None = None
+        self.channel = Channel(self._take, self._lost, for_agent, self._made, written, MOST_BYTES)
 
-    def _made(self, transport: asyncio.Transport) -> None:
+    def _made(self, transport: asyncio.Transport) -> bool:
         name = _peer(transport)
         if name in self._owners:
             self._session = self._agent.session(self.channel, name)
+            self._end = _end_with_certificate(
+                transport, lambda: self._agent.say(f"the certificate of {name} has ended")
+            )
         else:
             self._agent.say(f"{name!r} has been refused: it is none of {', '.join(self._owners)}")
-            transport.abort()
+        return self._session is not None
 
     def _take(self, message: ToAgent) -> None:
         if self._session is not None:
             self._session.take(message)
 
     def _lost(self) -> None:
+        if self._end is not None:
+            self._end.cancel()
         if self._session is not None:
             self._session.lost()
 
@@ -145,6 +166,19 @@ def _context(side: int, security: Security) -> ssl.SSLContext:
     context.load_verify_locations(tls.authority)
     context.load_cert_chain(tls.certificate, tls.key)
     return context
+
+
+def _end_with_certificate(transport: asyncio.Transport, say: Callable[[], None] = lambda: None) -> asyncio.TimerHandle:
+    """Have the connection end when the certificate at the other end does, unless the timer is canceled."""
+    certificate = cast("dict[str, Any]", transport.get_extra_info("peercert"))
+    left = ssl.cert_time_to_seconds(certificate["notAfter"]) - time.time()
+
+    def end() -> None:
+        if not transport.is_closing():
+            say()
+            transport.abort()
+
+    return asyncio.get_running_loop().call_later(left, end)
 
 
 def _peer(transport: asyncio.BaseTransport) -> str:

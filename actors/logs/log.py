@@ -8,6 +8,7 @@ from textwrap import indent
 from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias, cast
 
 from actors.logs.levels import CallSites, Level, LevelTree, NanosecondClock
+from actors.logs.terminal import shown
 from actors.names.names import logger_name
 from actors.places import Place, error_fields, traceback_of, users_trace
 from actors.time.values import stamp_of
@@ -291,10 +292,15 @@ def structlog_sink(record: LogRecord) -> None:
     elif record.error is None and record.traceback:
         fields = {**fields, "exception": record.traceback}
     getattr(structlog.get_logger("actors"), level)(
-        record.event, node=record.node, time=round(record.time, 6), life=record.incarnation, **fields
+        shown(record.event, _INDENT),
+        node=record.node,
+        time=round(record.time, 6),
+        life=record.incarnation,
+        **_shown(fields),
     )
 
 
+_INDENT: Final = "    "
 _OWN: Final = frozenset(("event", "level", "life", "logger", "node", "time"))
 
 
@@ -312,6 +318,14 @@ def _event_dict(record: LogRecord) -> dict[str, Any]:
         "life": record.incarnation, "event": record.event, **_fields(record),
         **({"times": record.times} if record.times > 1 else {}),
     }  # fmt: skip
+
+
+def _shown(fields: dict[str, Any]) -> dict[str, Any]:
+    """The same for a terminal: texts come from anywhere."""
+    return {
+        name: shown(value, None if name == "exception" else _INDENT) if isinstance(value, str) else value
+        for name, value in fields.items()
+    }
 
 
 def json_sink(stream: IO[str] | None = None, level: int = 0) -> LogSink:
@@ -354,7 +368,7 @@ def console_sink(stream: IO[str] | None = None, level: int = 0) -> LogSink:
             del fields["life"]
         if record.times == 1 and (text := record.traceback):
             fields["exception"] = text
-        line = f"{clock} {columns(None, '', {**fields, 'logger': node})}"
+        line = f"{clock} {columns(None, '', {**_shown(fields), 'logger': shown(node)})}"
         print(line.encode(encoding, "replace").decode(encoding), file=out, flush=True)
 
     return write

@@ -12,6 +12,7 @@ from typing import IO, Final
 
 from actors.logs.levels import Level
 from actors.logs.log import LogRecord, LogSink, log_message
+from actors.logs.terminal import shown
 
 __all__ = ["log_directory", "ros_console_sink", "ros_file_sink"]
 
@@ -101,6 +102,6 @@ def _formatter(environ: Mapping[str, str]) -> Callable[[LogRecord], str]:
             "function_name": "",
             "line_number": number or "0",
         }
-        return re.sub(r"\{(\w+)\}", lambda found: words.get(found[1], found[0]), pattern)
+        return re.sub(r"\{(\w+)\}", lambda found: shown(words.get(found[1], found[0]), "    "), pattern)
 
     return line

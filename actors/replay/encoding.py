@@ -11,6 +11,8 @@ import enum
 import importlib
 import pickle
 import sys
+from contextvars import ContextVar
+from datetime import timedelta, timezone
 from io import BytesIO
 from typing import Any, Final, cast
 
@@ -27,15 +29,19 @@ __all__ = ["frozen", "thawed"]
 
 CALLED: Final = frozenset({
     *(f"{__name__}:{name}" for name in ("class_named", "message_named", "error_made", "object_made", "object_filled", "tuple_made", "child_made")),
+    *(f"{__name__}:{name}" for name in ("array_made", "scalar_made")),
     *(f"collections:{name}" for name in ("Counter", "OrderedDict", "defaultdict", "deque")),
-    *(f"builtins:{name}" for name in ("bytearray", "complex", "frozenset", "range", "set", "slice")),
+    *(f"builtins:{name}" for name in ("complex", "range", "slice")),
     *(f"datetime:{name}" for name in ("date", "datetime", "time", "timedelta", "timezone")),
-    *(f"numpy.{core}.multiarray:{name}" for core in ("core", "_core") for name in ("_reconstruct", "scalar")),
-    *("numpy.core.numeric:_frombuffer", "numpy._core.numeric:_frombuffer", "numpy:dtype", "numpy:ndarray"),
     *("msgspec._utils:rebuild", "actors.qos.policies:_rebuild"),
     *("pathlib:Path", "pathlib:PosixPath", "pathlib:PurePosixPath", "decimal:Decimal", "uuid:UUID"),
 })  # fmt: skip
 """What may be called while a journal is read: MODULE:NAME. Classes that a journal names are not among it; see `class_named`."""
+_PLAIN: Final = (bool, int, float, str, bytes, tuple, list, dict, type(None), timedelta, timezone)
+"""The types of what is given to what stands in `CALLED` and is not of this module: no methods of other classes are called by it."""
+_NUMBERS: Final = frozenset("?bBhHiIlLqQefdgFDGSUmM")
+"""The kinds of elements of arrays that are kept, by `numpy.dtype.char`: none is, or holds, a pointer."""
+_TRUSTED: Final = ContextVar("journal is trusted", default=False)
 
 
 def frozen(value: Any) -> bytes:
@@ -49,16 +55,19 @@ def frozen(value: Any) -> bytes:
 
 
 def thawed(data: bytes, *, trust: bool = False) -> Any:
-    """What `frozen` has kept. Modules are imported by their names, and no code of theirs is called, unless with `trust`.
+    """What `frozen` has kept. No code is called that it names, and no module imported but those of this library, unless with `trust`.
 
     Raises `ReplayError` if it cannot be made here, for example for want of a module, or of trust.
     """
+    before = _TRUSTED.set(trust)
     try:
         return _Reading(BytesIO(data), trust).load()
     except ReplayError:
         raise
     except Exception as error:
         raise ReplayError(f"what the journal has kept cannot be made here: {described(error)}") from error
+    finally:
+        _TRUSTED.reset(before)
 
 
 class _Writing(pickle.Pickler):
@@ -80,6 +89,8 @@ class _Writing(pickle.Pickler):
             return child_made, (*_name_of(value.factory), fields)
         if kind.__module__ == "builtins":
             return NotImplemented
+        if kind.__module__ == "numpy" and (made := _of_numpy(value)) is not None:
+            return made
         if _is_named_tuple(kind):
             return tuple_made, (*_name_of(kind), tuple(value))
         if _is_plain(kind):
@@ -97,7 +108,30 @@ class _Reading(pickle.Unpickler):
             raise ReplayError(
                 f"the journal wants {module}.{name} to be called: replay it with --trust (trust=True) if you trust its origin"
             )
-        return super().find_class(module, name)
+        found = super().find_class(module, name)
+        return found if self._trust or module == __name__ or isinstance(found, type(_named)) else _with_plain(found)
+
+
+def _with_plain(function: Any) -> Any:
+    """The function, for plain arguments only."""
+
+    def call(*arguments: Any) -> Any:
+        if any(type(one) not in _PLAIN for one in arguments):
+            raise ReplayError(f"the journal wants {function.__qualname__} to be called with what is no plain value")
+        return function(*arguments)
+
+    return call
+
+
+def _of_numpy(value: Any) -> Any:
+    """How an array or a number of numpy is written; None for one with elements that are objects or have fields."""
+    import numpy as np
+
+    if not isinstance(value, (np.ndarray, np.generic)) or value.dtype.char not in _NUMBERS:
+        return None
+    if isinstance(value, np.generic):
+        return scalar_made, (value.dtype.str, value.tobytes())
+    return array_made, (value.dtype.str, value.shape, value.tobytes(), value.flags.writeable)
 
 
 # -- what is called by the bytes ----------------------------------------------------------------------------------------------------
@@ -111,6 +145,23 @@ def class_named(module: str, name: str) -> type[Any]:
             f"{module}.{name}, which the journal names, is no class of messages, structures or enumerations"
         )
     return cast("type[Any]", found)
+
+
+def array_made(dtype: str, shape: tuple[int, ...], data: bytes, writable: bool) -> Any:
+    """An array of numbers or texts. Raises `ReplayError` for elements that are anything else."""
+    import numpy as np
+
+    kind = np.dtype(str(dtype))
+    if kind.char not in _NUMBERS:
+        raise ReplayError(f"the journal holds an array of {dtype!r:.100}, which are no numbers")
+    array: Any = np.frombuffer(bytes(data), kind) if kind.itemsize and data else np.zeros(0, kind)
+    array = array.reshape(tuple(map(int, shape)))
+    return array.copy() if writable else array
+
+
+def scalar_made(dtype: str, data: bytes) -> Any:
+    """A number of numpy."""
+    return array_made(dtype, (1,), data, False)[0]
 
 
 def message_named(name: str) -> type[Message]:
@@ -177,6 +228,11 @@ def _name_of(value: Any) -> tuple[str, str]:
 
 
 def _named(module: str, name: str) -> Any:
+    if not (module in sys.modules or _TRUSTED.get() or module.split(".")[0] == __name__.split(".")[0]):
+        raise ReplayError(
+            f"the journal names the module {module}, which is not imported: import it before, or replay with --trust (trust=True) if you trust "
+            "its origin"
+        )
     found: Any = importlib.import_module(module)
     for part in name.split("."):
         found = getattr(found, part)

@@ -21,6 +21,9 @@ CHUNK: Final = 50
 MAGIC: Final = b"robactor journal\n"
 SIZE: Final = 8
 """How many bytes the size of a part takes in a file."""
+MOST_BYTES: Final = 1 << 26
+MOST_TIMES: Final = 100
+"""A part becomes no larger than so many bytes, or so many times what it takes compressed."""
 LEVEL: Final = 1
 """How hard Zstandard tries: the first level is the fastest."""
 
@@ -150,6 +153,11 @@ def unpack(part: bytes, *, trust: bool = False) -> tuple[int, list[Entry]]:
     import zstandard
 
     try:
+        size, most = zstandard.frame_content_size(part), max(MOST_BYTES, MOST_TIMES * len(part))
+        if not trust and not 0 <= size <= most:  # each part begins with its size
+            raise ReplayError(
+                f"a part of the journal claims {size} bytes, more than {most}: replay it with --trust if you trust its origin"
+            )
         plain = zstandard.ZstdDecompressor().decompress(part)
     except zstandard.ZstdError as error:
         raise ReplayError(f"this is no part of a journal of this version: {error}") from error

@@ -116,7 +116,8 @@ class Cycles:
         elif (chain[0].session, chain[0].node_id) == (self._side.transport.session, self._own.get(waits.last)):
             waits.last.future.set_exception(CallCycle(waits.cycle))
         else:
-            self._verify(waits.last, waits.last.server.node if waits.nodes else node)
+            reached: Any = waits.last.server.node if waits.nodes else node
+            self._verify(waits.last, reached)
 
     def _verify(self, call: OpenCall, node: Caller) -> None:
         """Others say that `node` waits for itself, by way of `call`: ask along what it waits for."""

@@ -23,7 +23,11 @@ NANOSECONDS_OF_50_DAYS = 50 * 86400 * 10**9
 numbers = st.integers(0, 2**64 - 1)
 sessions = st.text("0123456789abcdef", min_size=1, max_size=32)
 gids = st.binary(min_size=GID_SIZE, max_size=GID_SIZE)
-chunks = st.text(st.characters(exclude_characters="/%*$?#@", exclude_categories=("Cs",)), min_size=1, max_size=12)
+chunks = st.text(
+    st.characters(exclude_characters="/%*$?#@", exclude_categories=("Cs", "Cc", "Cf", "Zl", "Zp")),
+    min_size=1,
+    max_size=12,
+)
 full_names = st.lists(chunks, min_size=1, max_size=4).map(lambda parts: "/" + "/".join(parts))
 namespaces = st.just("/") | full_names
 words = st.builds(

@@ -11,6 +11,7 @@ import re
 from functools import lru_cache
 from typing import Final
 
+from actors.logs.terminal import CONTROLS
 from actors.transport.format.errors import refuse
 
 __all__ = [
@@ -25,8 +26,10 @@ __all__ = [
     "write_name",
 ]
 
-_CHUNK: Final = r"[^/%*$?#@\ud800-\udfff][^/%*$?#\ud800-\udfff]*"
-"""A part of a name that is written unchanged: no separator, no wildcard, not verbatim, and encodable."""
+_CHUNK: Final = rf"[^/%*$?#@\ud800-\udfff{CONTROLS}][^/%*$?#\ud800-\udfff{CONTROLS}]*"
+"""A part of a name that is written unchanged: no separator, no wildcard, not verbatim, encodable, and nothing that controls a terminal."""
+_LONGEST: Final = 512
+"""Characters; those of ROS 2 have 255 at most."""
 _WHOLE_CHUNK: Final = re.compile(rf"{_CHUNK}\Z")
 _WHOLE_NAME: Final = re.compile(rf"(?:/{_CHUNK})+\Z")
 _SESSION: Final = re.compile(r"[0-9a-f]{1,32}\Z")
@@ -36,16 +39,18 @@ _LIMIT: Final = 2**64
 
 def check_chunk(text: str, what: str) -> str:
     """Return ``text`` if it can be one part of a key. Raises WireFormatError, which calls it ``what``, if it cannot."""
-    if not _WHOLE_CHUNK.match(text):
-        raise refuse(text, what, "it is empty, or holds a character that no part of a key may hold")
+    if len(text) > _LONGEST or not _WHOLE_CHUNK.match(text):
+        raise refuse(text, what, "it is empty or too long, or holds a character that no part of a key may hold")
     return text
 
 
 def check_name(name: str) -> str:
     """Return ``name`` if it is absolute, has at least one part and can be written in a key. Raises WireFormatError if not."""
-    if not _WHOLE_NAME.match(name):
+    if len(name) > _LONGEST or not _WHOLE_NAME.match(name):
         raise refuse(
-            name, "an absolute name", "write /name, without empty parts and without any of % * $ ? # and a leading @"
+            name,
+            "an absolute name",
+            "write /name, without empty parts, control characters, any of % * $ ? # and a leading @, and not too long",
         )
     return name
 

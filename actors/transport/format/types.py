@@ -17,7 +17,7 @@ __all__ = ["NO_TYPE_HASH", "parse_type", "write_type"]
 NO_TYPE_HASH: Final = "TypeHashNotSupported"
 """What ROS 2 Humble writes instead of a type hash."""
 
-_WORD: Final = "[A-Za-z][A-Za-z0-9_]*"
+_WORD: Final = "[A-Za-z][A-Za-z0-9_]{0,254}"
 _ROS: Final = re.compile(rf"({_WORD})/({_WORD})/({_WORD})\Z")
 _DDS: Final = re.compile(rf"({_WORD})::({_WORD})::dds_::({_WORD})_\Z")
 

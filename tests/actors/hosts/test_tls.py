@@ -9,6 +9,7 @@ import signal
 from collections.abc import AsyncGenerator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -22,11 +23,12 @@ from actors.hosts.there import Launcher, transport_here
 from actors.hosts.tls import _Caller, address_of, serve
 from actors.node.placement import Placement
 from actors.processes import spawned
-from actors.processes.channel import framed
+from actors.processes.channel import Channel, framed
 from actors.processes.messages import Line, Opaque, Order, Over, Ready, StopAsked
 from actors.processes.pickling import pack, unpack
 from actors.transport.protocol import WireUnavailable
 from actors.transport.security import SecurityError
+from actors.transport.security.authority import read_certificate
 from actors.transport.zenoh import ZenohTransport
 from tests.actors.processes.kit import until
 from tests.actors.transport.security.fleet import Fleet
@@ -118,6 +120,23 @@ async def test_who_is_no_owner_is_refused_and_the_wrong_machine_is_not_taken(tmp
     assert said[0] == "'stranger' has been refused: it is none of robot"
 
 
+async def test_a_connection_ends_with_the_certificate_of_the_other_side(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    async with agent(tmp_path, said) as (fleet, hosts):
+        ends = read_certificate(fleet.security("robot").tls.certificate).ends.timestamp()
+        monkeypatch.setattr("actors.hosts.tls.time", SimpleNamespace(time=lambda: ends - 1.0))
+        tree = Tree()
+        wire = await tree.dial(hosts())
+        wire.send(Hello(LEASE))
+        await asyncio.wait_for(tree.gone.wait(), 30.0)
+        monkeypatch.undo()
+        await until(lambda: len(said) > 2)
+
+    assert "the tree of robot is not connected any more" in said
+
+
 async def test_an_agent_takes_no_word_without_a_certificate_of_the_fleet(tmp_path: Path) -> None:
     said: list[str] = []
     others = Fleet(tmp_path / "others", "robot")
@@ -134,6 +153,38 @@ async def test_an_agent_takes_no_word_without_a_certificate_of_the_fleet(tmp_pat
         writer.close()
 
     assert said == []
+
+
+@pytest.mark.parametrize("heard", [True, False])
+async def test_what_comes_with_the_handshake_is_not_read_before_the_name_is_known(heard: bool) -> None:
+    """A server may send data right behind its handshake: they are there when the connection is made."""
+    read: list[bytes] = []
+
+    class Ends:
+        aborted = False
+
+        def abort(self) -> None:
+            self.aborted = True
+
+    ends: Any = Ends()
+    channel = Channel(lambda value: None, lambda: None, read.append, lambda transport: heard)
+    channel.connection_made(ends)
+    channel.data_received(framed("something"))
+
+    assert (len(read), ends.aborted) == (int(heard), not heard)
+
+
+@pytest.mark.parametrize("data", [framed("no message of an agent"), b"\xff\xff\xff\xff"], ids=["pickle", "long"])
+async def test_bytes_that_are_no_message_end_the_connection(tmp_path: Path, data: bytes) -> None:
+    said: list[str] = []
+    async with agent(tmp_path, said) as (_, hosts):
+        tree = Tree()
+        wire = await tree.dial(hosts())
+        wire._transport.write(data)
+        await asyncio.wait_for(tree.gone.wait(), 30.0)
+        again = Tree()
+        (await again.dial(hosts())).send(Hello(LEASE))
+        await until(lambda: again.of(Renew))
 
 
 async def test_what_is_sent_by_who_was_refused_is_not_taken() -> None:

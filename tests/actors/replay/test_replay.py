@@ -181,9 +181,7 @@ def test_a_debugger_stops_at_the_message_that_is_asked_for(hero: Journal) -> Non
 
 def test_a_journal_is_saved_and_replayed_by_another_process(hero: Journal, tmp_path: Path) -> None:
     path = hero.save(tmp_path / "hero.journal", "/hero")
-    program = (
-        "import sys; from actors.replay import load, replay; v = replay(load(sys.argv[1])); print(v.equal, v.compared)"
-    )
+    program = "import sys, tests.actors.replay.nodes; from actors.replay import load, replay; v = replay(load(sys.argv[1])); print(v.equal, v.compared)"
     done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True, check=True)
     assert done.stdout.split()[0] == "True"
     assert int(done.stdout.split()[1]) > 300

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+import pickle
 import platform
+import sys
+from collections import Counter, deque
 from importlib.metadata import PackageNotFoundError
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import zstandard
 
 from actors.interfaces.std_msgs.msg import Float64MultiArray, Int32, MultiArrayDimension, MultiArrayLayout
 from actors.replay import ReplayError, Tape
 from actors.replay.comparison import first_difference
-from actors.replay.encoding import frozen, thawed
+from actors.replay.encoding import array_made, class_named, frozen, scalar_made, thawed
 from actors.replay.parts import pack, unpack
 from actors.replay.tape import Start, Unkept
 
@@ -112,3 +117,97 @@ def test_a_start_names_the_versions_that_a_replay_depends_on(monkeypatch: pytest
 
     monkeypatch.setattr("actors.replay.tape.version", unknown)
     assert dict(start()[3].versions)["numpy"] == "none"  # a source tree that was never installed
+
+
+class Called:
+    """Is pickled as a call."""
+
+    def __init__(self, *call: Any) -> None:
+        self._call = call
+
+    def __reduce__(self) -> Any:
+        return self._call
+
+
+class Hashed:
+    called = False
+
+    def __hash__(self) -> int:
+        Hashed.called = True
+        return 0
+
+    def __iter__(self) -> Any:
+        Hashed.called = True
+        return iter(())
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        Called(np.ndarray, ((1,), np.dtype("O"), b"A" * 8)),
+        Called(np.dtype, ("O",)),
+        Called(array_made, ("O", (1,), b"A" * 8, False)),
+        Called(array_made, ("O8", (1,), b"A" * 8, False)),
+        Called(array_made, ("i4,O", (1,), b"A" * 12, False)),
+        Called(array_made, ("V8", (1,), b"A" * 8, False)),
+        Called(scalar_made, ("O", b"A" * 8)),
+        Called(set, (["x"],)),
+        Called(deque, (Hashed(),)),
+        Called(Counter, (Hashed(),)),
+        Called(range, (Hashed(),)),
+    ],
+    ids=repr,
+)
+def test_no_objects_are_made_of_bytes_and_no_methods_called(value: Any) -> None:
+    with pytest.raises(ReplayError):
+        thawed(pickle.dumps(value, 4))
+    assert not Hashed.called
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        np.arange(6, dtype=">i4").reshape(2, 3),
+        np.zeros((0, 3)),
+        np.array(["a", "bc"]),
+        np.array([True]),
+        np.array(["2026-01-01"], dtype="M8[s]"),
+        np.float32(1.5),
+        np.array(1 + 2j),
+    ],
+    ids=repr,
+)
+def test_arrays_and_numbers_of_numpy_are_kept_as_they_were(value: Any) -> None:
+    kept = thawed(frozen(value))
+    assert (type(kept), kept.dtype, kept.shape) == (type(value), value.dtype, value.shape)
+    assert np.array_equal(kept, value)
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+        assert value.size == 0 or not thawed(frozen(value)).flags.writeable
+
+
+def test_arrays_of_objects_need_trust() -> None:
+    data = frozen(np.array([1, "x"], dtype=object))
+    with pytest.raises(ReplayError, match="--trust"):
+        thawed(data)
+    assert thawed(data, trust=True).tolist() == [1, "x"]
+
+
+def test_a_module_is_imported_with_trust_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "planted_module.py").write_text("import msgspec\nclass A(msgspec.Struct): pass\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    data = pickle.dumps(Called(class_named, ("planted_module", "A")), 4)
+    with pytest.raises(ReplayError, match="planted_module, which is not imported"):
+        thawed(data)
+    assert "planted_module" not in sys.modules
+    assert thawed(data, trust=True).__name__ == "A"
+    assert thawed(data).__name__ == "A"
+
+
+def test_a_part_that_grows_without_measure_is_not_read() -> None:
+    bomb = zstandard.ZstdCompressor().compress(b"\0" * 100_000_000)
+    with pytest.raises(ReplayError, match="claims 100000000 bytes"):
+        unpack(bomb)
+    endless = zstandard.ZstdCompressor().compressobj().compress(b"x") + b""
+    with pytest.raises(ReplayError):
+        unpack(endless or b"(\xb5/\xfd\0")

@@ -1,0 +1,166 @@
+"""What a process on another machine tells its tree, read without executing any of it.
+
+It is a pickle, as processes of one machine exchange them. Of what it names only the values that a process tells are made; everything else,
+such as what the fields of a log line hold, becomes an object that shows its name and does nothing.
+"""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from functools import cache, partial
+from io import BytesIO
+from types import UnionType
+from typing import Any, Final, Literal, Union, cast, get_args, get_origin, get_type_hints
+
+from msgspec import Struct
+
+from actors.logs.levels import Level
+from actors.node.node import Node
+from actors.processes import messages
+from actors.processes.errors import RemoteError
+from actors.supervision import reasons
+from actors.supervision.child import Child
+from actors.supervision.policy import Backoff
+from actors.supervision.refs import ChildRef
+from actors.supervision.report import Report
+
+__all__ = ["UnreadableEvent", "read_event"]
+
+_EVENTS: Final = (messages.Ready, messages.Over, messages.Line, messages.Told, messages.Nodes)
+
+
+class UnreadableEvent(ValueError):
+    """Bytes that are no event of a process."""
+
+
+def read_event(data: bytes) -> messages.Event:
+    """The event in these bytes, whoever has written them. No code is called but that of this module and of the values of events, and no module is
+    imported. Raises `UnreadableEvent`."""
+    try:
+        event = _Reading(BytesIO(data)).load()
+    except Exception as error:
+        raise UnreadableEvent(f"{type(error).__name__}: {error}") from error
+    if not isinstance(event, _EVENTS) or not _fits(event, type(event)):
+        raise UnreadableEvent(f"it is {event!r:.200}")
+    return event
+
+
+def _fits(value: Any, kind: Any) -> bool:
+    """Whether a value is of this type, as the fields of events are declared, with all that it contains."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if kind is Any:
+        return True
+    if origin in (Union, UnionType):
+        return any(_fits(value, one) for one in parts)
+    if origin is Literal:
+        return isinstance(value, str) and value in parts
+    if origin is tuple and parts[1:] != (...,):
+        return type(value) is tuple and len(value) == len(parts) and all(map(_fits, value, parts))
+    if origin is tuple:
+        return type(value) is tuple and all(_fits(one, parts[0]) for one in value)
+    if origin is dict:
+        return type(value) is dict and all(_fits(one, parts[0]) for one in value)
+    if not isinstance(value, (int, float) if kind is float else kind):
+        return False
+    return not isinstance(value, Struct) or all(_fits(getattr(value, name), one) for name, one in _hints(kind).items())
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind)
+
+
+class _Foreign:
+    """Stands for a value of a class or a function that is not called here."""
+
+    named: tuple[str, str] = "", ""
+
+    def __new__(cls, *arguments: object, **keywords: object) -> _Foreign:
+        return super().__new__(cls)
+
+    def __init__(self, *arguments: object, **keywords: object) -> None:
+        """Take what the real class takes."""
+
+    def __repr__(self) -> str:
+        return f"<{'.'.join(self.named)} of another machine>"
+
+    def __setstate__(self, state: object) -> None:
+        """Do without it."""
+
+    def __setitem__(self, key: object, value: object) -> None:
+        """Do without it."""
+
+    def append(self, value: object) -> None:
+        """Do without it."""
+
+    def extend(self, values: object) -> None:
+        """Do without it."""
+
+
+_Unpickler: Any = pickle._Unpickler  # type: ignore[attr-defined]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
+"""That in Python: the one in C makes room for as many values as the bytes say that it remembers."""
+
+
+class _Reading(_Unpickler):  # type: ignore[misc]  # its type is not known
+    def find_class(self, module: str, name: str, /) -> Any:
+        made = _MADE.get(f"{module}:{name}")
+        # Never the class itself: the bytes can set attributes of what they have named.
+        return type(name, (_Foreign,), {"named": (module, name)}) if made is None else partial(made)
+
+    def persistent_load(self, pid: Any) -> Any:
+        raise UnreadableEvent("it speaks of what is kept elsewhere")
+
+
+def _class_of(kind: Any, base: type[Any]) -> Any:
+    """The class that is meant, if a module that is loaded here has it and it is one of these; else None."""
+    module, name = getattr(kind, "named", ("", ""))
+    found: Any = sys.modules.get(module)
+    for part in name.split("."):
+        found = getattr(found, "__dict__", {}).get(part)
+    return found if isinstance(found, type) and issubclass(found, base) else None
+
+
+def _child(kind: Any, fields: dict[str, Any]) -> Child:
+    """A declaration, for the names that it gives; its factory is not called here."""
+    return Child(**{**fields, "factory": _class_of(fields.get("factory"), Node) or Node})
+
+
+def _error(
+    kind: Any, args: tuple[Any, ...], state: dict[str, Any], notes: tuple[str, ...], cause: BaseException | None
+) -> Exception:
+    """An error, without a call of its class: see `actors.processes.pickling`. One of a class that is not loaded here is a `RemoteError`."""
+    found = RemoteError if getattr(kind, "func", None) is RemoteError else _class_of(kind, Exception)
+    if found is None:
+        error: Exception = RemoteError(str(kind.named[1]), ", ".join(map(str, args)))
+    else:
+        new = next(
+            vars(one)["__new__"] for one in found.__mro__ if one.__module__ == "builtins" and "__new__" in vars(one)
+        )
+        error = cast("Exception", new(found, *args))
+        error.__dict__.update(state)
+    for note in notes:
+        error.add_note(note)
+    error.__cause__ = cause
+    return error
+
+
+_REASONS: Final = (reasons.Returned, reasons.Stopped, reasons.Failed, reasons.Killed, reasons.Leaked)
+_VALUES: Final = (
+    *_EVENTS,
+    messages.NodeFacts,
+    *_REASONS,
+    reasons.Gone,
+    Report,
+    ChildRef,
+    Backoff,
+    Child,
+    RemoteError,
+    Level,
+)
+_MADE: Final[dict[str, Any]] = {
+    **{f"{one.__module__}:{one.__qualname__}": one for one in _VALUES},
+    "actors.supervision.declaration:_rebuild": _child,
+    "actors.processes.pickling:_rebuilt": _error,
+}
+"""What is called while an event is read, by MODULE:NAME. None of it does more than to make a value."""
