@@ -22,11 +22,11 @@ from playwright.async_api import Page, async_playwright
 from actors import Child, Node, Supervisor, Topic, execute, qos, run, subscribes
 from actors.bag import FlightRecorder, Player, PlayOptions
 from actors.interfaces.sensor_msgs.msg import CompressedImage
-from actors.interfaces.std_srvs.srv import SetBool
+from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from cli.web.server import WebServer
 from cli.web.settings import WebSettings
 from robot import Robot
-from robot.contracts import EMERGENCY_STOP
+from robot.contracts import EMERGENCY_STOP, ENABLE, SIT, STAND, WALK
 from robot.run.choice import changed
 from tests.tools.web_load import PICTURE
 
@@ -38,7 +38,7 @@ BEGIN: Final = 2.2
 SECONDS: Final = 20.0
 EACH: Final = 0.1
 """Seconds from picture to picture."""
-STILL: Final = 7.0
+STILL: Final = 12.0
 WALK_WIDTH, WALK_SIZE, STILL_SIZE = 480, (800, 560), (1280, 720)
 QUALITY: Final = 40
 
@@ -69,12 +69,28 @@ def unhurried(child: Child) -> Child:
     return child.replace(parameters={**child.parameters, "rate": 5.0}) if child.name == "camera" else child
 
 
-class EmergencyStop(Node):
-    """Stands for the robot's emergency stop, so that the page shows its button."""
+class Commands(Node):
+    """Stands for what carries out the robot's commands, so that the page offers them."""
 
     @EMERGENCY_STOP.serve()
-    async def answer(self, request: SetBool.Request) -> SetBool.Response:
+    async def stop_robot(self, request: SetBool.Request) -> SetBool.Response:
         return SetBool.Response(success=True)
+
+    @ENABLE.serve()
+    async def enable(self, request: SetBool.Request) -> SetBool.Response:
+        return SetBool.Response(success=True)
+
+    @STAND.serve()
+    async def stand(self, request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response(success=True)
+
+    @WALK.serve()
+    async def walk(self, request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response(success=True)
+
+    @SIT.serve()
+    async def sit(self, request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response(success=True)
 
 
 class Playing:
@@ -99,7 +115,7 @@ class Playing:
 async def playing(file: Path, size: tuple[int, int]) -> AsyncIterator[tuple[Playing, Page]]:
     """The robot pane in three dimensions, of a bag that has not begun."""
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
-    tree = Supervisor("bag", children=[Child(EmergencyStop), Child(Player, args=(file, PlayOptions(paused=True)))])
+    tree = Supervisor("bag", children=[Child(Commands), Child(Player, args=(file, PlayOptions(paused=True)))])
     async with run(tree, sinks=()) as system, async_playwright() as playwright:
         server = (await system.join(Child(WebServer, name="_web", args=(WebSettings(port=0),)))).node
         assert isinstance(server, WebServer)
