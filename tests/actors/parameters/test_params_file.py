@@ -289,3 +289,9 @@ def test_what_a_node_is_told_by_its_name_is_known_apart_from_what_patterns_say()
     assert overrides.for_node("/gait") == {"a": 1, "b": 2, "c": 3}
     assert overrides.named("/gait") == {"b"}
     assert overrides.named("/arm") == frozenset()
+
+
+def test_a_surrogate_pair_of_json_is_its_character_and_half_of_one_is_refused() -> None:
+    assert parse_value('"a\\ud83d\\ude00"') == "a\U0001f600"
+    with pytest.raises(InvalidParams, match="half of a surrogate pair"):
+        parse_value('"a\\ud83d"')

@@ -86,8 +86,7 @@ async def test_a_program_that_reaches_no_other_process_is_told_of_spin(
 async def test_nothing_is_said_where_all_is_well_or_in_process_is_meant() -> None:
     lines: list[LogRecord] = []
     async with run(Talker, sinks=(lines.append,)), open_node("ear") as ear:
-        ear.subscribe(NUMBERS)
+        heard = [ear.subscribe(topic) for topic in (NUMBERS, LATER, Topic(Int32, "/clock"), Topic(Int32, "/_numbers"))]
         await asyncio.sleep(0.2)
-        ear.subscribe(LATER)
-        await asyncio.sleep(0.2)
+        assert [stream.publisher_count for stream in heard] == [1, 0, 0, 0]
     assert lines == []
