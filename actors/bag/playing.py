@@ -108,6 +108,11 @@ class Player(Node):
         return self._time.paused
 
     @property
+    def over(self) -> bool:
+        """Whether playing has ended."""
+        return self._over.is_set()
+
+    @property
     def rate(self) -> float:
         """How much faster than recorded the bag is played. Raises `ValueError` when it is set to what is not above 0."""
         return self._time.rate
