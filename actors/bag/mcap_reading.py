@@ -6,7 +6,7 @@ import struct
 import zlib
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Container, Iterator
+from collections.abc import Callable, Container, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import zip_longest
@@ -120,6 +120,10 @@ class McapReading:
     def told(self) -> dict[str, str]:
         """What rosbag2 has noted in the file, such as its metadata as YAML."""
         return self._contents.told
+
+    def complete(self, completed: Callable[[BagTopic], BagTopic]) -> None:
+        """Let topics be called from now on as others know them better."""
+        self._topics = {number: completed(topic) for number, topic in self._topics.items()}
 
     def metadata(self) -> BagMetadata:
         """What the file holds."""

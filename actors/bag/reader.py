@@ -67,6 +67,10 @@ class BagReader:
         except BaseException:
             self.close()
             raise
+        if told is not None:
+            said = {(topic.name, topic.type): topic for topic in told.topics}
+            for reading in self._readings:
+                reading.complete(lambda topic: _completed(topic, said))
         found = merged(reading.metadata() for reading in self._readings)
         noticed = noted(reading.told for reading in self._readings)
         self._unpack = Unpack(
@@ -218,8 +222,7 @@ def _joined(told: BagMetadata | None, noticed: BagMetadata | None, found: BagMet
         found = replace(found, custom_data=noticed.custom_data, ros_distro=noticed.ros_distro)
     if told is None:
         return replace(found, files=files)
-    said = {(topic.name, topic.type): topic for topic in told.topics}
-    return replace(told, files=files, topics={_completed(topic, said): count for topic, count in found.topics.items()})
+    return replace(told, files=files, topics=found.topics)
 
 
 def _completed(topic: BagTopic, said: dict[tuple[str, str], BagTopic]) -> BagTopic:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from actors.bag.options import PlayOptions
     from actors.node.node import Node
 
-__all__ = ["Requests"]
+__all__ = ["Requests", "nothing"]
 
 SENT, RECEIVED = 0, 1
 """The kinds of events that hold a request: as its client and its server have recorded it."""
@@ -57,7 +57,7 @@ class Requests:
                 return self._sending(topic, lambda request: self._start(goals, request.goal))
         except InterfaceError as error:
             raise BagError(f"{topic.name}: {error}") from error
-        return _nothing  # the server tells its feedback and status itself
+        return nothing  # the server tells its feedback and status itself
 
     async def ended(self) -> None:
         """Wait until the requests have ended, for at most `TIMEOUT` seconds."""
@@ -100,5 +100,5 @@ class Requests:
             await running.ended()
 
 
-def _nothing(message: BagMessage) -> None:
+def nothing(message: BagMessage) -> None:
     """Leave a message out."""

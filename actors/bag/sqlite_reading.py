@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Container, Generator, Iterator
+from collections.abc import Callable, Container, Generator, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -38,6 +38,10 @@ class SqliteReading:
                 self.told = _told(database)
         except sqlite3.Error as error:
             raise BagError(f"{self._shown} is no sqlite3 file of a bag: {error}") from error
+
+    def complete(self, completed: Callable[[BagTopic], BagTopic]) -> None:
+        """Let topics be called from now on as others know them better."""
+        self._topics = {number: completed(topic) for number, topic in self._topics.items()}
 
     def metadata(self) -> BagMetadata:
         """What the file holds."""
