@@ -70,7 +70,7 @@ class Player(Node):
         self.options = options = options or PlayOptions()
         self.bag = BagReader(bag)
         self.played = 0
-        """The number of messages played so far."""
+        """The number of messages played so far; those that could not be decoded are not among them."""
         self.seeks = 0
         """How often `seek` has changed the time."""
         self.message_ns: int | None = None
@@ -81,7 +81,7 @@ class Player(Node):
         self._end_ns = min(ends if options.until_ns is None else [*ends, options.until_ns])
         self.failure: BagError | None = None
         """Why playing has ended, if the bag could not be read further."""
-        self._sinks: dict[BagTopic, Callable[[BagMessage], None]] = {}
+        self._sinks: dict[BagTopic, Callable[[BagMessage], bool]] = {}
         self._counts: dict[str, int] = {}
         self._latched: list[BagTopic] = []
         self._recall: int | None = None
@@ -111,6 +111,7 @@ class Player(Node):
                     self.log.warning("a topic of the bag is not played", topic=topic.name, because=str(error))
         if why is not None and all(sink is nothing for sink in self._sinks.values()):
             raise BagError(f"nothing of {self.bag.path} can be played: {why}")
+        self._messages.limit({topic.name for topic, sink in self._sinks.items() if sink is not nothing})
         self._messages.rewind(self._begin_ns)
         serve_player(self)
 
@@ -291,13 +292,14 @@ class Player(Node):
         topics = self.options.clock_topics
         if self._tick is not None and (topics is None or message.topic.name in topics):
             self._tick(ClockMessage(clock=stamp_of(message.received_ns)))
-        self._publish(message)
-        self.played += 1
+        self.played += self._publish(message)
 
-    def _publish(self, message: BagMessage) -> None:
+    def _publish(self, message: BagMessage) -> bool:
+        """Publish a message; whether it could be decoded."""
         self.message_ns = message.received_ns
-        self._sinks[message.topic](message)
+        published = self._sinks[message.topic](message)
         self.message_ns = None
+        return published
 
     @background
     async def tell_time(self) -> None:
@@ -320,7 +322,7 @@ class Player(Node):
             return False
         return self.options.selection.takes(topic.name, topic.type)
 
-    def _publishing(self, topic: BagTopic, qos: QoS) -> Callable[[BagMessage], None]:
+    def _publishing(self, topic: BagTopic, qos: QoS) -> Callable[[BagMessage], bool]:
         """What publishes the messages of a topic."""
         kind, decoded, left_out, defaults = here(topic)
         if left_out or defaults:
@@ -330,13 +332,14 @@ class Player(Node):
             )  # fmt: skip
         publisher: Publisher[Any] = self.publisher(Topic(kind, self._name(topic.name), qos))
 
-        def publish(message: BagMessage) -> None:
+        def publish(message: BagMessage) -> bool:
             try:
                 mine = decoded(message.data)
             except InterfaceError as error:
                 self.log.warning("a message of the bag cannot be decoded", topic=topic.name, error=str(error))
-            else:
-                publisher(mine)
+                return False
+            publisher(mine)
+            return True
 
         return publish
 
