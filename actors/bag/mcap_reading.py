@@ -75,6 +75,7 @@ class _Contents:
     start_ns: int = 0
     end_ns: int = 0
     chunks: int = 0
+    statistics: record.Statistics | None = None
     complete: bool = True
     lost_bytes: int = 0
     told: dict[str, str] = field(default_factory=dict[str, str])
@@ -95,15 +96,15 @@ class McapReading:
             with path.open("rb") as stream:
                 begin = stream.read(len(MAGIC))
                 if begin != MAGIC:
-                    raise BagError(named(path) or f"{self._shown} is no MCAP file: it begins with {begin!r}")
+                    raise BagError(named(self._shown) or f"{self._shown} is no MCAP file: it begins with {begin!r}")
                 self._size = path.stat().st_size
+                self._statistics: record.Statistics | None = None
                 stream.seek(-len(MAGIC), 2)
                 self._closed = stream.read() == MAGIC
                 try:
                     self._contents = self._indexed(stream)
                 except Damaged:
-                    self._contents = _Contents(complete=False)
-                    self._walk(stream, self._contents, len(MAGIC), self._size, opened=True)
+                    self._contents = self._scanned(stream)
         except OSError as error:
             raise BagError(f"{self._shown}: {error.strerror}") from error
         contents = self._contents
@@ -210,26 +211,48 @@ class McapReading:
             _, begin, end = next(record.records(data))
             data = record.unpacked(data[begin:end])
         messages: list[BagMessage] = []
-        fixed = record.MESSAGE_HEAD.size
-        for opcode, begin, end in record.records(data):
-            if opcode != record.MESSAGE:
-                continue
-            number, _, received_ns, published_ns = (
-                record.MESSAGE_HEAD.unpack_from(data, begin) if end - begin >= fixed else (-1, 0, 0, 0)
-            )
-            topic = wanted.get(number, MISSING)
-            if topic is MISSING:
-                why = (
-                    "a message ends too early" if number < 0 else f"the channel {number} of a message is not described"
-                )
-                if lost is None:
-                    raise Damaged(why)
-                lost.append(why)
-            elif topic is not None:
-                messages.append(BagMessage(topic, data[begin + fixed : end], received_ns, published_ns))
+        try:
+            for opcode, begin, end in record.records(data):
+                if opcode == record.MESSAGE:
+                    self._message(data, begin, end, wanted, messages, lost)
+        except Damaged as error:
+            if lost is None:
+                raise
+            lost.append(str(error))
         return messages
 
+    def _message(
+        self,
+        data: bytes,
+        begin: int,
+        end: int,
+        wanted: dict[int, BagTopic | None] | dict[int, BagTopic],
+        messages: list[BagMessage],
+        lost: list[str] | None,
+    ) -> None:
+        # Runs for every message of a file.
+        fixed = record.MESSAGE_HEAD.size
+        if end - begin < fixed:
+            raise Damaged("a message ends too early")
+        number, _, received_ns, published_ns = record.MESSAGE_HEAD.unpack_from(data, begin)
+        topic = wanted.get(number, MISSING)
+        if isinstance(topic, _Missing):
+            why = f"the channel {number} of a message is not described"
+            if lost is None:
+                raise Damaged(why)
+            lost.append(why)
+        elif topic is not None:
+            messages.append(BagMessage(topic, data[begin + fixed : end], received_ns, published_ns))
+
     # -- what the file holds ------------------------------------------------------------------------------------------------
+
+    def _scanned(self, stream: BinaryIO) -> _Contents:
+        """What the file holds, read from front to back."""
+        contents = _Contents(complete=False, statistics=self._statistics)
+        self._walk(stream, contents, len(MAGIC), self._size, opened=True)
+        if contents.statistics is not None:
+            _compare(contents, self._size, contents.statistics)
+        return contents
 
     def _indexed(self, stream: BinaryIO) -> _Contents:
         """What the file holds by its summary, and by the heads of the records that are in no chunk. Raises `Damaged` if that is not enough."""
@@ -255,17 +278,17 @@ class McapReading:
                 chunks.append(record.chunk_index(summary[begin:ended]))
             else:
                 _note(contents, opcode, summary[begin:ended])
+        self._statistics = told
         if told is None or sum(told.counts.values()) != told.message_count or len(chunks) > told.chunk_count:
             raise Damaged("there are no statistics")
         self._between(stream, contents, chunks, start)
-        known, outside = contents.channels, contents.counts.total()
+        known = contents.channels
         if len(known) < told.channel_count or not all(number in known for number in told.counts):
             raise Damaged("there are channels that the summary does not describe")
         if any(each.schema_id and each.schema_id not in contents.schemas for each in known.values()):
             raise Damaged("there are schemas that the summary does not describe")
-        if contents.chunks < told.chunk_count or (not told.chunk_count and outside < told.message_count):
-            why = f"there are {contents.chunks} chunks of {told.chunk_count}, or {outside} messages of {told.message_count}"
-            contents.parts.append(Part(start, start, told.end_ns, told.end_ns, damage=why))
+        if not told.chunk_count or contents.chunks < told.chunk_count:
+            _compare(contents, start, told)
         contents.counts = Counter(told.counts)
         contents.start_ns, contents.end_ns = told.start_ns, told.end_ns
         return contents
@@ -293,7 +316,7 @@ class McapReading:
             stream.seek(at)
             opcode, length = record.HEAD.unpack(stream.read(record.HEAD.size))
             following = at + record.HEAD.size + length
-            if following > end:
+            if following > end or opcode == 0:
                 break
             try:
                 if opcode in (record.DATA_END, record.FOOTER):
@@ -306,6 +329,8 @@ class McapReading:
                     run.add(at, following, stream.read(record.MESSAGE_HEAD.size))
                 elif opcode in (record.SCHEMA, record.CHANNEL, record.METADATA):
                     _note(contents, opcode, stream.read(length))
+                elif opcode == record.STATISTICS and contents.statistics is None:
+                    contents.statistics = record.statistics(stream.read(length))
             except Damaged as error:
                 run.close()
                 contents.parts.append(Part(at, following, contents.end_ns, contents.end_ns, damage=str(error)))
@@ -314,7 +339,7 @@ class McapReading:
         if at < end and not (opened and contents.complete):
             contents.lost_bytes = end - at
             if not opened or self._closed:  # it was closed, so a record has a wrong length
-                why = "a record does not fit into what is left"
+                why = "no record begins here that fits into what is left"
                 contents.parts.append(Part(at, end, contents.end_ns, contents.end_ns, damage=why))
 
     def _chunk(self, stream: BinaryIO, contents: _Contents, at: int, end: int, *, opened: bool) -> Part:
@@ -372,6 +397,14 @@ class _Missing:
 
 
 MISSING: Final = _Missing()
+
+
+def _compare(contents: _Contents, at: int, told: record.Statistics) -> None:
+    """Note it if there are not as many messages as the statistics tell."""
+    found = contents.counts.total()
+    if found != told.message_count:
+        why = f"it holds {found} messages, and its statistics tell of {told.message_count}"
+        contents.parts.append(Part(at, at, contents.end_ns, contents.end_ns, damage=why))
 
 
 def _count(contents: _Contents, channels: Counter[int], first_ns: int, last_ns: int) -> None:

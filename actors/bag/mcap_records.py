@@ -177,7 +177,7 @@ def unpacked(data: bytes) -> bytes:
 
 
 def _plain(compression: str, packed: bytes, size: int) -> bytes:
-    if compression == "":
+    if compression == "" or not packed:
         return packed
     if compression == "zstd":
         import zstandard
@@ -185,7 +185,7 @@ def _plain(compression: str, packed: bytes, size: int) -> bytes:
         try:
             if zstandard.frame_content_size(packed) not in (-1, size):
                 raise Damaged("the compressed data do not have the size that their chunk tells")
-            return zstandard.ZstdDecompressor().decompress(packed, max_output_size=size) if packed else b""
+            return zstandard.ZstdDecompressor().decompress(packed, max_output_size=size)
         except zstandard.ZstdError as error:
             raise Damaged(str(error)) from None
     if compression == "lz4":
@@ -193,7 +193,7 @@ def _plain(compression: str, packed: bytes, size: int) -> bytes:
 
         frames: Any = lz4.frame  # it has no types
         try:
-            plain: bytes = frames.LZ4FrameDecompressor().decompress(packed, max_length=size + 1) if packed else b""
+            plain: bytes = frames.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
         except (RuntimeError, EOFError) as error:
             raise Damaged(str(error)) from None
         return plain
