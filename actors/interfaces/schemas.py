@@ -15,6 +15,7 @@ from actors.interfaces.errors import InterfaceError
 from actors.interfaces.fields import FieldType
 from actors.interfaces.hashes import hash_of_definitions, type_hash
 from actors.interfaces.idl import parse_idl
+from actors.interfaces.learning import MOST_BYTES
 from actors.interfaces.loading import class_body
 from actors.interfaces.message import Message, make_message
 from actors.interfaces.naming import KINDS, full_name
@@ -117,6 +118,8 @@ def _hash(name: str, definitions: Mapping[str, _Recorded]) -> str:
 
 def _read(name: str, encoding: str, text: str) -> dict[str, _Recorded]:
     """The definitions of a schema by their full names."""
+    if len(text) > MOST_BYTES:
+        raise InterfaceError(f"the definition of {name} has {len(text)} characters, more than {MOST_BYTES}")
     sections = list(_sections(name, text))
     if len(sections) > MOST:
         raise InterfaceError(f"the definition of {name} consists of {len(sections)} parts, more than {MOST}")

@@ -375,7 +375,7 @@ async def test_with_a_delay_time_begins_with_the_bag_and_with_an_offset_latched_
             bag.write(topic, text(word), received_ns=BEGIN + at * S, published_ns=BEGIN)
     play = await playing(rig, tmp_path / "walk", start_offset=5.0, delay=2.0, clock_hz=1.0)
     heard, maps = rig.probe(SAID), rig.probe(Topic(String, "map", qos.LATCHED))
-    clock = rig.probe(Topic(Clock, "/clock", 100))
+    clock = rig.probe(CLOCK)
     begin = rig.now
     play.unpause()
     assert play.position_ns == BEGIN + 5 * S

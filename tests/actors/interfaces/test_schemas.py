@@ -176,6 +176,8 @@ def test_what_is_wrong_in_idl_is_said(text: str, said: str) -> None:
 
 
 def test_a_schema_is_bounded_before_it_is_understood() -> None:
+    with pytest.raises(InterfaceError, match="more than 1048576"):
+        recorded_type("yard_msgs/msg/Wide", "ros2msg", "#" * 2_000_000)
     many = "".join(f"\n{LINE}\nMSG: yard_msgs/M{number}\nint8 x\n" for number in range(2000))
     with pytest.raises(InterfaceError, match="consists of 2001 parts"):
         recorded_type("yard_msgs/msg/Wide", "ros2msg", f"int8 x{many}")
