@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.bag.contents import BagError, BagTopic
@@ -47,14 +48,18 @@ def here(topic: BagTopic) -> Here:
     recorded = type_of(topic)
     known = get_message(ros_name(topic.type)) if recorded.__ros_fields__ or topic.schema else recorded
     if known is recorded:
-        return Here(known, lambda data: decode(recorded, data))
+        return Here(known, partial(decode, recorded))
     left_out, defaults = list[str](), list[str]()
     convert = _converter(recorded, known, "", left_out, defaults)
     if convert is None:
         raise BagError(
             f"{topic.name} was recorded with another definition of {topic.type}, which has no field in common with the one here"
         )
-    return Here(known, lambda data: convert(decode(recorded, data)), tuple(left_out), tuple(defaults))
+
+    def converted(data: bytes) -> Message:
+        return convert(decode(recorded, data))
+
+    return Here(known, converted, tuple(left_out), tuple(defaults))
 
 
 def _converter(

@@ -389,7 +389,7 @@ class _Run:
         first, last = min(self._times), max(self._times)
         _count(self._contents, self._channels, first, last)
         self._contents.parts.append(Part(self._start, self._end, first, last))
-        self._times, self._channels = [], Counter()
+        self._times, self._channels = [], Counter[int]()
 
 
 class _Missing:

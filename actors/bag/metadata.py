@@ -198,10 +198,14 @@ def _metadata(values: Mapping[str, Any]) -> BagMetadata:
         files=files,
         compression_format=values.get("compression_format") or "",
         compression_mode=(values.get("compression_mode") or "").lower().replace("none", ""),
-        custom_data={str(name): str(value) for name, value in (values.get("custom_data") or {}).items()},
+        custom_data=_texts(values.get("custom_data") or {}),
         ros_distro=str(values.get("ros_distro") or ""),
         version=int(values["version"]),
     )
+
+
+def _texts(values: Mapping[Any, Any]) -> dict[str, str]:
+    return {str(name): str(value) for name, value in values.items()}
 
 
 def _topic(values: Mapping[str, Any]) -> tuple[BagTopic, int]:

@@ -83,9 +83,9 @@ class SqliteReading:
     def salvage(self, found: Salvage) -> Iterator[BagMessage]:
         """Every message that can be read, in the order of the file; `found` tells afterwards what could not."""
         found.complete = True
-        at: int | None = 0
+        at = 0
         with closing(self._open()) as database:
-            while at is not None:
+            while True:
                 try:
                     for number, topic_id, time, data in database.execute(ROWS, (at,)):
                         at = number + 1
@@ -98,7 +98,10 @@ class SqliteReading:
                     return
                 except sqlite3.Error:  # a page is damaged
                     found.damaged += 1
-                    at = _readable(database, at)
+                    following = _readable(database, at)
+                    if following is None:
+                        return
+                    at = following
 
     @contextmanager
     def _checked(self) -> Generator[sqlite3.Connection]:

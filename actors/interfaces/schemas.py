@@ -123,12 +123,12 @@ def _read(name: str, encoding: str, text: str) -> dict[str, _Recorded]:
     sections = list(_sections(name, text))
     if len(sections) > MOST:
         raise InterfaceError(f"the definition of {name} consists of {len(sections)} parts, more than {MOST}")
+    found: dict[str, _Recorded] = {}
     if encoding in ("ros2idl", "omgidl"):
         # What a definition needs comes after it in a schema, and before it in IDL.
         parts = parse_idl("\n".join(part for _, _, part in reversed(sections)))
         found = {each.name: _Recorded(each, _written(each)) for each in parts}
     else:
-        found = {}
         for kind, each, part in sections:
             if kind == "IDL":
                 found |= {one.name: _Recorded(one, _written(one)) for one in parse_idl(part)}
