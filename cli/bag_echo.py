@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from actors.bag import BagReader, BagTopic, type_of
+from actors.bag import BagError, BagReader, BagTopic, type_of
 from actors.interfaces import Message, decode
 from actors.interfaces.errors import CdrError
-from cli.bag_options import add_selection, not_negative, selection_of
-from cli.parsing import TRUNCATED, parsed
+from cli.bag_options import add_selection, not_negative, selection_of, with_types
+from cli.parsing import TRUNCATED
 from cli.text import message_yaml, plain
 from cli.topic.echo import field_of
 
@@ -21,7 +21,7 @@ __all__ = ["run"]
 
 
 def run(verb: str, argv: Sequence[str]) -> int:
-    """Print them; the exit code is 1 if one cannot be decoded."""
+    """Print them; the exit code is 1 if one, or a whole topic, cannot be decoded."""
     parser = argparse.ArgumentParser(prog="python -m robot bag echo", description="Print the messages of a bag.")
     parser.add_argument("bag_path", type=Path, help="the folder of a bag, or one of its files")
     parser.add_argument("positional", nargs="*", metavar="TOPIC", help="the same as --topics")
@@ -34,7 +34,7 @@ def run(verb: str, argv: Sequence[str]) -> int:
     group.add_argument(
         "--start-offset", type=not_negative, default=0.0, metavar="S", help="begin S seconds into the bag"
     )
-    options = parsed(parser, argv)
+    options = with_types(parser, argv)
     options.topics += options.positional
     with BagReader(options.bag_path) as bag:
         return _echo(bag, options)
@@ -43,16 +43,22 @@ def run(verb: str, argv: Sequence[str]) -> int:
 def _echo(bag: BagReader, options: argparse.Namespace) -> int:
     selection = selection_of(options)
     names = {topic.name for topic in bag.topics if selection.takes(topic.name, topic.type)}
-    types: dict[BagTopic, type[Message]] = {}
+    types: dict[BagTopic, type[Message] | None] = {}
     start = bag.metadata.start_ns + round(options.start_offset * 1e9)
     failed = 0
-    for number, one in enumerate(bag.messages(names, start_ns=start)):
+    number = 0
+    for one in bag.messages(names, start_ns=start):
+        if one.topic not in types:
+            types[one.topic] = _type(one.topic)
+        kind = types[one.topic]
+        if kind is None:
+            failed += 1
+            continue
         if number == options.num_messages:
             break
-        if one.topic not in types:
-            types[one.topic] = type_of(one.topic)
+        number += 1
         try:
-            message = decode(types[one.topic], one.data)
+            message = decode(kind, one.data)
         except CdrError as error:
             failed += 1
             print(f"{one.topic.name} at {one.received_ns}: {error}", file=sys.stderr)
@@ -67,6 +73,15 @@ def _echo(bag: BagReader, options: argparse.Namespace) -> int:
                 print(f"# {one.topic.name} at {one.received_ns / 1e9:.9f}")
             print(_text(value, None if options.full_length else TRUNCATED) + "---")
     return 1 if failed else 0
+
+
+def _type(topic: BagTopic) -> type[Message] | None:
+    """The type of a topic; None, and a line that says why, if its messages cannot be decoded."""
+    try:
+        return type_of(topic)
+    except BagError as error:
+        print(f"left out: {error}", file=sys.stderr)
+        return None
 
 
 def _text(value: Any, truncate: int | None) -> str:

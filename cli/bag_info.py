@@ -11,7 +11,7 @@ from pathlib import Path
 
 from actors.bag import BagReader, BagTopic
 from cli.bag_options import size
-from cli.parsing import parsed
+from cli.parsing import add_interfaces, parsed
 
 __all__ = ["run"]
 
@@ -38,6 +38,7 @@ def run(verb: str, argv: Sequence[str]) -> int:
     parser.add_argument("-v", "--verbose", action="store_true", help="also how much each topic contributes to the size")
     parser.add_argument("--sort", choices=("name", "type", "count"), default="name", help="the order of the topics")
     parser.add_argument("--json", action="store_true", help="as JSON")
+    add_interfaces(parser)
     options = parsed(parser, argv)
     with BagReader(options.bag_path) as bag:
         topics = _sorted(bag, options.sort)

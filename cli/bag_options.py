@@ -4,18 +4,30 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from actors import QoS
 from actors.bag import Selection, WriterOptions, qos_overrides
 from cli.command import CommandFailed
+from cli.parsing import add_interfaces, parsed
+from cli.types import learn_folders
 
 __all__ = [
-    "add_selection", "add_writing", "not_negative", "positive", "profiles", "selection_of", "size", "writing_of",
+    "add_selection", "add_writing", "not_negative", "positive", "profiles", "selection_of", "size", "with_types",
+    "writing_of",
 ]  # fmt: skip
 
 UNITS = ("B", "KiB", "MiB", "GiB", "TiB")
 PRESETS = {"none": "none", "fastwrite": "none", "zstd_fast": "zstd", "zstd_small": "zstd"}
+
+
+def with_types(parser: argparse.ArgumentParser, argv: Sequence[str]) -> argparse.Namespace:
+    """The options of a verb that may have to know types which no bag defines: those of an installed ROS 2 and of ``--interfaces``."""
+    add_interfaces(parser)
+    options = parsed(parser, argv)
+    learn_folders(options)
+    return options
 
 
 def positive(text: str) -> float:
@@ -124,7 +136,12 @@ def add_writing(parser: argparse.ArgumentParser) -> None:
         "--storage-preset-profile", choices=PRESETS, metavar="NAME", help=f"the profiles of ros2: {', '.join(PRESETS)}"
     )
     group.add_argument(
-        "--custom-data", nargs="*", default=[], metavar="KEY=VALUE", help="texts to keep in metadata.yaml"
+        "--custom-data",
+        nargs="*",
+        action="extend",
+        default=[],
+        metavar="KEY=VALUE",
+        help="texts to keep in metadata.yaml",
     )
 
 

@@ -15,19 +15,18 @@ from actors import Child, temporary
 from actors.bag import BagReader, Player, PlayOptions
 from cli.bag import progress, progress_over
 from cli.bag_keys import keys
-from cli.bag_options import add_selection, not_negative, positive, profiles, selection_of
+from cli.bag_options import add_selection, not_negative, positive, profiles, selection_of, with_types
 from cli.bag_record import show
 from cli.bag_signals import until_signal
 from cli.command import CommandFailed, Exit
 from cli.graph import add_graph_options, seen
-from cli.parsing import parsed
 
 __all__ = ["run"]
 
 
 def run(verb: str, argv: Sequence[str]) -> int:
     """Play a bag to its end; the exit code."""
-    options = parsed(_parser(verb), argv)
+    options = with_types(_parser(verb), argv)
     told = _told(options)
     with BagReader(options.bag_path):
         pass  # so that a bag that is none is said before anything else happens
@@ -63,7 +62,12 @@ def _add_play(parser: argparse.ArgumentParser, group: Any) -> None:
     group.add_argument("-r", "--rate", type=positive, default=1.0, help="how much faster than recorded (1.0)")
     group.add_argument("-l", "--loop", action="store_true", help="begin anew at the end")
     group.add_argument(
-        "-d", "--delay", type=not_negative, default=0.0, metavar="S", help="wait S seconds before each pass"
+        "-d",
+        "--delay",
+        type=not_negative,
+        default=0.0,
+        metavar="S",
+        help="wait S seconds before playing, and /clock with it",
     )
     group.add_argument("-p", "--start-paused", action="store_true", help="begin paused")
     group.add_argument("--playback-duration", type=float, default=-1.0, metavar="S", help="play S seconds of the bag")
@@ -148,6 +152,8 @@ async def _play(options: argparse.Namespace, told: PlayOptions, burst: int | Non
         with keys(player, wanted=not options.disable_keyboard_controls):
             signaled = await until_signal(_watched(player))
         progress_over()
+        if player.failure is not None:
+            raise player.failure
         print(f"{player.played} messages played", file=sys.stderr)
     return 0 if signaled is None else Exit.by(signaled).value[0]
 

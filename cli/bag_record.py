@@ -13,7 +13,6 @@ from pathlib import Path
 from actors import Child, temporary
 from actors.bag import BagError, Recorder, RecordOptions
 from actors.errors import described
-from actors.interfaces import load_folder
 from actors.logs import WARN, LogRecord
 from actors.replay.publishing import topic_of
 from cli.bag import progress, progress_over
@@ -22,7 +21,7 @@ from cli.bag_options import add_selection, add_writing, not_negative, positive, 
 from cli.bag_signals import until_signal
 from cli.command import CommandFailed
 from cli.graph import add_graph_options, seen
-from cli.parsing import parsed
+from cli.parsing import add_interfaces, parsed
 from cli.view import absolute
 
 __all__ = ["run", "show"]
@@ -37,8 +36,6 @@ def run(verb: str, argv: Sequence[str]) -> int:
     options.replay = [*(absolute(node) for node in options.replay if node is not None), *options.subtree]
     options.topics += [topic_of(name) for name in options.replay]
     told = _told(options)
-    for folder in options.interfaces:
-        load_folder(folder)
     path: Path = options.output or Path(datetime.now().strftime("rosbag2_%Y_%m_%d-%H_%M_%S"))
     if path.exists():
         raise CommandFailed(f"Output folder '{path}' already exists.")
@@ -94,14 +91,7 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument("--duration", type=not_negative, metavar="S", help="end after S seconds")
     group.add_argument("-p", "--polling-interval", help="accepted for ros2's sake: what appears is seen at once")
     group.add_argument("--disable-keyboard-controls", action="store_true", help="accepted for ros2's sake")
-    group.add_argument(
-        "--interfaces",
-        action="append",
-        default=[],
-        type=Path,
-        metavar="DIR",
-        help="definitions of types that are not known here",
-    )
+    add_interfaces(parser)
     add_graph_options(parser)
     return parser
 

@@ -22,8 +22,8 @@ from actors.replay.tape import is_subtree, named
 from actors.running.target import Unusable, find, grown
 from actors.suggest import did_you_mean
 from cli.bag_journal import subtree
+from cli.bag_options import with_types
 from cli.command import CommandFailed
-from cli.parsing import parsed
 
 __all__ = ["run"]
 
@@ -32,7 +32,7 @@ PLACE = re.compile(r"(?P<topic>[^\[\]]+)(\[(?P<number>\d+)\])?")
 
 def run(verb: str, argv: Sequence[str]) -> int:
     """Replay it; the exit code is 0 if the node did the same, as far as that can be said, and 1 if not."""
-    options = parsed(_parser(), argv)
+    options = with_types(_parser(), argv)
     sys.path.insert(0, "")  # the node may be one of this folder
     _check_path(options)
     given: dict[str, Any] = {

@@ -11,9 +11,9 @@ from typing import Any
 from actors.bag import BagMetadata, BagReader, Selection, WriterOptions, recover, reindex, rewrite
 from actors.yaml_bounds import check_yaml
 from cli.bag import progress, progress_over
-from cli.bag_options import add_selection, add_writing, not_negative, selection_of, writing_of
+from cli.bag_options import add_selection, add_writing, not_negative, selection_of, with_types, writing_of
 from cli.command import CommandFailed
-from cli.parsing import parsed
+from cli.parsing import add_interfaces, parsed
 
 __all__ = ["run"]
 
@@ -38,7 +38,7 @@ def _convert(argv: Sequence[str]) -> int:
     target.add_argument("-o", "--output-options", type=Path, metavar="FILE", help="YAML with output_bags, as for ros2")
     target.add_argument("--output", type=Path, metavar="BAG", help="the folder to make")
     add_writing(parser)
-    options = parsed(parser, argv)
+    options = with_types(parser, argv)
     sources = [one[0] for one in options.input]
     if options.output is not None:
         return _told(options.output, _rewritten(sources, options.output, options=writing_of(options)))
@@ -100,7 +100,7 @@ def _filter(argv: Sequence[str]) -> int:
     )
     group.add_argument("--duration", type=not_negative, metavar="S", help="keep S seconds from there")
     add_writing(parser)
-    options = parsed(parser, argv)
+    options = with_types(parser, argv)
     with BagReader(options.bag_path) as bag:
         start_ns = bag.metadata.start_ns + round(options.start_offset * 1e9)
     metadata = _rewritten(
@@ -119,7 +119,7 @@ def _merge(argv: Sequence[str]) -> int:
     parser.add_argument("bags", nargs="+", type=Path, metavar="BAG", help="the bags")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="BAG", help="the folder to make")
     add_writing(parser)
-    options = parsed(parser, argv)
+    options = with_types(parser, argv)
     return _told(options.output, _rewritten(options.bags, options.output, options=writing_of(options)))
 
 
@@ -127,16 +127,17 @@ def _reindex(argv: Sequence[str]) -> int:
     parser = _parser("reindex", "Write metadata.yaml of a bag anew, from its files.")
     parser.add_argument("bag_path", type=Path, help="the folder of the bag")
     parser.add_argument("-s", "--storage", choices=("mcap", "sqlite3"), help="accepted for ros2's sake: it is seen")
+    add_interfaces(parser)
     options = parsed(parser, argv)
     return _told(options.bag_path, reindex(options.bag_path))
 
 
 def _recover(argv: Sequence[str]) -> int:
     parser = _parser("recover", "Write all that can be read of a bag that was cut or damaged into a new one.")
-    parser.add_argument("bag_path", type=Path, help="the folder of the bag, or one file in MCAP")
+    parser.add_argument("bag_path", type=Path, help="the folder of the bag, or one of its files")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="BAG", help="the folder to make")
     add_writing(parser)
-    options = parsed(parser, argv)
+    options = with_types(parser, argv)
     found = recover(options.bag_path, options.output, options=writing_of(options))
     if found.damaged or found.lost_bytes:
         print(

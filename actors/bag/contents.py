@@ -31,7 +31,7 @@ class BagTopic:
     """The name of the type, as `std_msgs/msg/String`."""
 
     schema: str = ""
-    """The definition of the type, followed by those of all nested types; empty if the bag does not hold it."""
+    """The definition of the type, followed by those of all nested types; empty if the bag does not hold it, or the type has no fields."""
 
     offered_qos_profiles: str = ""
     """The quality of service that the publishers offered, as the YAML text of rosbag2."""
@@ -39,8 +39,14 @@ class BagTopic:
     type_hash: str = ""
     """`RIHS01_` and 64 hexadecimal digits; empty if it is not known."""
 
-    schema_encoding: str = "ros2msg"
+    schema_encoding: str = ""
+    """How the definition is written: `ros2msg` if nothing else is said; empty if the bag does not hold it."""
+
     serialization_format: str = "cdr"
+
+    def __post_init__(self) -> None:
+        if self.schema_encoding in ("", "unknown"):  # rosbag2 calls it unknown, also where it has it
+            object.__setattr__(self, "schema_encoding", "ros2msg" if self.schema else "")
 
 
 class BagMessage(NamedTuple):
@@ -57,4 +63,4 @@ class BagMessage(NamedTuple):
 
 def topic_of(name: str, type: type[Message], offered: Iterable[QoS] = ()) -> BagTopic:
     """A topic of a type that this process knows, whose publishers offer this quality of service."""
-    return BagTopic(name, type.__ros_type__, schema_text(type), qos_profiles_text(offered), type_hash(type))
+    return BagTopic(name, type.__ros_type__, schema_text(type), qos_profiles_text(offered), type_hash(type), "ros2msg")

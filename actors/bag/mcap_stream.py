@@ -109,13 +109,15 @@ class McapStream:
 
         key = topic.type, topic.schema_encoding, topic.schema
         schema = self._schemas.get(key)
-        if schema is None:
+        if schema is None and any(key):
             number = len(self._schemas) + 1
             schema = Schema(number, topic.schema.encode(), topic.schema_encoding, topic.type)
             self._schemas[key] = schema
             self._new.append(schema)
         facts = {"offered_qos_profiles": topic.offered_qos_profiles, "topic_type_hash": topic.type_hash}
-        channel = Channel(len(self._channels) + 1, topic.name, topic.serialization_format, facts, schema.id)
+        channel = Channel(
+            len(self._channels) + 1, topic.name, topic.serialization_format, facts, schema.id if schema else 0
+        )
         self._channels.append(channel)
         self._new.append(channel)
         return channel.id

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
@@ -10,11 +11,27 @@ from typing import Any, Final
 from actors.bag.contents import BagError, BagTopic
 from actors.bag.yaml_text import dump_yaml, load_yaml
 
-__all__ = ["METADATA", "BagFile", "BagMetadata", "merged", "read_metadata", "write_metadata"]
+__all__ = [
+    "METADATA",
+    "NOTE",
+    "BagFile",
+    "BagMetadata",
+    "merged",
+    "note_of",
+    "noted",
+    "read_metadata",
+    "write_metadata",
+]
 
 METADATA: Final = "metadata.yaml"
 VERSION: Final = 9
 ROOT: Final = "rosbag2_bagfile_information"
+NOTE: Final = "serialized_metadata"
+"""Under which key rosbag2 notes the metadata in a file."""
+
+UNREADABLE: Final = (KeyError, TypeError, AttributeError, ValueError, OverflowError)
+"""What is raised for metadata that are none."""
+
 DISTRO: Final = "robactor"
 """What our bags give as their distribution of ROS."""
 
@@ -94,9 +111,24 @@ def read_metadata(folder: Path) -> BagMetadata:
         return _metadata(load_yaml(path.read_text(encoding="utf-8"))[ROOT])
     except OSError as error:
         raise BagError(f"{path}: {error.strerror}; `bag reindex {folder}` writes it anew") from error
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
+    except UNREADABLE as error:
         why = f"{type(error).__name__}: {error}".splitlines()[0]
         raise BagError(f"{path} is no metadata of a bag ({why}); `bag reindex {folder}` writes it anew") from error
+
+
+def note_of(metadata: BagMetadata) -> dict[str, str]:
+    """What rosbag2 notes of a bag in each of its files."""
+    return {NOTE: dump_yaml(_mapping(metadata))}
+
+
+def noted(notes: Iterable[Mapping[str, str]]) -> BagMetadata | None:
+    """The metadata of a bag by the notes in its files, the last of which counts; None if there are none that can be read."""
+    found: BagMetadata | None = None
+    for note in notes:
+        with suppress(*UNREADABLE):
+            values = load_yaml(note[NOTE])
+            found = _metadata(values.get(ROOT, values))
+    return found
 
 
 def _mapping(bag: BagMetadata) -> dict[str, Any]:
@@ -130,46 +162,60 @@ def _topic_mapping(topic: BagTopic, count: int) -> dict[str, Any]:
             "name": topic.name,
             "type": topic.type,
             "serialization_format": topic.serialization_format,
-            "offered_qos_profiles": load_yaml(topic.offered_qos_profiles) or [],
+            "offered_qos_profiles": _profiles(topic.offered_qos_profiles),
             "type_description_hash": topic.type_hash,
         },
         "message_count": count,
     }
 
 
+def _profiles(text: str) -> list[Any]:
+    """The offered quality of service as plain values; none of a text that is damaged."""
+    try:
+        found: Any = load_yaml(text)
+    except ValueError:
+        return []
+    return found if isinstance(found, list) else []  # pyright: ignore[reportUnknownVariableType]
+
+
 def _metadata(values: Mapping[str, Any]) -> BagMetadata:
     files = tuple(
         BagFile(
-            one["path"],
-            one["starting_time"]["nanoseconds_since_epoch"],
-            one["duration"]["nanoseconds"],
-            one["message_count"],
+            str(one["path"]),
+            int(one["starting_time"]["nanoseconds_since_epoch"]),
+            int(one["duration"]["nanoseconds"]),
+            int(one["message_count"]),
         )
         for one in values.get("files") or ()
     )
     if not files:  # older than version 5
         start, duration = values["starting_time"]["nanoseconds_since_epoch"], values["duration"]["nanoseconds"]
-        files = tuple(BagFile(path, start, duration, values["message_count"]) for path in values["relative_file_paths"])
+        count = int(values["message_count"])
+        files = tuple(BagFile(str(path), int(start), int(duration), count) for path in values["relative_file_paths"])
     return BagMetadata(
-        storage=values["storage_identifier"],
+        storage=str(values["storage_identifier"]),
         topics=dict(_topic(one) for one in values["topics_with_message_count"]),
         files=files,
         compression_format=values.get("compression_format") or "",
         compression_mode=(values.get("compression_mode") or "").lower().replace("none", ""),
-        custom_data=values.get("custom_data") or {},
-        ros_distro=values.get("ros_distro") or "",
-        version=values["version"],
+        custom_data=_texts(values.get("custom_data") or {}),
+        ros_distro=str(values.get("ros_distro") or ""),
+        version=int(values["version"]),
     )
+
+
+def _texts(values: Mapping[Any, Any]) -> dict[str, str]:
+    return {str(name): str(value) for name, value in values.items()}
 
 
 def _topic(values: Mapping[str, Any]) -> tuple[BagTopic, int]:
     told = values["topic_metadata"]
     profiles = told.get("offered_qos_profiles") or ""
     topic = BagTopic(
-        told["name"],
-        told["type"],
+        str(told["name"]),
+        str(told["type"]),
         offered_qos_profiles=profiles if isinstance(profiles, str) else dump_yaml(profiles),
-        type_hash=told.get("type_description_hash") or "",
-        serialization_format=told["serialization_format"],
+        type_hash=str(told.get("type_description_hash") or ""),
+        serialization_format=str(told["serialization_format"]),
     )
-    return topic, values["message_count"]
+    return topic, int(values["message_count"])

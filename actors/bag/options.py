@@ -67,10 +67,10 @@ class PlayOptions:
     rate: float = 1.0
     loop: bool = False
     delay: float = 0.0
-    """Wait this long before each pass."""
+    """Wait this long before playing begins, and time on /clock with it."""
 
     start_offset: float = 0.0
-    """Begin this long after the first message of the bag."""
+    """Begin this long after the first message of the bag, with what latched topics held then."""
 
     duration: float = math.inf
     """Play this long, in the time of the bag."""

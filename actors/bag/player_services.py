@@ -21,7 +21,12 @@ def serve_player(player: Player) -> None:
         player.pause()
         return srv.Pause.Response()
 
-    async def resume(_: Any) -> Any:
+    async def resume(request: Any) -> Any:
+        if nanoseconds_of(request.resume_time):
+            failed = srv.Resume_Response.RETURN_CODE_RESUME_FAILED
+            return srv.Resume.Response(
+                return_code=failed, error_string="a player resumes at once: leave resume_time zero"
+            )
         player.unpause()
         return srv.Resume.Response()
 
@@ -54,6 +59,8 @@ def serve_player(player: Player) -> None:
         return srv.Seek.Response(success=player.seek(nanoseconds_of(request.time)))
 
     async def stop(_: Any) -> Any:
+        if player.over:
+            return srv.Stop.Response(return_code=1, error_string="playing has ended already")
         player.finish()
         return srv.Stop.Response()
 

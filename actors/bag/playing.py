@@ -10,18 +10,17 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.bag.contents import BagError, BagMessage, BagTopic
+from actors.bag.conversion import here
 from actors.bag.options import PlayOptions
 from actors.bag.play_clock import PlayClock
 from actors.bag.player_services import serve_player
 from actors.bag.qos_text import parse_qos_profiles
 from actors.bag.read_ahead import ReadAhead
 from actors.bag.reader import BagReader
-from actors.bag.requests import Requests
-from actors.bag.schemas import type_of
+from actors.bag.requests import Requests, nothing
 from actors.bag.selection import action_of, service_of
 from actors.contracts.contracts import Topic
-from actors.interfaces.cdr import decode
-from actors.interfaces.errors import CdrError
+from actors.interfaces.errors import InterfaceError
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.node.declarations import background
 from actors.node.node import Node
@@ -52,7 +51,11 @@ class Player(Node):
 
     Playing begins with the node and ends with the bag; `wait` waits for that. The node stays, so that its services can begin anew:
     those of `ros2 bag play`, `~/pause`, `~/resume`, `~/toggle_paused`, `~/is_paused`, `~/set_rate`, `~/get_rate`, `~/play_next`, `~/burst`,
-    `~/seek`, `~/stop`. A message that cannot be decoded is logged and left out. Raises `BagError` at its start for a bag that cannot be read.
+    `~/seek`, `~/stop`. A message that cannot be decoded is logged and left out, and so is a topic that cannot be played, such as one that is
+    not in CDR. If the bag and this process define a type differently, messages are published as this process has it: with the fields that
+    both have, by name, and a warning that names the others.
+
+    Raises `BagError` at its start for a bag that cannot be read, or of which nothing can be played. It fails with `BagError` where the bag is damaged.
     """
 
     # Invariants:
@@ -67,7 +70,7 @@ class Player(Node):
         self.options = options = options or PlayOptions()
         self.bag = BagReader(bag)
         self.played = 0
-        """The number of messages played so far."""
+        """The number of messages played so far; those that could not be decoded are not among them."""
         self.seeks = 0
         """How often `seek` has changed the time."""
         self.message_ns: int | None = None
@@ -76,11 +79,15 @@ class Player(Node):
         self._begin_ns = first + round(options.start_offset * 1e9)
         ends = [last] if options.duration == math.inf else [last, self._begin_ns + round(options.duration * 1e9)]
         self._end_ns = min(ends if options.until_ns is None else [*ends, options.until_ns])
-        self._sinks: dict[tuple[str, str], Callable[[BagMessage], None]] = {}
+        self.failure: BagError | None = None
+        """Why playing has ended, if the bag could not be read further."""
+        self._sinks: dict[BagTopic, Callable[[BagMessage], bool]] = {}
         self._counts: dict[str, int] = {}
+        self._latched: list[BagTopic] = []
         self._recall: int | None = None
         self._recalling = asyncio.Lock()
         self._changed = asyncio.Event()
+        self._begun = asyncio.Event()
         self._over = asyncio.Event()
         names = {topic.name for topic in self.bag.topics if self._selected(topic)}
         self._messages = ReadAhead(self.bag, names, options.read_ahead, partial(self.offload, thread=True))
@@ -89,15 +96,27 @@ class Player(Node):
 
     async def on_start(self) -> None:
         self._tick = self.publisher(CLOCK) if self.options.clock else None
+        why: BagError | None = None
         for topic in self.bag.topics:
             if self._selected(topic):
-                qos = self._qos(topic)
-                self._sinks[topic.name, topic.type] = self._requests.sink(topic) or self._publishing(topic, qos)
-                self._counts[topic.name] = max(self._counts.get(topic.name, 0), _recalled(topic, qos))
+                try:
+                    qos = self._qos(topic)
+                    self._sinks[topic] = self._requests.sink(topic) or self._publishing(topic, qos)
+                    self._counts[topic.name] = max(self._counts.get(topic.name, 0), _recalled(topic, qos))
+                    if qos.transient_local:
+                        self._latched.append(topic)
+                except BagError as error:
+                    why = error
+                    self._sinks[topic] = nothing
+                    self.log.warning("a topic of the bag is not played", topic=topic.name, because=str(error))
+        if why is not None and all(sink is nothing for sink in self._sinks.values()):
+            raise BagError(f"nothing of {self.bag.path} can be played: {why}")
+        self._messages.limit({topic.name for topic, sink in self._sinks.items() if sink is not nothing})
         self._messages.rewind(self._begin_ns)
         serve_player(self)
 
     async def on_stop(self, reason: ExitReason) -> None:
+        self._over.set()
         await self._messages.close()
         self.bag.close()
 
@@ -106,6 +125,11 @@ class Player(Node):
     @property
     def paused(self) -> bool:
         return self._time.paused
+
+    @property
+    def over(self) -> bool:
+        """Whether playing has ended."""
+        return self._over.is_set()
 
     @property
     def rate(self) -> float:
@@ -120,7 +144,7 @@ class Player(Node):
     @property
     def position_ns(self) -> int:
         """The time of the bag now, in nanoseconds since 1970."""
-        return min(self._time.bag_ns(self._now()), self._end_ns)
+        return min(self._time.bag_ns(self._now()), self._end_ns) if self._begun.is_set() else self._begin_ns
 
     @property
     def start_ns(self) -> int:
@@ -189,15 +213,28 @@ class Player(Node):
     async def play(self) -> None:
         """Play the bag, again and again if so told."""
         clock = incarnation_of(self).runtime.clock
-        while True:
-            await clock.sleep(self.options.delay)
+        await clock.sleep(self.options.delay)
+        try:
+            await self._show_latched()
             self._time.seek(self._now(), self._begin_ns)
+            self._begun.set()
             await self._play_through()
-            if not self.options.loop or self._over.is_set():
-                break
-            self._messages.rewind(self._begin_ns)
+            while self.options.loop and not self._over.is_set():
+                self._messages.rewind(self._begin_ns)
+                self._time.seek(self._now(), self._begin_ns)
+                await self._play_through()
+        except BagError as error:
+            self.failure = error
+            raise
         await self._requests.ended()
         self.finish()
+
+    async def _show_latched(self) -> None:
+        """Publish what latched topics held where playing begins, as a subscriber that came then would have received it."""
+        latched = {topic.name: self._counts[topic.name] for topic in self._latched}
+        if latched and self._begin_ns > self.bag.metadata.start_ns:
+            for message in await self.offload(partial(self.bag.before, self._begin_ns, latched), thread=True):
+                self._publish(message)
 
     async def _play_through(self) -> None:
         """Play until the end of the bag has been reached, in its own time."""
@@ -255,19 +292,21 @@ class Player(Node):
         topics = self.options.clock_topics
         if self._tick is not None and (topics is None or message.topic.name in topics):
             self._tick(ClockMessage(clock=stamp_of(message.received_ns)))
-        self._publish(message)
-        self.played += 1
+        self.played += self._publish(message)
 
-    def _publish(self, message: BagMessage) -> None:
+    def _publish(self, message: BagMessage) -> bool:
+        """Publish a message; whether it could be decoded."""
         self.message_ns = message.received_ns
-        self._sinks[message.topic.name, message.topic.type](message)
+        published = self._sinks[message.topic](message)
         self.message_ns = None
+        return published
 
     @background
     async def tell_time(self) -> None:
         """Publish the time of the bag on `/clock`."""
         if self._tick is None or not self.options.clock_hz:
             return
+        await self._begun.wait()
         clock = incarnation_of(self).runtime.clock
         start, k = clock.now(), 0
         while not self._over.is_set():
@@ -283,20 +322,24 @@ class Player(Node):
             return False
         return self.options.selection.takes(topic.name, topic.type)
 
-    def _publishing(self, topic: BagTopic, qos: QoS) -> Callable[[BagMessage], None]:
+    def _publishing(self, topic: BagTopic, qos: QoS) -> Callable[[BagMessage], bool]:
         """What publishes the messages of a topic."""
-        if topic.serialization_format != "cdr":
-            raise BagError(f"{topic.name} is recorded in {topic.serialization_format!r}: only CDR can be played")
-        kind = type_of(topic)
+        kind, decoded, left_out, defaults = here(topic)
+        if left_out or defaults:
+            self.log.warning(
+                "recorded with another definition of its type, and played with the fields that both have",
+                topic=topic.name, type=topic.type, left_out=" ".join(left_out) or "-", not_recorded=" ".join(defaults) or "-",
+            )  # fmt: skip
         publisher: Publisher[Any] = self.publisher(Topic(kind, self._name(topic.name), qos))
 
-        def publish(message: BagMessage) -> None:
+        def publish(message: BagMessage) -> bool:
             try:
-                decoded = decode(kind, message.data)
-            except CdrError as error:
+                mine = decoded(message.data)
+            except InterfaceError as error:
                 self.log.warning("a message of the bag cannot be decoded", topic=topic.name, error=str(error))
-            else:
-                publisher(decoded)
+                return False
+            publisher(mine)
+            return True
 
         return publish
 

@@ -8,6 +8,8 @@ from collections.abc import Awaitable, Callable, Collection, Iterator
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
+from actors.bag.contents import BagError
+
 if TYPE_CHECKING:
     from actors.bag.contents import BagMessage
     from actors.bag.reader import BagReader
@@ -21,7 +23,8 @@ class ReadAhead:
     `offload(function)` runs the reading, in a thread.
 
     Invariants: `_ready` holds the messages that come next, and `_coming` reads those after them, or is None. Both belong to the pass
-    `_messages`; what an earlier pass still reads is discarded.
+    `_messages`; what an earlier pass still reads is discarded. Where the bag is damaged its error comes in place of a message, so that what is
+    before it is not lost.
     """
 
     def __init__(
@@ -35,19 +38,23 @@ class ReadAhead:
         self._topics = frozenset(topics)
         self._count = count
         self._offload = offload
-        self._ready: deque[BagMessage] = deque()
-        self._messages: Iterator[BagMessage] = iter(())
-        self._coming: asyncio.Future[list[BagMessage]] | None = None
+        self._ready: deque[BagMessage | BagError] = deque()
+        self._messages: Iterator[BagMessage | BagError] = iter(())
+        self._coming: asyncio.Future[list[BagMessage | BagError]] | None = None
         self._lock = asyncio.Lock()
+
+    def limit(self, topics: Collection[str]) -> None:
+        """Read only these topics, from the next `rewind` on."""
+        self._topics = frozenset(topics)
 
     def rewind(self, start_ns: int) -> None:
         """Go on with the messages received from `start_ns` on."""
         self._ready.clear()
-        self._messages = self._bag.messages(self._topics, start_ns=start_ns)
+        self._messages = _with_error(self._bag.messages(self._topics, start_ns=start_ns))
         self._coming = None
 
     async def peek(self) -> BagMessage | None:
-        """The next message, which stays the next one; None at the end."""
+        """The next message, which stays the next one; None at the end. Raises `BagError` where the bag is damaged."""
         while not self._ready:
             if self._coming is None:
                 self._coming = asyncio.ensure_future(self._read(self._messages))
@@ -59,11 +66,16 @@ class ReadAhead:
                 return None
             self._ready.extend(read)
             self._coming = asyncio.ensure_future(self._read(self._messages))
-        return self._ready[0]
+        first = self._ready[0]
+        if isinstance(first, BagError):
+            raise first
+        return first
 
     def advance(self) -> BagMessage:
         """Take the next message. To be called after `peek`, without waiting in between."""
-        return self._ready.popleft()
+        message = self._ready.popleft()
+        assert not isinstance(message, BagError)
+        return message
 
     async def close(self) -> None:
         """Wait until nothing is read any more."""
@@ -71,7 +83,14 @@ class ReadAhead:
         if coming is not None:
             await asyncio.gather(coming, return_exceptions=True)
 
-    async def _read(self, messages: Iterator[BagMessage]) -> list[BagMessage]:
+    async def _read(self, messages: Iterator[BagMessage | BagError]) -> list[BagMessage | BagError]:
         async with self._lock:  # a pass that was given up may still be read
-            read: list[BagMessage] = await self._offload(lambda: list(islice(messages, self._count)))
+            read: list[BagMessage | BagError] = await self._offload(lambda: list(islice(messages, self._count)))
             return read
+
+
+def _with_error(messages: Iterator[BagMessage]) -> Iterator[BagMessage | BagError]:
+    try:
+        yield from messages
+    except BagError as error:
+        yield error

@@ -53,7 +53,7 @@ class Recorder(Node):
     recording ends, and the node goes on; what was written is readable. Raises `BagError` at its start if the bag cannot be begun.
 
     The services are those of `ros2 bag record`: `~/pause`, `~/resume`, `~/toggle_paused`, `~/is_paused`, `~/split_bagfile`, `~/snapshot`,
-    `~/stop`.
+    `~/stop`, `~/is_discovery_running`, `~/start_discovery`, `~/stop_discovery`.
     """
 
     # Invariants:
@@ -68,6 +68,7 @@ class Recorder(Node):
         self.path = Path(path)
         self.options = options or RecordOptions()
         self.paused = self.options.paused
+        self._discovery = self.options.discovery
         self.failure: OSError | None = None
         """Why recording has ended, if the bag could not be written."""
         self._writer = BagWriter(self.path, self.options.writer)
@@ -98,8 +99,23 @@ class Recorder(Node):
 
     @property
     def recorded(self) -> int:
-        """The number of messages given to the bag so far."""
-        return self._writer.given
+        """The number of messages given to the bag so far, without those that it has lost."""
+        return self._writer.given - self._writer.lost
+
+    @property
+    def over(self) -> bool:
+        """Whether recording has ended."""
+        return self._over.is_set()
+
+    @property
+    def discovery(self) -> bool:
+        """Whether topics that appear are recorded, too. Set to True again, what has appeared meanwhile is."""
+        return self._discovery
+
+    @discovery.setter
+    def discovery(self, wanted: bool) -> None:
+        self._discovery = wanted
+        self._changed.set()
 
     @property
     def dropped(self) -> int:
@@ -167,8 +183,9 @@ class Recorder(Node):
         """Subscribe to what appears."""
         leave = incarnation_of(self).runtime.graph.on_change(self._changed.set)
         try:
-            while self.options.discovery and self._listening:
-                self._discover()
+            while self._listening:
+                if self._discovery:
+                    self._discover()
                 await self._changed.wait()
                 self._changed.clear()
         finally:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from actors.bag.options import PlayOptions
     from actors.node.node import Node
 
-__all__ = ["Requests"]
+__all__ = ["Requests", "nothing"]
 
 SENT, RECEIVED = 0, 1
 """The kinds of events that hold a request: as its client and its server have recorded it."""
@@ -40,7 +40,7 @@ class Requests:
         """The requests that have not ended."""
         self._wanted = {"service": RECEIVED, "client": SENT}.get(options.service_requests)
 
-    def sink(self, topic: BagTopic) -> Callable[[BagMessage], None] | None:
+    def sink(self, topic: BagTopic) -> Callable[[BagMessage], bool] | None:
         """What takes the messages of a topic that holds events of a service or action; None if they are to be published as they are.
 
         Raises `BagError` for a service or action whose type is not known here: a bag holds only definitions of messages.
@@ -57,7 +57,7 @@ class Requests:
                 return self._sending(topic, lambda request: self._start(goals, request.goal))
         except InterfaceError as error:
             raise BagError(f"{topic.name}: {error}") from error
-        return _nothing  # the server tells its feedback and status itself
+        return nothing  # the server tells its feedback and status itself
 
     async def ended(self) -> None:
         """Wait until the requests have ended, for at most `TIMEOUT` seconds."""
@@ -69,20 +69,21 @@ class Requests:
 
     def _sending(
         self, topic: BagTopic, send: Callable[[Any], Coroutine[Any, Any, None]]
-    ) -> Callable[[BagMessage], None]:
+    ) -> Callable[[BagMessage], bool]:
         kind: Any = type_of(topic)
 
-        def take(message: BagMessage) -> None:
+        def take(message: BagMessage) -> bool:
             try:
                 event = decode(kind, message.data)
             except CdrError as error:
                 self._node.log.warning("an event of the bag cannot be decoded", topic=topic.name, error=str(error))
-                return
+                return False
             if event.info.event_type == self._wanted and event.request:
                 name = f"request of {topic.name}"
                 task = self._node.spawn(self._tried(topic.name, send(event.request[0])), name=name)
                 self._open.add(task)
                 task.add_done_callback(self._open.discard)
+            return True
 
         return take
 
@@ -100,5 +101,6 @@ class Requests:
             await running.ended()
 
 
-def _nothing(message: BagMessage) -> None:
+def nothing(message: BagMessage) -> bool:
     """Leave a message out."""
+    return False

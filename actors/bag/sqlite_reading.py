@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Container, Iterator
-from contextlib import closing
+from collections.abc import Callable, Container, Generator, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.bag.contents import BagError, BagMessage, BagTopic
-from actors.bag.metadata import BagFile, BagMetadata
+from actors.bag.metadata import NOTE, BagFile, BagMetadata
 
 if TYPE_CHECKING:
+    from actors.bag.mcap_reading import Salvage
     from actors.bag.newest import Newest
 
 __all__ = ["SqliteReading"]
+
+
+ROWS: Final = "SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ? ORDER BY id"
+LAST: Final = 2**63 - 1
+"""The largest number of a row."""
 
 
 class SqliteReading:
@@ -22,31 +28,45 @@ class SqliteReading:
 
     cut = False
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, shown: Path | None = None) -> None:
         self.path = path
+        self._shown = shown or path
+        """What the file is called in errors."""
         try:
             with closing(self._open()) as database:
                 self._topics = dict(_topics(database))
-                self._counts = dict(_all(database, "SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"))
-                self._times = _all(database, "SELECT MIN(timestamp), MAX(timestamp) FROM messages")[0]
+                self.told = _told(database)
         except sqlite3.Error as error:
-            raise BagError(f"{path} is no sqlite3 file of a bag: {error}") from error
+            raise BagError(f"{self._shown} is no sqlite3 file of a bag: {error}") from error
+
+    def complete(self, completed: Callable[[BagTopic], BagTopic]) -> None:
+        """Let topics be called from now on as others know them better."""
+        self._topics = {number: completed(topic) for number, topic in self._topics.items()}
 
     def metadata(self) -> BagMetadata:
         """What the file holds."""
-        topics = {topic: self._counts.get(number, 0) for number, topic in self._topics.items()}
-        start, end = (time or 0 for time in self._times)
+        with self._checked() as database:
+            counts = dict(_all(database, "SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"))
+            start, end = (
+                time or 0 for time in _all(database, "SELECT MIN(timestamp), MAX(timestamp) FROM messages")[0]
+            )
+        topics = dict[BagTopic, int]()
+        for number, topic in self._topics.items():
+            topics[topic] = topics.get(topic, 0) + counts.get(number, 0)
         file = BagFile(self.path.name, start, end - start, sum(topics.values()))
         return BagMetadata(storage="sqlite3", topics=topics, files=(file,), ros_distro="")
 
     def messages(self, start_ns: int, topics: Container[str] | None) -> Iterator[BagMessage]:
-        """The messages received from `start_ns` on, in order of receipt, of these topics or all."""
-        with closing(self._open()) as database:
-            query = "SELECT topic_id, timestamp, data FROM messages WHERE timestamp >= ? ORDER BY timestamp, id"
+        """The messages received from `start_ns` on, in order of receipt, of these topics or all. Raises `BagError` for what is damaged."""
+        query = "SELECT topic_id, timestamp, data FROM messages WHERE timestamp >= ? ORDER BY timestamp, id"
+        with self._checked() as database:
             for number, time, data in database.execute(query, (start_ns,)):
-                topic = self._topics[number]
-                if topics is None or topic.name in topics:
-                    yield BagMessage(topic, data, time, time)
+                topic = self._topics.get(number)
+                if topic is not None and isinstance(data, bytes) and isinstance(time, int):
+                    if topics is None or topic.name in topics:
+                        yield BagMessage(topic, data, time, time)
+                else:
+                    raise sqlite3.DatabaseError("a message has no topic, no time or no data")
 
     def before(self, end_ns: int, newest: Newest, file: int) -> None:
         """Add the messages received before `end_ns` that may be the newest of their topics."""
@@ -54,16 +74,80 @@ class SqliteReading:
             "SELECT id, timestamp, data FROM messages WHERE topic_id = ? AND timestamp < ? "
             "ORDER BY timestamp DESC, id DESC LIMIT ?"
         )
-        with closing(self._open()) as database:
+        with self._checked() as database:
             for number, topic in self._topics.items():
                 wanted = newest.counts.get(topic.name, 0)
                 for id, time, data in database.execute(query, (number, end_ns, wanted)):
                     newest.add(BagMessage(topic, data, time, time), (file, id, 0))
 
+    def salvage(self, found: Salvage) -> Iterator[BagMessage]:
+        """Every message that can be read, in the order of the file; `found` tells afterwards what could not."""
+        found.complete = True
+        at = 0
+        with closing(self._open()) as database:
+            while True:
+                try:
+                    for number, topic_id, time, data in database.execute(ROWS, (at,)):
+                        at = number + 1
+                        topic = self._topics.get(topic_id)
+                        if topic is not None and isinstance(data, bytes) and isinstance(time, int):
+                            found.messages += 1
+                            yield BagMessage(topic, data, time, time)
+                        else:
+                            found.damaged += 1
+                    return
+                except sqlite3.Error:  # a page is damaged
+                    found.damaged += 1
+                    following = _readable(database, at)
+                    if following is None:
+                        return
+                    at = following
+
+    @contextmanager
+    def _checked(self) -> Generator[sqlite3.Connection]:
+        """The file, opened. What is damaged raises `BagError`."""
+        try:
+            with closing(self._open()) as database:
+                yield database
+        except (sqlite3.Error, OverflowError, TypeError) as error:
+            raise BagError(
+                f"{self._shown} is damaged: {error}; `bag recover {self._shown} -o NEW` writes what can be read"
+            ) from error
+
     def _open(self) -> sqlite3.Connection:
         if not self.path.is_file():
-            raise BagError(f"{self.path}: there is no such file")
+            raise BagError(f"{self._shown}: there is no such file")
         return sqlite3.connect(f"{self.path.resolve().as_uri()}?mode=ro", uri=True, check_same_thread=False)
+
+
+def _readable(database: sqlite3.Connection, after: int) -> int | None:
+    """The first number of a row from which on rows can be read, after one from which they cannot; None if there is none."""
+
+    def reads(number: int) -> bool:
+        try:
+            _all(database, f"{ROWS} LIMIT 1", (number,))
+        except sqlite3.Error:
+            return False
+        return True
+
+    step = 1
+    while not reads(min(after + step, LAST)):
+        if after + step >= LAST:
+            return None
+        step *= 2
+    bad, good = after + step // 2, min(after + step, LAST)
+    while good - bad > 1:
+        middle = (bad + good) // 2
+        bad, good = (bad, middle) if reads(middle) else (middle, good)
+    return good
+
+
+def _told(database: sqlite3.Connection) -> dict[str, str]:
+    """What rosbag2 has noted in the file."""
+    if not _all(database, "SELECT name FROM sqlite_master WHERE name = 'metadata'"):
+        return {}
+    rows = _all(database, "SELECT metadata FROM metadata ORDER BY id")
+    return {NOTE: str(rows[-1][0])} if rows else {}
 
 
 def _topics(database: sqlite3.Connection) -> Iterator[tuple[int, BagTopic]]:
@@ -76,9 +160,20 @@ def _topics(database: sqlite3.Connection) -> Iterator[tuple[int, BagTopic]]:
         definitions = {kind: (text, encoding) for kind, text, encoding in rows}
     listed = _all(database, f"SELECT id, name, type, serialization_format, {qos}, {digest} FROM topics")
     for number, name, kind, serialization, profiles, hashed in listed:
-        schema, encoding = definitions.get(kind, ("", "ros2msg"))
-        yield number, BagTopic(name, kind, schema, profiles, hashed, encoding, serialization)
+        schema, encoding = definitions.get(kind, ("", ""))
+        yield (
+            number,
+            BagTopic(
+                str(name),
+                str(kind),
+                str(schema),
+                str(profiles or ""),
+                str(hashed or ""),
+                str(encoding),
+                str(serialization),
+            ),
+        )
 
 
-def _all(database: sqlite3.Connection, query: str) -> list[Any]:
-    return database.execute(query).fetchall()
+def _all(database: sqlite3.Connection, query: str, values: tuple[Any, ...] = ()) -> list[Any]:
+    return database.execute(query, values).fetchall()

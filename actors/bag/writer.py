@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from actors.bag.contents import BagError, BagTopic
 from actors.bag.mcap_stream import COMPRESSIONS, McapStream
-from actors.bag.metadata import BagFile, BagMetadata, write_metadata
+from actors.bag.metadata import BagFile, BagMetadata, note_of, write_metadata
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -178,15 +178,29 @@ class BagWriter:
     def _end(self, stream: McapStream) -> None:
         """Close a file and take over its counts, whatever became of its last chunk."""
         try:
-            stream.close()
+            try:
+                stream.flush()
+                stream.metadata("rosbag2", note_of(self._metadata(stream)))
+            finally:
+                stream.close()
         finally:
-            duration = stream.end_ns - stream.start_ns
-            self._files.append(BagFile(stream.path.name, stream.start_ns, duration, stream.written))
-            for topic, channel in self._channels.items():
-                self._counts[topic] += stream.counts.get(channel, 0)
+            self._files.append(_file_of(stream))
+            self._counts = self._counted(stream)
 
-    def _metadata(self) -> BagMetadata:
-        return BagMetadata(topics=dict(self._counts), files=tuple(self._files), custom_data=self.options.custom_data)
+    def _counted(self, stream: McapStream) -> dict[BagTopic, int]:
+        """The numbers of messages in the closed files and in this one."""
+        here = {topic: stream.counts.get(channel, 0) for topic, channel in self._channels.items()}
+        return {topic: count + here.get(topic, 0) for topic, count in self._counts.items()}
+
+    def _metadata(self, stream: McapStream | None = None) -> BagMetadata:
+        """What the bag holds, with a file that is not closed yet."""
+        topics = dict(self._counts) if stream is None else self._counted(stream)
+        files = self._files if stream is None else [*self._files, _file_of(stream)]
+        return BagMetadata(topics=topics, files=tuple(files), custom_data=self.options.custom_data)
 
     def _write_metadata(self) -> None:
         write_metadata(self.path, self._metadata())
+
+
+def _file_of(stream: McapStream) -> BagFile:
+    return BagFile(stream.path.name, stream.start_ns, stream.end_ns - stream.start_ns, stream.written)

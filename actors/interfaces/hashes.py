@@ -7,7 +7,7 @@ Defaults, constants and comments do not count. Source: REP 2011 and `rosidl_gene
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from hashlib import sha256
 from typing import Any, Final, TypeAlias
@@ -54,10 +54,28 @@ def type_hash(of: str | InterfaceClass) -> str:
 
 @cache
 def _hash(cls: Any) -> str:
-    text = json.dumps(
-        type_description(cls)
-    )  # json's own separators, ASCII escapes and key order are the canonical ones
+    return _digest(type_description(cls))
+
+
+def _digest(description: dict[str, Any]) -> str:
+    text = json.dumps(description)  # json's own separators, ASCII escapes and key order are the canonical ones
     return f"RIHS01_{sha256(text.encode()).hexdigest()}"
+
+
+def hash_of_definitions(name: str, fields_of: Callable[[str], Iterable[tuple[str, FieldType]]]) -> str:
+    """The hash of a message of which there are only definitions: `fields_of` gives the fields of each by its full name, in order."""
+    found: dict[str, dict[str, Any]] = {}
+    waiting = [name]
+    while waiting:
+        each = waiting.pop()
+        if each not in found:
+            fields = list(fields_of(each))
+            found[each] = _individual(each, [(field, kind, None) for field, kind in fields])
+            waiting += [kind.base for _, kind in fields if kind.is_message]
+    description = found.pop(name)
+    return _digest(
+        {"type_description": description, "referenced_type_descriptions": [found[each] for each in sorted(found)]}
+    )
 
 
 def type_description(of: str | InterfaceClass) -> dict[str, Any]:

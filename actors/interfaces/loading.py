@@ -10,7 +10,7 @@ A loaded type is a class like any other; only type checkers know nothing of its 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -124,43 +124,54 @@ def _message_class(
     definition: MessageDefinition, package: str, kind: str, whole: Definition, file: str | None
 ) -> type[Message]:
     """The class of a definition; the known one if it says the same."""
+    body = class_body(definition, registry.find, file)
+    known: type[Message] | None = registry.known(definition.name)
+    if known is not None:
+        _check_same(known, definition, file)
+        return known
+    return make_message(
+        definition.name.rpartition("/")[2], body | {"__ros_source__": file or "text", "__ros_text__": whole.text}
+    )
+
+
+def class_body(
+    definition: MessageDefinition, find: Callable[[str], type[Any] | None], file: str | None
+) -> dict[str, Any]:
+    """The body of the class of a definition. `find` gives the classes of nested messages by their full names.
+
+    Raises:
+        DefinitionError: a nested message is not known.
+    """
+    package, kind, name = definition.name.split("/")
     annotations: dict[str, Any] = {}
     values: dict[str, Any] = {}
     for constant in definition.constants:
         annotations[constant.name] = ClassVar[Annotated[object, constant.type]]
         values[constant.name] = constant.value
     for field in definition.fields:
-        annotations[field.name] = _annotation(field.type, field.line, file)
+        annotations[field.name] = _annotation(field.type, field.line, file, find)
         values[field.name] = types.default(field.default)
-    known: type[Message] | None = registry.known(definition.name)
-    if known is not None:
-        _check_same(known, definition, file)
-        return known
-    name = definition.name.rpartition("/")[2]
-    body: dict[str, Any] = {
+    return {
         "__module__": f"{package}.{kind}",
         "__qualname__": name,
         "__doc__": _doc(definition, definition.name),
         "__annotations__": annotations,
         **values,
         "__ros_type__": definition.name,
-        "__ros_source__": file or "text",
-        "__ros_text__": whole.text,
     }
-    return make_message(name, body)
 
 
 def _doc(definition: MessageDefinition, name: str) -> str:
     return "\n".join([f"{name}", "", *definition.comment]).rstrip() if definition.comment else name
 
 
-def _annotation(kind: FieldType, line: int, file: str | None) -> Any:
+def _annotation(kind: FieldType, line: int, file: str | None, find: Callable[[str], type[Any] | None]) -> Any:
     if kind.base in {"time", "duration"}:
         better = f"builtin_interfaces/{kind.base.capitalize()}"
         raise DefinitionError("invalid_type_name", f"{kind.base!r} is a type of ROS 1; write {better}", line, file)
     if not kind.is_message:
         return Annotated[object, kind]
-    message = registry.find(kind.base)
+    message = find(kind.base)
     if message is None:
         hint = closest(kind.base, registry.known_names("msg"))
         raise DefinitionError("invalid_type_name", f"type {kind.element} is not known.{hint}", line, file)

@@ -75,6 +75,7 @@ class MessageMeta(StructMeta):
         if bases == (MessageBase,):
             return super().__new__(mcls, name, bases, namespace, **options)
         _check_statement(name, bases, options)
+        detached = namespace.pop("__ros_detached__", False)
         fields, constants = read_class(name, namespace, _caller_names())
         for field in fields:
             namespace[field.name] = _default_of(name, field, namespace.get(field.name))
@@ -89,7 +90,8 @@ class MessageMeta(StructMeta):
         # gc=False: a message cannot take part in a reference cycle, since its parts exist before it does.
         cls = StructMeta(name, (MessageBase,), namespace, frozen=True, kw_only=True, gc=False)
         type.__setattr__(cls, "__setattr__", _refuse_to_change)  # msgspec's own does not say what to do instead
-        register(cls)
+        if not detached:
+            register(cls)
         return cls
 
     def __instancecheck__(cls, instance: object) -> bool:
@@ -124,7 +126,7 @@ def _caller_names() -> dict[str, Any]:
 
 
 def make_message(name: str, body: dict[str, Any]) -> type[Message]:
-    """The message class of this name whose class body would be `body`."""
+    """The message class of this name whose class body would be `body`. It is known by its ROS name from now on, but with `__ros_detached__`."""
     made: type[Message] = MessageMeta(name, (Message,), body, frozen=True, kw_only=True)
     return made
 

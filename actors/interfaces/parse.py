@@ -113,10 +113,30 @@ def parse(text: str, package: str, name: str, kind: Kind, file: str | None = Non
     return Definition(f"{package}/{kind}/{name}", tuple(parts), text)
 
 
+def parse_recorded(text: str, name: str, parts: tuple[str, ...] = ("",)) -> tuple[MessageDefinition, ...]:
+    """Reads a definition that came with data: of the message `name`, or of the parts of a service or action of this name.
+
+    What others have named in their own way is taken as it is: a type `ESF_Status`, a field `frameId`, `std_msgs/msg/Header` as a type.
+
+    Raises:
+        DefinitionError: with line and reason.
+    """
+    package, kind, _ = name.split("/")
+    lines = text.splitlines()
+    split = [(0, lines)] if parts == ("",) else _split(text, "srv" if kind == "srv" else "action", None)
+    return tuple(
+        _parse_part(part, package, f"{name}{suffix}", offset, None, strict=False)
+        for suffix, (offset, part) in zip(parts, split, strict=True)
+    )
+
+
 def parse_message(text: str, package: str, name: str, file: str | None = None) -> MessageDefinition:
     """Reads the text of a .msg file."""
     return parse(text, package, name, "msg", file).parts[0]
 
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+"""What is taken for a name in a definition that came with data."""
 
 _LOWER_RULE = "lower-case letters, digits and single inner underscores, a letter first"
 _CAMEL_RULE = "letters and digits, an upper-case letter first"
@@ -142,7 +162,9 @@ def _split(text: str, kind: Kind, file: str | None) -> list[tuple[int, list[str]
     return [(start + 1, lines[start + 1 : end]) for start, end in pairwise(edges)]
 
 
-def _parse_part(lines: list[str], package: str, name: str, offset: int, file: str | None) -> MessageDefinition:
+def _parse_part(
+    lines: list[str], package: str, name: str, offset: int, file: str | None, *, strict: bool = True
+) -> MessageDefinition:
     fields: list[FieldDefinition] = []
     constants: list[ConstantDefinition] = []
     comments: list[list[str]] = []  # of each element, in step with `elements`
@@ -162,7 +184,7 @@ def _parse_part(lines: list[str], package: str, name: str, offset: int, file: st
         if not code:
             continue
         try:
-            element = _parse_line(code, package, number)
+            element = _parse_line(code, package, number, strict)
         except DefinitionError as error:
             raise DefinitionError(error.code, f"{error.reason} in {code!r:.300}", number, file) from None
         name_of_kind = isinstance(element, FieldDefinition), element.name
@@ -186,7 +208,7 @@ def _bare(remark: str) -> str:
     return remark.lstrip("#").rstrip()
 
 
-def _parse_line(code: str, package: str, number: int) -> FieldDefinition | ConstantDefinition:
+def _parse_line(code: str, package: str, number: int, strict: bool) -> FieldDefinition | ConstantDefinition:
     type_text, _, rest = code.partition(" ")
     rest = rest.lstrip()
     if not rest:
@@ -200,22 +222,23 @@ def _parse_line(code: str, package: str, number: int) -> FieldDefinition | Const
             raise DefinitionError(
                 "invalid_type", f"a constant cannot be of type {type_text!r:.200}, only a plain primitive"
             )
-        if not is_constant_name(name):
+        if not (is_constant_name(name) if strict else _NAME.fullmatch(name)):
             raise DefinitionError(
                 "invalid_member_name", f"{name!r:.200} is not a name for a constant (upper case; '=' makes a constant)"
             )
         kind = FieldType(type_text)
         return ConstantDefinition(name, kind, parse_value(kind, value), (), None, number)
-    kind = parse_type(type_text, package)
+    kind = parse_type(type_text, package, strict=strict)
     name, _, default = rest.partition(" ")
-    if not is_field_name(name):
+    if not (is_field_name(name) if strict else _NAME.fullmatch(name)):
         raise DefinitionError("invalid_member_name", f"{name!r:.200} is not a name for a field ({_LOWER_RULE})")
     default = default.lstrip()
     return FieldDefinition(name, kind, parse_value(kind, default) if default else None, (), None, number)
 
 
-def parse_type(text: str, package: str | None) -> FieldType:
-    """`string<=10[<=5]`, `float64[9]`, `geometry_msgs/Point[]`, or `Point` where a package is given.
+def parse_type(text: str, package: str | None, *, strict: bool = True) -> FieldType:
+    """`string<=10[<=5]`, `float64[9]`, `geometry_msgs/Point[]`, or `Point` where a package is given. If it is not `strict`, a type may have
+    any name, also a full one: `geometry_msgs/msg/Point`.
 
     Raises:
         DefinitionError: with code `invalid_type` or `invalid_type_name`.
@@ -236,7 +259,7 @@ def parse_type(text: str, package: str | None) -> FieldType:
         if text.startswith(f"{name}<="):
             base, bound = name, _positive(text[len(name) + 2 :], f"string type {text!r:.200}")
     if base not in PRIMITIVES and base not in {"time", "duration"}:
-        base = _message_name(base, package)
+        base = _message_name(base, package) if strict else _recorded_name(base, package)
     return FieldType(base, bound, array, size)
 
 
@@ -257,6 +280,17 @@ def _message_name(text: str, package: str | None) -> str:
     if len(parts) != 2 or not is_package_name(parts[0]) or not is_interface_name(parts[1]):
         raise DefinitionError("invalid_type_name", f"{text!r:.200} is neither a primitive type nor 'package/Name'")
     return f"{parts[0]}/msg/{parts[1]}"
+
+
+def _recorded_name(text: str, package: str | None) -> str:
+    parts = text.split("/")
+    if len(parts) == 1 and package is not None:
+        parts.insert(0, package)
+    if len(parts) == 2:
+        parts.insert(1, "msg")
+    if len(parts) != 3 or not all(_NAME.fullmatch(part) for part in parts):
+        raise DefinitionError("invalid_type_name", f"{text!r:.200} is neither a primitive type nor 'package/Name'")
+    return "/".join(parts)
 
 
 def parse_value(kind: FieldType, text: str) -> Any:

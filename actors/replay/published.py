@@ -6,10 +6,9 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
+from actors.bag.conversion import here
 from actors.bag.qos_text import parse_qos_profiles
-from actors.bag.schemas import type_of
 from actors.interfaces.builtin_interfaces.msg import Time
-from actors.interfaces.cdr import decode
 from actors.qos import InvalidQoS
 from actors.replay.comparison import ABSENT, Difference, first_difference
 
@@ -95,7 +94,7 @@ class Published:
 
 
 def _decoded(message: BagMessage) -> Any:
-    return decode(type_of(message.topic), message.data)
+    return here(message.topic).decode(message.data)
 
 
 def _publishers_of(topic: BagTopic) -> int:

@@ -1,10 +1,10 @@
 """rosbag2_interfaces/srv. Generated from its definitions in share; do not edit."""
 
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 from actors.interfaces.builtin_interfaces.msg import Duration, Time
 from actors.interfaces.message import Message, ServiceType
-from actors.interfaces.types import default, float64, uint64
+from actors.interfaces.types import default, float64, int32, string, uint64
 
 __all__ = [
     "Burst",
@@ -13,6 +13,9 @@ __all__ = [
     "GetRate",
     "GetRate_Request",
     "GetRate_Response",
+    "IsDiscoveryRunning",
+    "IsDiscoveryRunning_Request",
+    "IsDiscoveryRunning_Response",
     "IsPaused",
     "IsPaused_Request",
     "IsPaused_Response",
@@ -25,6 +28,9 @@ __all__ = [
     "PlayNext_Response",
     "Play_Request",
     "Play_Response",
+    "Record",
+    "Record_Request",
+    "Record_Response",
     "Resume",
     "Resume_Request",
     "Resume_Response",
@@ -40,7 +46,13 @@ __all__ = [
     "SplitBagfile",
     "SplitBagfile_Request",
     "SplitBagfile_Response",
+    "StartDiscovery",
+    "StartDiscovery_Request",
+    "StartDiscovery_Response",
     "Stop",
+    "StopDiscovery",
+    "StopDiscovery_Request",
+    "StopDiscovery_Response",
     "Stop_Request",
     "Stop_Response",
     "TogglePaused",
@@ -85,6 +97,26 @@ class GetRate(ServiceType[GetRate_Request, GetRate_Response]):
 
     Request: TypeAlias = GetRate_Request
     Response: TypeAlias = GetRate_Response
+
+
+class IsDiscoveryRunning_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/IsDiscoveryRunning_Request"""
+
+
+class IsDiscoveryRunning_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/IsDiscoveryRunning_Response
+
+    True if discovery is running, false otherwise
+    """
+
+    running: bool = False
+
+
+class IsDiscoveryRunning(ServiceType[IsDiscoveryRunning_Request, IsDiscoveryRunning_Response]):
+    """rosbag2_interfaces/srv/IsDiscoveryRunning"""
+
+    Request: TypeAlias = IsDiscoveryRunning_Request
+    Response: TypeAlias = IsDiscoveryRunning_Response
 
 
 class IsPaused_Request(Message, frozen=True, kw_only=True):
@@ -166,12 +198,68 @@ class PlayNext(ServiceType[PlayNext_Request, PlayNext_Response]):
     Response: TypeAlias = PlayNext_Response
 
 
+class Record_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Record_Request
+
+    if provided, it will override the storage_options.uri provided during construction.
+    Empty by default.
+    """
+
+    uri: string = ""
+
+
+class Record_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/Record_Response
+
+    Return code. Returns 1 when recording is already running or in case of error, otherwise 0.
+    """
+
+    return_code: int32 = 0
+    error_string: string = ""
+    """Error string. Empty if no error occurred."""
+
+
+class Record(ServiceType[Record_Request, Record_Response]):
+    """rosbag2_interfaces/srv/Record"""
+
+    Request: TypeAlias = Record_Request
+    Response: TypeAlias = Record_Response
+
+
 class Resume_Request(Message, frozen=True, kw_only=True):
-    """rosbag2_interfaces/srv/Resume_Request"""
+    """rosbag2_interfaces/srv/Resume_Request
+
+    Resume mode to interpret resume_time:
+    0 = node_time, 1 = publish_time, 2 = receive_time.
+    """
+
+    RESUME_MODE_NODE_TIME: ClassVar[int32] = 0
+    RESUME_MODE_PUBLISH_TIME: ClassVar[int32] = 1
+    RESUME_MODE_RECEIVE_TIME: ClassVar[int32] = 2
+
+    resume_time: Time = default()
+    """Timestamp in the future when to resume recording/playback. If empty or time in the past, resumes recording/playback immediately. Note: The resume_time is not supported by player and shall be set to zero when using Resume with player."""
+    resume_mode: int32 = 0
+    """Resume mode to use for the resume_time request."""
+    tracking_topic_name: string = ""
+    """Topic name to use for timestamp-based resume evaluation. If empty, evaluate using messages from all topics."""
 
 
 class Resume_Response(Message, frozen=True, kw_only=True):
-    """rosbag2_interfaces/srv/Resume_Response"""
+    """rosbag2_interfaces/srv/Resume_Response
+
+    Return codes for Resume response.
+    """
+
+    RETURN_CODE_SUCCESS: ClassVar[int32] = 0
+    RETURN_CODE_INVALID_RESUME_MODE: ClassVar[int32] = 1
+    RETURN_CODE_INVALID_TRACKING_TOPIC: ClassVar[int32] = 2
+    RETURN_CODE_RESUME_FAILED: ClassVar[int32] = 3
+
+    return_code: int32 = 0
+    """Return code. Use RETURN_CODE_SUCCESS on success; otherwise use one of the error codes."""
+    error_string: string = ""
+    """Error string. Empty if no error occurred."""
 
 
 class Resume(ServiceType[Resume_Request, Resume_Response]):
@@ -239,11 +327,40 @@ class Snapshot(ServiceType[Snapshot_Request, Snapshot_Response]):
 
 
 class SplitBagfile_Request(Message, frozen=True, kw_only=True):
-    """rosbag2_interfaces/srv/SplitBagfile_Request"""
+    """rosbag2_interfaces/srv/SplitBagfile_Request
+
+    Split mode to interpret split_time:
+    0 = node_time, 1 = publish_time, 2 = receive_time.
+    """
+
+    SPLIT_MODE_NODE_TIME: ClassVar[int32] = 0
+    SPLIT_MODE_PUBLISH_TIME: ClassVar[int32] = 1
+    SPLIT_MODE_RECEIVE_TIME: ClassVar[int32] = 2
+
+    split_time: Time = default()
+    """Timestamp in the future when to split bag file. If empty or time in the past, split bag file immediately."""
+    split_mode: int32 = 0
+    """Split mode to use for the split_time request."""
+    tracking_topic_name: string = ""
+    """Topic name to use for timestamp-based split evaluation. If empty, evaluate using messages from all topics."""
 
 
 class SplitBagfile_Response(Message, frozen=True, kw_only=True):
-    """rosbag2_interfaces/srv/SplitBagfile_Response"""
+    """rosbag2_interfaces/srv/SplitBagfile_Response
+
+    Return codes for SplitBagfile response.
+    """
+
+    RETURN_CODE_SUCCESS: ClassVar[int32] = 0
+    RETURN_CODE_NOT_RECORDING: ClassVar[int32] = 1
+    RETURN_CODE_INVALID_SPLIT_MODE: ClassVar[int32] = 2
+    RETURN_CODE_INVALID_TRACKING_TOPIC: ClassVar[int32] = 3
+    RETURN_CODE_SPLIT_FAILED: ClassVar[int32] = 4
+
+    return_code: int32 = 0
+    """Return code. Use RETURN_CODE_SUCCESS on success; otherwise use one of the error codes."""
+    error_string: string = ""
+    """Error string. Empty if no error occurred."""
 
 
 class SplitBagfile(ServiceType[SplitBagfile_Request, SplitBagfile_Response]):
@@ -253,12 +370,41 @@ class SplitBagfile(ServiceType[SplitBagfile_Request, SplitBagfile_Response]):
     Response: TypeAlias = SplitBagfile_Response
 
 
+class StartDiscovery_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/StartDiscovery_Request"""
+
+
+class StartDiscovery_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/StartDiscovery_Response
+
+    Return code. Returns 1 when discovery is already running or in case of error, otherwise 0.
+    """
+
+    return_code: int32 = 0
+    error_string: string = ""
+    """Error string. Empty if no error occurred."""
+
+
+class StartDiscovery(ServiceType[StartDiscovery_Request, StartDiscovery_Response]):
+    """rosbag2_interfaces/srv/StartDiscovery"""
+
+    Request: TypeAlias = StartDiscovery_Request
+    Response: TypeAlias = StartDiscovery_Response
+
+
 class Stop_Request(Message, frozen=True, kw_only=True):
     """rosbag2_interfaces/srv/Stop_Request"""
 
 
 class Stop_Response(Message, frozen=True, kw_only=True):
-    """rosbag2_interfaces/srv/Stop_Response"""
+    """rosbag2_interfaces/srv/Stop_Response
+
+    Return code. Returns 1 when recording or playback is already stopped or in case of error, otherwise 0.
+    """
+
+    return_code: int32 = 0
+    error_string: string = ""
+    """Error string. Empty if no error occurred."""
 
 
 class Stop(ServiceType[Stop_Request, Stop_Response]):
@@ -266,6 +412,28 @@ class Stop(ServiceType[Stop_Request, Stop_Response]):
 
     Request: TypeAlias = Stop_Request
     Response: TypeAlias = Stop_Response
+
+
+class StopDiscovery_Request(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/StopDiscovery_Request"""
+
+
+class StopDiscovery_Response(Message, frozen=True, kw_only=True):
+    """rosbag2_interfaces/srv/StopDiscovery_Response
+
+    Return code. Returns 1 when discovery is not running, otherwise 0.
+    """
+
+    return_code: int32 = 0
+    error_string: string = ""
+    """Error string. Empty if no error occurred."""
+
+
+class StopDiscovery(ServiceType[StopDiscovery_Request, StopDiscovery_Response]):
+    """rosbag2_interfaces/srv/StopDiscovery"""
+
+    Request: TypeAlias = StopDiscovery_Request
+    Response: TypeAlias = StopDiscovery_Response
 
 
 class TogglePaused_Request(Message, frozen=True, kw_only=True):

@@ -9,7 +9,17 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin
 
 from actors import Child, Node, Service, StartFailed, Topic, every, publishes, qos, run, temporary
-from actors.bag import BagTopic, BagWriter, Player, PlayOptions, Recorder, RecordOptions, Selection, qos_overrides
+from actors.bag import (
+    BagTopic,
+    BagWriter,
+    Player,
+    PlayOptions,
+    Recorder,
+    RecordOptions,
+    Selection,
+    qos_overrides,
+    topic_of,
+)
 from actors.interfaces import encode
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rosbag2_interfaces.srv import (
@@ -28,7 +38,7 @@ from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.qos import InvalidQoS
 from actors.testing import Probe, Rig
-from actors.time.values import nanoseconds_of
+from actors.time.values import nanoseconds_of, stamp_of
 from tests.actors.bag.bags import BEGIN, MS, NUMBERS, WORDS, foreign_bag, text, write
 from tests.stage import events
 
@@ -132,15 +142,16 @@ async def test_it_plays_from_an_offset_for_a_while_or_until_a_time(rig: Rig, tmp
     assert heard == [["3", "4", "5"], ["0", "1", "2"], ["9"]]
 
 
-async def test_a_loop_begins_anew_after_its_delay(rig: Rig, tmp_path: Path) -> None:
+async def test_a_loop_begins_anew_and_the_delay_is_before_its_first_pass(rig: Rig, tmp_path: Path) -> None:
     play = await playing(rig, bag_of(tmp_path / "walk", 3), loop=True, delay=5.0)
     heard = rig.probe(SAID)
     play.unpause()
     await rig.advance(19.5)
-    assert [round(at) for at in heard.times] == [5, 6, 7, 12, 13, 14, 19]
+    assert [round(at) for at in heard.times][:7] == [5, 6, 7, 7, 8, 9, 9]
     play.finish()
+    count = len(heard)
     await rig.advance(20.0)
-    assert len(heard) == 7
+    assert len(heard) == count
     await play.wait()
 
 
@@ -254,7 +265,9 @@ async def test_a_bag_in_another_encoding_is_refused(rig: Rig, tmp_path: Path) ->
     with BagWriter(path) as bag:
         bag.add(BagTopic("/words", "std_msgs/msg/String", serialization_format="json"))
     rig.expect_failure()
-    with pytest.raises(StartFailed, match="only CDR can be played"):
+    with pytest.raises(
+        StartFailed, match=r"nothing of .*walk can be played: /words is recorded in 'json', and only CDR can be decoded"
+    ):
         await rig.start(player(path))
 
 
@@ -351,3 +364,30 @@ async def test_on_the_real_clock_it_may_be_sent_elsewhere_while_it_reads(tmp_pat
         await play.wait()
         found = [(await heard.next(timeout=1.0)).data for _ in range(heard.received)]
     assert found[-100:] == [f"{number}" for number in range(900, 1000)]
+
+
+async def test_with_a_delay_time_begins_with_the_bag_and_with_an_offset_latched_topics_come_first(
+    rig: Rig, tmp_path: Path
+) -> None:
+    latched = topic_of("/map", String, [qos.LATCHED])
+    with BagWriter(tmp_path / "walk") as bag:
+        for at, topic, word in ((0, latched, "old"), (1, latched, "map"), (2, WORDS, "a"), (8, WORDS, "b")):
+            bag.write(topic, text(word), received_ns=BEGIN + at * S, published_ns=BEGIN)
+    play = await playing(rig, tmp_path / "walk", start_offset=5.0, delay=2.0, clock_hz=1.0)
+    heard, maps = rig.probe(SAID), rig.probe(Topic(String, "map", qos.LATCHED))
+    clock = rig.probe(CLOCK)
+    begin = rig.now
+    play.unpause()
+    assert play.position_ns == BEGIN + 5 * S
+    await play.wait()
+    assert [stamp.clock.sec - BEGIN // S for stamp in clock] == [5, 6, 7]
+    assert [round(at - begin) for at in clock.times] == [2, 3, 4]
+    assert (words(maps), words(heard)) == (["map"], ["b"])
+
+    async def ask(kind: Any, name: str, **fields: Any) -> Any:
+        return await rig.me.call(Service(kind, f"/rosbag2_player/{name}"), kind.Request(**fields))
+
+    assert (
+        await ask(Resume, "resume", resume_time=stamp_of(1))
+    ).error_string == "a player resumes at once: leave resume_time zero"
+    assert (await ask(Stop, "stop")).return_code == 1

@@ -16,6 +16,7 @@ from actors.bag import BagError, BagReader, BagWriter, Recorder, RecordOptions, 
 from actors.bag.outbox import Outbox, Taken
 from actors.bag.ring import Channel
 from actors.interfaces import decode
+from actors.interfaces.rosbag2_interfaces import srv
 from actors.interfaces.rosbag2_interfaces.msg import WriteSplitEvent
 from actors.interfaces.rosbag2_interfaces.srv import IsPaused, Pause, Resume, Snapshot, SplitBagfile, Stop, TogglePaused
 from actors.interfaces.rosgraph_msgs.msg import Clock
@@ -25,6 +26,7 @@ from actors.logs import LogRecord
 from actors.qos.policies import Reliability
 from actors.system import System
 from actors.testing import Rig
+from actors.time.values import stamp_of
 from actors.topics.arrival import Arrival
 from actors.transport.bridge import connect
 from tests.actors.bag.bags import by_rosbags, largest_file
@@ -316,6 +318,7 @@ async def test_when_the_disk_is_full_it_says_so_and_everything_else_goes_on(rig:
                 rig.node(Talker).words(word("x" * 1000))
             await rig.advance(1.0)
     recording = rig.node(Recorder)
+    assert recording.recorded == len(texts(path)), "what is not in the bag does not count as recorded"
     assert recording.failure is not None
     (line,) = events(rig.logs, "recording has ended")
     assert line.fields["because"] == "File too large"
@@ -444,3 +447,34 @@ async def test_a_type_that_nobody_describes_is_named_once(rig: Rig, tmp_path: Pa
     assert [one.type for one in offers(rig.system.graph, rig.me, unpublished=False) if one.entry is entry] == [None]  # type: ignore[arg-type]
     for publisher in entry.publishers:
         entry.remove_publisher(publisher)
+
+
+async def test_the_services_of_rosbag2_say_what_they_cannot_do_and_switch_discovery(rig: Rig, tmp_path: Path) -> None:
+    await rig.start(recorder(tmp_path / "walk"), Talker)
+    recording = rig.node(Recorder)
+
+    async def ask(kind: Any, name: str, **fields: Any) -> Any:
+        return await rig.me.call(Service(kind, f"/rosbag2_recorder/{name}"), kind.Request(**fields))
+
+    later = stamp_of(2**60)
+    assert (
+        await ask(srv.Resume, "resume", resume_time=later)
+    ).return_code == srv.Resume_Response.RETURN_CODE_RESUME_FAILED
+    split = await ask(srv.SplitBagfile, "split_bagfile", split_time=later)
+    assert split.return_code == srv.SplitBagfile_Response.RETURN_CODE_SPLIT_FAILED
+    assert (await ask(srv.IsDiscoveryRunning, "is_discovery_running")).running
+    assert (await ask(srv.StartDiscovery, "start_discovery")).return_code == 1
+    assert (await ask(srv.StopDiscovery, "stop_discovery")).return_code == 0
+    assert (await ask(srv.StopDiscovery, "stop_discovery")).return_code == 1
+    rig.me.publisher(Topic(String, "/late", 10))
+    await rig.quiet()
+    assert "/late" not in recording.topics
+    assert (await ask(srv.StartDiscovery, "start_discovery")).return_code == 0
+    await rig.quiet()
+    assert "/late" in recording.topics
+    assert (await ask(srv.Stop, "stop")).return_code == 0
+    assert recording.over
+    assert (await ask(srv.Stop, "stop")).return_code == 1
+    assert (
+        await ask(srv.SplitBagfile, "split_bagfile")
+    ).return_code == srv.SplitBagfile_Response.RETURN_CODE_NOT_RECORDING

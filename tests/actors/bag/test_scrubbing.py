@@ -11,7 +11,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin
 
 from actors import Child, Topic, qos, temporary
-from actors.bag import BagReader, BagWriter, Player, PlayOptions, WriterOptions, topic_of
+from actors.bag import BagReader, BagWriter, Player, PlayOptions, WriterOptions, mcap_records, topic_of
 from actors.bag.newest import Newest
 from actors.interfaces import encode
 from actors.interfaces.std_msgs.msg import Int32, String
@@ -58,17 +58,15 @@ def test_the_newest_messages_before_a_time_are_found_however_old_they_are(tmp_pa
 
 
 def test_with_an_index_only_the_chunks_that_hold_them_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from mcap import stream_reader
-
     read: list[int] = []
-    whole = stream_reader.breakup_chunk
+    whole = mcap_records.unpacked
 
-    def counted(chunk: Any, validate_crc: bool = False) -> Any:
-        read.append(chunk.message_start_time - BEGIN)
-        return whole(chunk, validate_crc)
+    def counted(data: bytes) -> bytes:
+        read.append(mcap_records.chunk_times(data)[0] - BEGIN)
+        return whole(data)
 
     with BagReader(walk(tmp_path / "walk")) as bag:
-        monkeypatch.setattr(stream_reader, "breakup_chunk", counted)
+        monkeypatch.setattr(mcap_records, "unpacked", counted)
         assert [told(one) for one in bag.before(BEGIN + 5 * S, {"/map": 1})] == [("/map", 0)]
     assert read == [0]  # one of fifteen
 
