@@ -286,9 +286,11 @@ class Gait(Node):
                 trouble, remedy = TROUBLES.get(
                     sensor, (f"{sensor} is silent or cannot be believed", "walking by schedule")
                 )
-                joints = self._controller.doubtful_joints if sensor == "joints" else ()
-                named = {"encoder": ", ".join(joints)} if joints else {}
-                self.log.warning(f"{trouble}: {remedy}", sensor=sensor, **named)
+                if sensor == "joints":
+                    encoders = ", ".join(self._controller.doubtful_joints)
+                    self.log.warning(f"{trouble}: {remedy}", sensor=sensor, encoders=encoders)
+                else:
+                    self.log.warning(f"{trouble}: {remedy}", sensor=sensor)
         for sensor in self._lost:
             if sensor not in lost:
                 self.log.info(f"{'IMU' if sensor == 'imu' else sensor} is back", sensor=sensor)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,8 +80,8 @@ def _distances(targets: NDArray[np.bool_], most: int) -> Floats:
     row = np.arange(height, dtype=np.int32)[:, None]
     above = np.maximum.accumulate(np.where(targets, row, -far), axis=0)
     below = np.minimum.accumulate(np.where(targets, row, height + far)[::-1], axis=0)[::-1]
-    kind = np.uint16 if most <= _MOST_CELLS else np.int32
-    along = np.minimum(np.minimum(row - above, below - row), far).astype(kind)
+    kind: Any = np.uint16 if most <= _MOST_CELLS else np.int32
+    along: NDArray[Any] = np.minimum(np.minimum(row - above, below - row), far).astype(kind)
     squares = along * along
     best, shifted = squares.copy(), np.empty_like(squares)
     for offset in range(1, min(most, width - 1) + 1):
