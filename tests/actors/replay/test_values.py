@@ -156,7 +156,6 @@ class Hashed:
         Called(Counter, (Hashed(),)),
         Called(range, (Hashed(),)),
     ],
-    ids=repr,
 )
 def test_no_objects_are_made_of_bytes_and_no_methods_called(value: Any) -> None:
     with pytest.raises(ReplayError):
