@@ -68,6 +68,7 @@ OPEN = frozenset(
 
 DEEP = frozenset(
     {
+        "actors.processes.signals",
         "actors.running.options",
         "actors.runtime.incarnation",
         "actors.suggest",
