@@ -11,7 +11,7 @@ import sys
 from functools import cache, partial
 from io import BytesIO
 from types import UnionType
-from typing import Any, Final, Literal, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, ClassVar, Final, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 from msgspec import Struct
 
@@ -103,6 +103,9 @@ _Unpickler: Any = pickle._Unpickler  # type: ignore[attr-defined]  # pyright: ig
 
 
 class _Reading(_Unpickler):  # type: ignore[misc]  # its type is not known
+    dispatch: ClassVar[Any] = {code: act for code, act in _Unpickler.dispatch.items() if code != pickle.BYTEARRAY8[0]}
+    """Without what makes room before it looks for the bytes."""
+
     def find_class(self, module: str, name: str, /) -> Any:
         made = _MADE.get(f"{module}:{name}")
         # Never the class itself: the bytes can set attributes of what they have named.

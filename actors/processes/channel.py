@@ -86,7 +86,7 @@ class Channel(asyncio.Protocol):
                 return
             try:
                 value = self._read(bytes(waiting[HEAD.size : end]))
-            except MsgspecError:
+            except (MsgspecError, UnicodeDecodeError, RecursionError):
                 return self._refuse()
             del waiting[:end]
             self._take(value)
