@@ -7,6 +7,7 @@ from collections.abc import Callable, Sized
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
+from actors.transport.format.sessions import is_ours
 from actors.transport.protocol import Events
 
 __all__ = ["Presence", "Process", "scope_of", "session_of"]
@@ -106,7 +107,12 @@ class Presence:
     @property
     def beating(self) -> list[str]:
         """The sessions that are shown and are expected to be heard: a process that has never been is perhaps none of this library."""
-        return [session for session, peer in self._peers.items() if peer.beats and peer.processes and not peer.silent]
+        # One of ours that stops at once has not been heard yet.
+        return [
+            session
+            for session, peer in self._peers.items()
+            if not peer.silent and (is_ours(session) or (peer.beats and peer.processes))
+        ]
 
     def tokens(self, session: str) -> tuple[str, ...]:
         """The tokens that a session holds."""
