@@ -102,7 +102,7 @@ _Unpickler: Any = pickle._Unpickler  # type: ignore[attr-defined]  # pyright: ig
 """That in Python: the one in C makes room for as many values as the bytes say that it remembers."""
 
 
-class _Reading(_Unpickler):  # type: ignore[misc]  # its type is not known
+class _Reading(_Unpickler):  # its type is not known
     dispatch: ClassVar[Any] = {code: act for code, act in _Unpickler.dispatch.items() if code != pickle.BYTEARRAY8[0]}
     """Without what makes room before it looks for the bytes."""
 
