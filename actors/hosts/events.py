@@ -48,7 +48,8 @@ def read_event(data: bytes) -> messages.Event:
 
 def _fits(value: Any, kind: Any) -> bool:
     """Whether a value is of this type, as the fields of events are declared, with all that it contains."""
-    origin, parts = get_origin(kind), get_args(kind)
+    origin: Any = get_origin(kind)
+    parts: tuple[Any, ...] = get_args(kind)
     if kind is Any:
         return True
     if origin in (Union, UnionType):
@@ -126,7 +127,8 @@ def _class_of(kind: Any, base: type[Any]) -> Any:
 
 def _child(kind: Any, fields: dict[str, Any]) -> Child:
     """A declaration, for the names that it gives; its factory is not called here."""
-    return Child(**{**fields, "factory": _class_of(fields.get("factory"), Node) or Node})
+    told: dict[str, Any] = {**fields, "factory": _class_of(fields.get("factory"), Node) or Node}
+    return Child(**told)
 
 
 def _error(

@@ -76,7 +76,11 @@ def _value(field: Field, value: Any, where: str) -> Any:
 
         return to_array(where, kind, [] if value is None else value)
     if kind.base == "string" and value is not None:
-        value = [_whole(where, each) for each in value] if isinstance(value, (list, tuple)) else _whole(where, value)
+        value = (
+            [_whole(where, each) for each in cast(Sequence[Any], value)]
+            if isinstance(value, (list, tuple))
+            else _whole(where, value)
+        )
     if kind.is_array:
         if field.message is not None and isinstance(value, (list, tuple)):
             items = cast(Sequence[Any], value)

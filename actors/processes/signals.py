@@ -7,7 +7,7 @@ the processes wait for their turn.
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Final
 
@@ -19,7 +19,7 @@ _LEFT: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @contextmanager
-def held_back() -> Iterator[None]:
+def held_back() -> Generator[None, None, None]:
     """A process that this thread starts within the block begins with these signals blocked, until it calls `leave_to_parent`. A signal for
     this thread waits for the end of the block."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _LEFT)

@@ -223,12 +223,16 @@ def child_made(module: str, name: str, fields: dict[str, Any]) -> Child:
 # -- kinds of classes ---------------------------------------------------------------------------------------------------------------
 
 
+_OURS: Final = ("actors", "robot")
+"""The packages of this distribution: their import does nothing but define what is in them."""
+
+
 def _name_of(value: Any) -> tuple[str, str]:
     return value.__module__, value.__qualname__
 
 
 def _named(module: str, name: str) -> Any:
-    if not (module in sys.modules or _TRUSTED.get() or module.split(".")[0] == __name__.split(".")[0]):
+    if not (module in sys.modules or _TRUSTED.get() or module.partition(".")[0] in _OURS):
         raise ReplayError(
             f"the journal names the module {module}, which is not imported: import it before, or replay with --trust (trust=True) if you trust "
             "its origin"

@@ -58,7 +58,7 @@ class _Sender:
     """Sends the messages of one publisher, each once, however many subscriptions of other processes match.
 
     Invariants: `send` is among the publisher's targets only while somebody listens, or if the messages are kept for later subscriptions.
-    The numbers that it sends have no gaps.
+    What is published while nobody listens has its numbers, too: a subscription that was out of reach learns from them what it has missed.
     """
 
     def __init__(self, side: LocalSide, publisher: LocalPublisher, endpoint: Endpoint, outlet: Outlet) -> None:

@@ -73,7 +73,7 @@ class Guard:
             seconds = step * STEP
             turned = wanted.wz * seconds
             # Where a body is that went on for so long: the chord of the arc, turned by half of the turn.
-            chord = seconds * (sin(turned / 2) / (turned / 2) if abs(turned) > 1e-6 else 1.0)
+            chord = seconds * (sin(turned / 2) / (turned / 2) if turned else 1.0)
             c, s = cos(turned / 2), sin(turned / 2)
             ahead, left = chord * (c * wanted.vx - s * wanted.vy), chord * (s * wanted.vx + c * wanted.vy)
             c, s = cos(turned), sin(turned)

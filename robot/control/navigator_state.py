@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 from robot.estimation.local_field import LocalField
 from robot.geometry.angles import wrap
@@ -11,6 +12,9 @@ from robot.geometry.planar import Pose2, Twist2
 from robot.planning.errors import NavigationError
 
 __all__ = ["Instant", "NarrowSearches", "Planned", "Recoveries", "Walked", "apart", "carried"]
+
+NOISE: Final = 0.05
+"""A step of the estimated pose that is shorter is no walking, m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +68,8 @@ class Walked:
     """The longest way to the goal that was planned, m."""
     last: Pose2 | None = None
 
-    def to(self, pose: Pose2, least: float = 0.05) -> None:
-        """The robot is here now; what is less than `least`, m, is noise of the estimate."""
+    def to(self, pose: Pose2, least: float = NOISE) -> None:
+        """The robot is here now; a step shorter than `least`, m, does not count."""
         step = apart(pose, self.last) if self.last is not None else math.inf
         if step >= least:
             self.metres += step if self.last is not None else 0.0

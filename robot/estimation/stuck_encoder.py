@@ -20,8 +20,8 @@ IDLE: Final = 0.5
 """A drive that gives less than this share of the torque that its law asks for at the place shown, is not at that place."""
 PUSHING: Final = 40.0
 """A drive that gives more than this pushes against something, N m: its joint may well stand still."""
-CERTAIN: Final = 0.015
-"""Seconds of that which make a verdict: three samples at 200 Hz."""
+CERTAIN: Final = 0.0149
+"""Seconds of that which make a verdict: three samples at 200 Hz, less a rounding."""
 STRIDES: Final = 2.0
 """Seconds for which no joint of a robot that steps stands still: hips that walk straight on turn by 0.02 rad in each stride; measured: the hips
 of a bound in place stand still for up to 1.04 s."""
@@ -94,10 +94,11 @@ class StuckWatch:
             if self._stepping and still[joint] > STRIDES and way > LED_LITTLE:
                 self.stuck.add(joint)
             elif still[joint] > STILL and way > LED:
-                effort = effort or sample.effort.tolist()
-                if self._idles(joint, at, velocity[joint], effort[joint]):
+                given: list[float] = effort or sample.effort.tolist()
+                effort = given
+                if self._idles(joint, at, velocity[joint], given[joint]):
                     self._idle_for[joint] += dt
-                    if self._idle_for[joint] > CERTAIN - 1e-9:
+                    if self._idle_for[joint] >= CERTAIN:
                         self.stuck.add(joint)
 
     def _lead(self, joint: int) -> None:

@@ -67,6 +67,9 @@ THRESHOLDS: Final[Mapping[str, str]] = MappingProxyType(
 LEFT_OUT: Final[Mapping[str, str]] = MappingProxyType(
     {
         "config.misfits": "a count",
+        "config.near_goal": "for goals inside of things only",
+        "config.most_walked": "for goals that are never reached",
+        "config.aside": "for goals that are never reached",
         "config.most_recoveries": "a count",
         "config.following.poses_searched": "a count",
         "config.following.price_ahead": "a count",

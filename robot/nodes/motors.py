@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from actors import Node, Stopped, every, publishes
 from robot.contracts import BATTERY_STATUS, BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
 from robot.control.fence import Fence
@@ -139,7 +137,7 @@ class Motors(Node):
         """Whether drives can follow these targets; what they cannot follow counts as silence, and is reported once."""
         parts = (targets.position, targets.velocity, targets.effort, targets.kp, targets.kd)
         if (
-            abs(np.concatenate(parts)).max() < MOST and targets.kp.min() >= 0.0 and targets.kd.min() >= 0.0
+            all(abs(part).max() < MOST for part in parts) and targets.kp.min() >= 0.0 and targets.kd.min() >= 0.0
         ):  # false for NaN, too
             return True
         self.log.error("motor targets that are no numbers, or that no drive can follow: dropped", once=True)

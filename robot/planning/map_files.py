@@ -104,7 +104,7 @@ def _turned(data: NDArray[np.int8], resolution: float, x: float, y: float, yaw: 
         return Occupancy(data, resolution, x, y)
     c, s = math.cos(yaw), math.sin(yaw)
     height, width = data.shape
-    corners = [(c * i - s * j, s * i + c * j) for i in (0, width) for j in (0, height)]
+    corners = [(c * right - s * up, s * right + c * up) for right in (0, width) for up in (0, height)]
     low = [math.floor(min(axis) + _ROUNDING) for axis in zip(*corners, strict=True)]
     columns, rows = (
         math.ceil(max(axis) - _ROUNDING) - least for axis, least in zip(zip(*corners, strict=True), low, strict=True)

@@ -33,6 +33,9 @@ class RemoteName(Generic[P]):
     def name(self) -> str:
         return self.entry.name
 
+    def meant(self) -> str:
+        return self.entry.meant()
+
     def forget(self, node: str) -> None:
         self.entry.forget(node)
 

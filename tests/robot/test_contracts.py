@@ -100,6 +100,7 @@ TOPICS = """\
     -> heading best_effort 5
     -> localizer best_effort 5
     -> navigation best_effort 5
+    -> robot_controller best_effort 5
 /localization std_msgs/msg/String
     <- localizer reliable latched 1
     -> navigation reliable latched 1
@@ -147,6 +148,7 @@ TOPICS = """\
     -> arm reliable latched 1
     -> diagnostics reliable latched 1
     -> docking reliable latched 1
+    -> gait reliable latched 1
     -> navigation reliable latched 1
     -> patrol reliable latched 1
     -> robot_controller reliable latched 1

@@ -212,6 +212,7 @@ _MEANINGS = {
     "MISUSED": "options or words that are not understood",
     "INTERRUPTED": "Ctrl-C",
     "TERMINATED": "SIGTERM",
+    "HUNG_UP": "SIGHUP: the terminal was closed",
 }
 
 

@@ -45,7 +45,7 @@ def test_the_same_seed_gives_the_same_turns_and_another_gives_others() -> None:
 
 
 def test_the_robot_falls_beside_two_loops_when_its_control_stays_behind_and_not_otherwise() -> None:
-    assert walk(Load(2, SCARCE, together=False), 1, 8.0, IDEAL, 0.004).fallen is not None
+    assert walk(Load(2, SCARCE, together=False), 2, 8.0, IDEAL, 0.004).fallen is not None
     met = walk(Load(2, SCARCE), 1, 8.0, IDEAL, 0.004)
     assert (met.fallen, met.taken_over) == (None, 0)
 
