@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import pickle
 import sys
+from collections.abc import Collection
 from functools import cache, partial
 from io import BytesIO
 from types import UnionType
@@ -56,15 +57,18 @@ def _fits(value: Any, kind: Any) -> bool:
         return any(_fits(value, one) for one in parts)
     if origin is Literal:
         return isinstance(value, str) and value in parts
-    if origin is tuple and parts[1:] != (...,):
-        return type(value) is tuple and len(value) == len(parts) and all(map(_fits, value, parts))
-    if origin is tuple:
-        return type(value) is tuple and all(_fits(one, parts[0]) for one in value)
-    if origin is dict:
-        return type(value) is dict and all(_fits(one, parts[0]) for one in value)
+    if origin in (tuple, dict):
+        return type(value) is origin and _contents_fit(cast("Collection[Any]", value), parts)
     if not isinstance(value, (int, float) if kind is float else kind):
         return False
     return not isinstance(value, Struct) or all(_fits(getattr(value, name), one) for name, one in _hints(kind).items())
+
+
+def _contents_fit(values: Collection[Any], parts: tuple[Any, ...]) -> bool:
+    """Whether what is in a tuple is of these types, or what the names of a dictionary are."""
+    if isinstance(values, tuple) and parts[1:] != (...,):
+        return len(values) == len(parts) and all(map(_fits, values, parts))
+    return all(_fits(one, parts[0]) for one in values)
 
 
 @cache
@@ -99,11 +103,11 @@ class _Foreign:
         """Do without it."""
 
 
-_Unpickler: Any = pickle._Unpickler  # type: ignore[attr-defined]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
+_Unpickler: Any = getattr(pickle, "_Unpickler")  # noqa: B009  # which no stub names
 """That in Python: the one in C makes room for as many values as the bytes say that it remembers."""
 
 
-class _Reading(_Unpickler):  # its type is not known
+class _Reading(_Unpickler):  # type: ignore[misc]
     dispatch: ClassVar[Any] = {code: act for code, act in _Unpickler.dispatch.items() if code != pickle.BYTEARRAY8[0]}
     """Without what makes room before it looks for the bytes."""
 

@@ -127,11 +127,12 @@ def _of_numpy(value: Any) -> Any:
     """How an array or a number of numpy is written; None for one with elements that are objects or have fields."""
     import numpy as np
 
-    if not isinstance(value, (np.ndarray, np.generic)) or value.dtype.char not in _NUMBERS:
+    known: Any = value  # numpy's own types tell less
+    if not isinstance(value, (np.ndarray, np.generic)) or known.dtype.char not in _NUMBERS:
         return None
     if isinstance(value, np.generic):
-        return scalar_made, (value.dtype.str, value.tobytes())
-    return array_made, (value.dtype.str, value.shape, value.tobytes(), value.flags.writeable)
+        return scalar_made, (known.dtype.str, known.tobytes())
+    return array_made, (known.dtype.str, known.shape, known.tobytes(), known.flags.writeable)
 
 
 # -- what is called by the bytes ----------------------------------------------------------------------------------------------------

@@ -72,7 +72,7 @@ class _Sender:
         self.sent_bytes = 0
         self._unsent = publisher.count
         """What the publisher had published when nobody listened any more."""
-        self._listening = False
+        self._listening: bool = False
         self._expires = nanoseconds(publisher.qos.lifespan) is not None
         if publisher.qos.transient_local:
             publisher.replay(self.send, publisher.qos.limit)

@@ -113,7 +113,8 @@ def _turned(data: NDArray[np.int8], resolution: float, x: float, y: float, yaw: 
     turned = np.zeros((rows, columns), dtype=np.int16)
     for right in (-_WITHIN, 0.0, _WITHIN):
         for up in (-_WITHIN, 0.0, _WITHIN):
-            i, j = np.arange(columns) + (low[0] + 0.5 + right), np.arange(rows)[:, None] + (low[1] + 0.5 + up)
+            i = np.arange(float(columns)) + (low[0] + 0.5 + right)
+            j = np.arange(float(rows))[:, None] + (low[1] + 0.5 + up)
             column, row = np.floor(c * i + s * j).astype(np.intp), np.floor(c * j - s * i).astype(np.intp)
             inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
             found = ranks[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
