@@ -15,7 +15,16 @@ from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
 from actors.checks import whole_text
 from actors.names import names
 
-__all__ = ["ALL_NODES", "InvalidParams", "Origin", "ParamValue", "ParameterOverrides", "parse_value", "reaches"]
+__all__ = [
+    "ALL_NODES",
+    "InvalidParams",
+    "Origin",
+    "ParamValue",
+    "ParameterOverrides",
+    "parse_value",
+    "plain_scalar",
+    "reaches",
+]
 
 ParamValue: TypeAlias = (
     bool | int | float | str | tuple[bool, ...] | tuple[int, ...] | tuple[float, ...] | tuple[str, ...] | None
@@ -214,7 +223,7 @@ def parse_value(text: str, *, source: str = "value") -> ParamValue:
     return value
 
 
-def _scalar(text: str) -> bool | int | float | str:
+def plain_scalar(text: str) -> bool | int | float | str:
     """The value of a plain scalar, by the C number grammar of rcl_yaml_param_parser."""
     if text in _TRUE:
         return True
@@ -265,7 +274,7 @@ def _scalar_of(event: "_Event", events: "_Events", key: str) -> bool | int | flo
         return event.value
     if not event.value:
         events.fail(event, key, "has no value; write one, or '' for an empty text")
-    return _scalar(event.value)
+    return plain_scalar(event.value)
 
 
 # Events -------------------------------------------------------------------------------------------------------------

@@ -112,7 +112,7 @@ class LoadComposableNodes(Action):
         else:
             container = perform(context, cast("Text", self.target))
             if not container.startswith("/"):
-                container = f"{namespace_of(context, None)}/{container}"
+                container = f"/{container}"  # relative to the node of the launch, not to the namespace of the group
         if container in ("", "/"):
             raise LaunchError("the container into which nodes are loaded has no name")
         scope.items.append(Load(container, _components(context, self.descriptions), self.line))
