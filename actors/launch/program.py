@@ -16,6 +16,7 @@ from actors.launch.parameters import Layer
 from actors.launch.plan import NodeSpec, Process
 from actors.node.declarations import background
 from actors.node.node import Node
+from actors.parameters.files import ALL_NODES
 from actors.parameters.ros_yaml import dump_yaml
 
 if TYPE_CHECKING:
@@ -211,7 +212,7 @@ def ros_arguments(node: NodeSpec, folder: Path) -> list[str]:
         words += ["-r", f"__node:={node.name}"]
     if node.namespace:
         words += ["-r", f"__ns:={node.namespace}"]
-    target = f"{node.namespace}/{node.name}" if node.name is not None else "/**"
+    target = f"{node.namespace}/{node.name}" if node.name is not None and node.namespace else ALL_NODES
     for layer in node.layers:
         words += _parameter_arguments(layer, target, folder)
     for old, new in node.remaps:

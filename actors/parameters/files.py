@@ -34,7 +34,9 @@ ParamValue: TypeAlias = (
 ALL_NODES: Final = "/**"
 """The pattern to which ``-p name:=value`` applies."""
 
-_PARAMETERS: Final = "ros__parameters"
+PARAMETERS: Final = "ros__parameters"
+"""The key between the name of a node and its parameters."""
+
 _INT64: Final = range(-(2**63), 2**63)
 _TRUE: Final = frozenset(["Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"])
 _FALSE: Final = frozenset(["N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"])
@@ -367,20 +369,18 @@ class _FileReader:
     def _nodes(self, path: str) -> None:
         while (key := self._key(path)) is not None:
             event = self._events.next()
-            if key.value == _PARAMETERS:
+            if key.value == PARAMETERS:
                 if not path:
-                    self._events.fail(
-                        key, _PARAMETERS, "there is no node name above it; put '/**:' above for all nodes"
-                    )
+                    self._events.fail(key, PARAMETERS, "there is no node name above it; put '/**:' above for all nodes")
                 if event.kind != "map":
-                    self._events.fail(event, path, f"{_PARAMETERS} must hold a map of parameters")
+                    self._events.fail(event, path, f"{PARAMETERS} must hold a map of parameters")
                 _check_pattern(path, source=self._events.source, line=key.line)
                 self._found.append((path, None, None, Origin(self._events.source, key.line)))
                 self._parameters(path, "")
                 continue
             child = key.value if not path else f"{path}{key.value}" if path.endswith("/") else f"{path}/{key.value}"
             if event.kind != "map":
-                remedy = f"put '{_PARAMETERS}:' between the node's name and its parameters"
+                remedy = f"put '{PARAMETERS}:' between the node's name and its parameters"
                 self._events.fail(event, child, f"a node name cannot have a value; {remedy}")
             self._nodes(child)
 

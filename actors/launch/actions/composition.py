@@ -55,7 +55,7 @@ class ComposableNode:
             perform(context, self.plugin),
             None if self.name is None else node_name_of(perform(context, self.name)),
             namespace_of(context, self.namespace),
-            layers_of(context, self.parameters),
+            layers_of(context, self.parameters, flat=True),
             [*context.scoped.remaps, *remaps_of(context, self.remappings)],
             effective("/extra", extra),
             self.autostart if isinstance(self.autostart, bool) else as_bool(context, self.autostart),
