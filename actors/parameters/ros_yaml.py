@@ -46,7 +46,7 @@ def loader() -> Any:
 
     library: Any = yaml
 
-    class Loader(library.SafeLoader):
+    class Loader(library.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
         def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
             if kind is library.ScalarNode and implicit[0] and value != "<<":
                 return PLAIN
@@ -72,7 +72,7 @@ def _dumper() -> Any:
 
     library: Any = yaml
 
-    class Dumper(library.SafeDumper):
+    class Dumper(library.SafeDumper):  # type: ignore[misc]  # PyYAML has no types
         def ignore_aliases(self, data: Any) -> bool:
             return True  # parameter files have none
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -155,3 +157,41 @@ def test_what_is_shown_of_later_is_not_done(tmp_path: Path) -> None:
     assert precious.exists()
     assert "log info: bye" in shown
     assert any("OpaqueFunction" in line for line in shown)
+
+
+def test_names_that_public_launch_files_use_are_there(tmp_path: Path) -> None:
+    other = written(tmp_path, "other.py", "def word():\n    return 'from the other'\n")
+    path = python(
+        tmp_path,
+        """
+        LogInfo(msg=load_python_launch_file_as_module(OTHER).word()),
+        OpaqueFunction(function=lambda c: [LogInfo(msg=str(IfCondition("true")._predicate_func(c)))]),
+        """,
+        before=f"from launch.launch_description_sources import load_python_launch_file_as_module\nOTHER = {str(other)!r}",
+    )
+
+    assert logged(path) == ["from the other", "True"]
+
+
+def test_a_file_that_is_nested_too_deeply_is_refused_with_its_line(tmp_path: Path) -> None:
+    path = xml(tmp_path, "<group>\n" * 3000 + "</group>" * 3000)
+
+    with pytest.raises(LaunchError, match=rf"{path}:\d+: it is nested more than 100 levels deep"):
+        launch(path)
+
+
+def test_a_rewritten_file_is_gone_with_the_process_and_its_texts_stay_texts(tmp_path: Path) -> None:
+    source = written(tmp_path, "p.yaml", "a:\n  ros__parameters: {axis: 'y', rate: 1e3, other: 1}\n")
+    program = f"""
+from actors.launch.context import LaunchContext
+from actors.launch.nav2 import RewrittenYaml
+from actors.parameters.files import ParameterOverrides
+path = RewrittenYaml({str(source)!r}, {{}}).perform(LaunchContext())
+print(path)
+print(ParameterOverrides().with_file(path).for_node("/a"))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60)
+
+    path, values = done.stdout.splitlines()
+    assert values == "{'axis': 'y', 'rate': 1000.0, 'other': 1}"
+    assert not Path(path).exists()
