@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-__all__ = ["check_yaml"]
+__all__ = ["DEEPEST", "check_yaml"]
 
 MOST: Final = 100_000
 """Values that a document with aliases may hold when each alias is replaced by what it stands for."""

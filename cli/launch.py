@@ -47,11 +47,11 @@ def main(argv: Sequence[str]) -> int:
     _warn(launch, given)
     if options.show_args:
         print(launch.show_arguments())
-        return 0
+        return _told(launch, check=True) if launch.is_broken else 0
     if options.show_tree:
         print(launch.show())
     if looks:
-        return _told(launch, check=options.check)
+        return _told(launch, check=options.check or launch.is_broken)
     for problem in launch.problems:
         print(f"warning: {problem}", file=sys.stderr)
     return _live(launch, options)

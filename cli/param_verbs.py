@@ -286,7 +286,7 @@ def _print_descriptor(each: msg.ParameterDescriptor) -> None:
 
 async def dump(options: argparse.Namespace) -> Exit:
     """The parameters of a node as a parameter file."""
-    from cli.text import yaml_of
+    from actors.parameters.ros_yaml import dump_yaml
 
     async with seen(options) as graph:
         node = await found_node(graph, options.node_name, options.timeout)
@@ -301,7 +301,7 @@ async def dump(options: argparse.Namespace) -> Exit:
     if options.json:
         print_json({node: {"ros__parameters": tree}})
     else:
-        print(yaml_of({node: {"ros__parameters": tree}}))
+        print(dump_yaml({node: {"ros__parameters": tree}}))
     return Exit.DONE
 
 

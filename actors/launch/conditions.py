@@ -30,6 +30,9 @@ class Condition:
         """Whether it holds in this context. Raises `ConditionError`."""
         return True if self.predicate is None else bool(self.predicate(context))
 
+    def _predicate_func(self, context: LaunchContext) -> bool:  # public launch files call it by this name
+        return self.evaluate(context)
+
     def describe(self) -> str:
         """The condition for display."""
         return type(self).__name__

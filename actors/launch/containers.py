@@ -17,6 +17,7 @@ from actors.interfaces.composition_interfaces.srv import (
     UnloadNode_Request,
     UnloadNode_Response,
 )
+from actors.launch.children import known_parameters
 from actors.launch.lifecycle import UP, take_through
 from actors.launch.packages import NodeTarget, Packages
 from actors.launch.parameters import effective
@@ -96,9 +97,11 @@ class ComponentContainer(Node):
         spec = await component_of(self._packages, request.package_name, request.plugin_name, self._stand_ins)
         given = {one.name: one.value for one in map(from_parameter, request.parameters)}
         rules = {old: new for old, _, new in (rule.partition(":=") for rule in reversed(request.remap_rules))}
+        name, namespace = request.node_name or spec.name, request.node_namespace or spec.namespace
+        given = known_parameters(spec, given, fully_qualified(namespace or "/", name), self.log.warning)
         return spec.replace(
-            name=request.node_name or spec.name,
-            namespace=request.node_namespace or spec.namespace,
+            name=name,
+            namespace=namespace,
             parameters={**spec.parameters, **given},
             remap={**spec.remap, **rules},
         )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping, MutableMapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
@@ -25,7 +26,7 @@ class Scoped:
     """What a group brings back to what it was when it ends."""
 
     configurations: dict[str, str]
-    environment: dict[str, str]
+    environment: MutableMapping[str, str]
     remaps: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
     parameters: list[object] = field(default_factory=list[object])
     """Global parameters in the order in which they were set: ``(name, value)`` pairs and paths of files."""
@@ -67,6 +68,7 @@ class LaunchContext:
         self.stand_ins = stand_ins
         """Whether an empty node stands in for an executable that is not here."""
         self.scoped = Scoped(dict(arguments or {}), dict(os.environ if environment is None else environment))
+        self._first_environment = dict(self.scoped.environment)
         self.problems: list[LaunchError] = []
         self.declared: dict[str, Declared] = {}
         self.locals = SimpleNamespace()
@@ -79,6 +81,8 @@ class LaunchContext:
         self.depth = 0
         """How many launch files include this one."""
         self.is_shutdown = False
+        self.only_shown = False
+        """Whether this is about what would be done later: no function and no command of the user's is called."""
         self._numbers = count(1)
         self._outer: list[Scoped] = []
         self._environments: list[dict[str, str]] = []
@@ -91,9 +95,29 @@ class LaunchContext:
         return self.scoped.configurations
 
     @property
-    def environment(self) -> dict[str, str]:
+    def environment(self) -> MutableMapping[str, str]:
         """The environment variables for processes that are started from here on."""
         return self.scoped.environment
+
+    @environment.setter
+    def environment(self, variables: Mapping[str, str]) -> None:
+        _make_equal(self.scoped.environment, variables)
+
+    @contextmanager
+    def as_own_environment(self) -> Generator[None]:
+        """Make ``os.environ`` the environment of this context, for launch files in Python read and set it there; then as it was before."""
+        before, own = dict(os.environ), self.scoped.environment
+        _make_equal(os.environ, own)
+        self.scoped.environment = os.environ
+        try:
+            yield
+        finally:
+            self.scoped.environment = dict(os.environ)
+            _make_equal(os.environ, before)
+
+    def reset_environment(self) -> None:
+        """Make the environment what it was when the launch began."""
+        self.environment = self._first_environment
 
     def perform_substitution(self, substitution: Text) -> str:
         """The text that a substitution stands for."""
@@ -115,14 +139,16 @@ class LaunchContext:
 
     def push(self) -> None:
         """Open a scope."""
-        self._outer.append(self.scoped)
-        self.scoped = self.scoped.copy()
+        self._outer.append(self.scoped.copy())
 
     def pop(self) -> None:
         """Close the innermost scope: what was set in it is as it was."""
         if not self._outer:
             raise LaunchError("there is no scope to end: a Pop action without its Push action", self.line)
-        self.scoped = self._outer.pop()
+        outer, environment = self._outer.pop(), self.scoped.environment
+        _make_equal(environment, outer.environment)
+        self.scoped = outer
+        self.scoped.environment = environment
 
     def push_environment(self) -> None:
         """Remember the environment."""
@@ -134,13 +160,14 @@ class LaunchContext:
             raise LaunchError(
                 "there is no environment to bring back: PopEnvironment without PushEnvironment", self.line
             )
-        self.scoped.environment = self._environments.pop()
+        self.environment = self._environments.pop()
 
     def fork(self) -> LaunchContext:
         """A context with the state of this one, for actions that are evaluated later."""
         other = LaunchContext(self.packages, argv=self.argv, lenient=self.lenient, stand_ins=self.stand_ins)
-        other.scoped = self.scoped.copy()
+        other.scoped, other._first_environment = self.scoped.copy(), self._first_environment
         other.locals = SimpleNamespace(**vars(self.locals))
+        other.only_shown = self.only_shown
         other.file, other.line, other.anonymous = self.file, self.line, self.anonymous
         other.problems, other.declared, other.depth = self.problems, self.declared, self.depth
         other._numbers = self._numbers
@@ -171,3 +198,11 @@ class LaunchContext:
             return find()
         except LookupError as error:
             return self.stand_in(LaunchError(str(error.args[0])), text)
+
+
+def _make_equal(variables: MutableMapping[str, str], wanted: Mapping[str, str]) -> None:
+    for name in set(variables) - set(wanted):
+        del variables[name]
+    for name, value in wanted.items():
+        if variables.get(name) != value:
+            variables[name] = value

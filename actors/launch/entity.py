@@ -40,6 +40,9 @@ class Action(LaunchDescriptionEntity):
         return self.condition is None or self.condition.evaluate(context)
 
     def plan(self, context: LaunchContext, scope: Scope) -> None:
+        if context.only_shown:
+            scope.items.append(Missing(self.describe(), "what it does is seen when it is done"))
+            return
         evaluate(listed(self.execute(context)), context, scope)
 
     def execute(self, context: LaunchContext) -> Iterable[LaunchDescriptionEntity] | None:

@@ -25,6 +25,8 @@ class Running:
     pid: int = 0
     returncode: int = 0
     """The exit code of the last process that has ended."""
+    exit_told: bool = False
+    """Whether handlers have been told that its present life has ended."""
     failures: list[BaseException] = field(default_factory=list[BaseException])
 
     def started(self, pid: int) -> None:

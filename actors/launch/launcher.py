@@ -242,6 +242,7 @@ class Launcher(Node):
         first = self._first(running)
         if report.context == "progress" and report.child.id == first:
             running.failures.clear()
+            running.exit_told = False
             pid = f" with pid [{running.pid}]" if running.pid else ""
             self.log.info(f"[{running.job.label}] process started{pid}")
             if running.job.process is not None and running.job.process.log_cmd and running.pid:
@@ -253,7 +254,7 @@ class Launcher(Node):
                 running.failures.append(error)
                 self._died(running, error)
             if running.job.respawn:
-                self.emit(events.ProcessExited(returncode=running.code, **running.about()))
+                self._tell_exit(running, events.ProcessExited(returncode=running.code, **running.about()))
 
     def _died(self, running: Running, error: BaseException) -> None:
         pid = f"pid {running.pid}, " if running.pid else ""
@@ -271,12 +272,18 @@ class Launcher(Node):
         elif not running.failures:  # it was told to end, and did so with this code
             self.log.info(f"[{job.label}] process has finished [pid {running.pid}, exit code {code}]")
         event = events.ProcessExited(returncode=code, **running.about())
-        self.emit(event)
+        self._tell_exit(running, event)
         self.emit(events.ExecutionComplete(action=job.action))
         if job.on_exit is not None and not job.required:
             context = job.context.fork()
             context.extend_globals({"event": event})
             self._do(listed(job.on_exit(event, context) if callable(job.on_exit) else job.on_exit), context, place)
+
+    def _tell_exit(self, running: Running, event: events.ProcessExited) -> None:
+        """Tell handlers of the end of a life, once: the end of the last life is that of the executable, too."""
+        if not running.exit_told:
+            running.exit_told = True
+            self.emit(event)
 
     def _output(self, running: Running, line: bytes, stdout: bool) -> None:
         """A line of a process: shown as its `output` says, and told to the handlers."""

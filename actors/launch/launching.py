@@ -46,6 +46,8 @@ class Launch:
             packages, arguments=arguments, argv=argv, lenient=lenient, stand_ins=stand_ins
         )
         plan = Scope("launch", "launch")
+        self.is_broken = False
+        """Whether the file itself cannot be read, so that nothing of it can be shown."""
         try:
             with shim(context):
                 include_file(path, context, plan)
@@ -53,6 +55,7 @@ class Launch:
             if not lenient:
                 raise
             context.note(error)
+            self.is_broken = True
         self._plan = next((item for item in plan.items if isinstance(item, Scope)), plan)
 
     @property

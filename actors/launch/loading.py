@@ -66,10 +66,11 @@ def load_python(path: Path) -> LaunchDescription:
     return given[0]
 
 
-def load_module(path: Path) -> ModuleType:
+def load_module(path: str | Path) -> ModuleType:
     """The module in a file, which need not be on the path of Python. Raises `LaunchError`."""
     from importlib.util import module_from_spec, spec_from_file_location
 
+    path = Path(path)
     spec = spec_from_file_location(f"robactor_launch_file_{path.name.partition('.')[0]}", path)
     assert spec is not None
     assert spec.loader is not None  # the name ends in .py

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 from actors.launch.errors import LaunchError
 from actors.launch.substitution import Substitution, Text, normalized, perform, shown, yaml_value
 from actors.launch.substitutions.values import LaunchConfiguration
+from actors.parameters.ros_yaml import dump_yaml
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
@@ -50,8 +52,6 @@ class RewrittenYaml(Substitution):
         return f"RewrittenYaml({shown(self.source_file)})"
 
     def perform(self, context: LaunchContext) -> str:
-        import yaml
-
         source = Path(perform(context, self.source_file))
         if not source.is_file():
             return context.stand_in(LaunchError(f"there is no file {source}"), str(source))
@@ -64,7 +64,8 @@ class RewrittenYaml(Substitution):
         if root:
             content = {root: content}
         with tempfile.NamedTemporaryFile("w", suffix=".yaml", delete=False, encoding="utf-8") as file:
-            cast("Any", yaml).safe_dump(content, file)
+            file.write(dump_yaml(content))
+        atexit.register(Path(file.name).unlink, missing_ok=True)  # processes that are started later read it
         return file.name
 
     def _rewritten(

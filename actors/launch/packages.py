@@ -29,6 +29,9 @@ __all__ = ["GROUP", "Executable", "NodeTarget", "Packages", "Program", "UnknownE
 GROUP = "robactor.nodes"
 """The group of entry points in which a distribution names its nodes."""
 
+OURS = "robactor"
+"""The distribution whose packages are examples: a package of the user's in `paths` that has the name of one goes before it."""
+
 SHOWN = 30
 """How many names an error lists."""
 
@@ -93,7 +96,8 @@ class Packages:
     def executables(self, package: str) -> dict[str, Executable]:
         """The executables of a package by name, sorted. Raises `UnknownPackage`."""
         found: dict[str, Executable] = {}
-        for place in (self._nodes, self._source_programs, self._scripts, self._prefix_programs):
+        first = (self._source_programs, self._nodes) if self._is_ours(package) else (self._nodes, self._source_programs)
+        for place in (*first, self._scripts, self._prefix_programs):
             for executable in place(package):
                 found.setdefault(executable.name, executable)
         if not found:
@@ -110,7 +114,12 @@ class Packages:
 
     def share(self, package: str) -> Path:
         """The folder in which the files of a package lie: its launch and parameter files. Raises `UnknownPackage`."""
-        for place in (self._entry_share, self._source_share, self._prefix_share, self._module_share):
+        first = (
+            (self._source_share, self._entry_share)
+            if self._is_ours(package)
+            else (self._entry_share, self._source_share)
+        )
+        for place in (*first, self._prefix_share, self._module_share):
             if (folder := place(package)) is not None:
                 return folder
         raise self._unknown(package)
@@ -149,6 +158,12 @@ class Packages:
             package, _, name = entry.name.partition(".")
             found.setdefault(package, {})[name] = entry
         return found
+
+    def _is_ours(self, package: str) -> bool:
+        """Whether this distribution brings the package: an example, before which a package of the user's of the same name goes."""
+        return any(
+            entry.dist is not None and entry.dist.name == OURS for entry in self._entries.get(package, {}).values()
+        )
 
     def _nodes(self, package: str) -> Iterator[NodeTarget]:
         for name, entry in self._entries.get(package, {}).items():

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args, get_origin
 
 from actors.launch.errors import LaunchError, SubstitutionFailure
 from actors.launch.substitution import Substitution, Text, as_bool, normalized, perform, shown, yaml_value
-from actors.parameters.files import ALL_NODES, ParameterOverrides
+from actors.parameters.files import ALL_NODES, PARAMETERS, InvalidParams, ParameterOverrides
 
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
@@ -67,8 +68,11 @@ class ParameterFile:
         self.param_file = normalized(param_file)
         self.allow_substs = allow_substs
 
-    def layer(self, context: LaunchContext) -> Layer:
-        """What is in the file; nothing, and a note, if there is no such file."""
+    def layer(self, context: LaunchContext, *, flat: bool = False) -> Layer:
+        """What is in the file; nothing, and a note, if there is no such file. With `flat` it may be a map of parameters without nodes.
+
+        Raises `LaunchError`, with file and line, for what is no parameter file.
+        """
         path = perform(context, self.param_file)
         try:
             text = Path(path).read_text(encoding="utf-8")
@@ -81,11 +85,23 @@ class ParameterFile:
             from actors.launch.frontend.grammar import parse_substitution
 
             text = perform(context, parse_substitution(text))
+        if flat and PARAMETERS not in text and isinstance(values := yaml_value(text), dict):
+            return Layer(_flat(context, cast("dict[Text, Any]", values)))
+        try:
+            _checked(text, path)
+        except InvalidParams as error:
+            context.stand_in(LaunchError(str(error)), "")
+            return Layer({}, None, path)
         return Layer({}, text, path)
 
 
-def layers_of(context: LaunchContext, parameters: Any) -> list[Layer]:
-    """The parameters of a node in their order: those set for all nodes, then its own."""
+@lru_cache(maxsize=64)
+def _checked(text: str, source: str) -> ParameterOverrides:
+    return ParameterOverrides().with_text(text, source=source)
+
+
+def layers_of(context: LaunchContext, parameters: Any, *, flat: bool = False) -> list[Layer]:
+    """The parameters of a node in their order: those set for all nodes, then its own. `flat` files are those of components."""
     given: object = parameters
     if isinstance(given, (str, Mapping)) or not isinstance(given, Iterable):
         kind = type(parameters).__name__
@@ -97,9 +113,9 @@ def layers_of(context: LaunchContext, parameters: Any) -> list[Layer]:
         elif isinstance(each, Parameter):
             found.append(Layer(dict([each.evaluate(context)])))
         elif isinstance(each, ParameterFile):
-            found.append(each.layer(context))
+            found.append(each.layer(context, flat=flat))
         else:
-            found.append(ParameterFile(cast("Text", each)).layer(context))
+            found.append(ParameterFile(cast("Text", each)).layer(context, flat=flat))
     return found
 
 
@@ -124,14 +140,21 @@ def value_of(context: LaunchContext, value: Any) -> Any:
 
 
 def effective(fqn: str, layers: Iterable[Layer]) -> dict[str, Any]:
-    """The parameters of the node of this full name: the last source that sets one counts. Raises `InvalidParams`."""
+    """The parameters of the node of this full name: the last source that sets one counts. Raises `LaunchError`."""
+    try:
+        return _overrides(fqn, layers).for_node(fqn)
+    except InvalidParams as error:
+        raise LaunchError(str(error)) from error
+
+
+def _overrides(fqn: str, layers: Iterable[Layer]) -> ParameterOverrides:
     overrides = ParameterOverrides()
     for layer in layers:
         if layer.text is not None:
             overrides = overrides.with_text(layer.text, source=layer.source)
         elif layer.values:
             overrides = overrides.with_mapping({layer.pattern or fqn: dict(layer.values)}, source="launch file")
-    return overrides.for_node(fqn)
+    return overrides
 
 
 def _global(context: LaunchContext, each: object) -> Layer:

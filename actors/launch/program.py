@@ -9,13 +9,15 @@ import signal
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.errors import ActorError
 from actors.launch.parameters import Layer
 from actors.launch.plan import NodeSpec, Process
 from actors.node.declarations import background
 from actors.node.node import Node
+from actors.parameters.files import ALL_NODES
+from actors.parameters.ros_yaml import dump_yaml
 
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
@@ -210,7 +212,7 @@ def ros_arguments(node: NodeSpec, folder: Path) -> list[str]:
         words += ["-r", f"__node:={node.name}"]
     if node.namespace:
         words += ["-r", f"__ns:={node.namespace}"]
-    target = f"{node.namespace}/{node.name}" if node.name is not None else "/**"
+    target = f"{node.namespace}/{node.name}" if node.name is not None and node.namespace else ALL_NODES
     for layer in node.layers:
         words += _parameter_arguments(layer, target, folder)
     for old, new in node.remaps:
@@ -219,21 +221,11 @@ def ros_arguments(node: NodeSpec, folder: Path) -> list[str]:
 
 
 def _parameter_arguments(layer: Layer, target: str, folder: Path) -> Sequence[str]:
-    import yaml  # late: few programs launch
-
     text = layer.text
     if text is None:
         if not layer.values:
             return ()
-        values = {name: _plain(value) for name, value in layer.values.items()}
-        text = str(
-            cast("Any", yaml).safe_dump({layer.pattern or target: {"ros__parameters": values}}, allow_unicode=True)
-        )
+        text = dump_yaml({layer.pattern or target: {"ros__parameters": dict(layer.values)}})
     path = folder / f"launch_params_{sum(1 for _ in folder.iterdir())}.yaml"
     path.write_text(text, encoding="utf-8")
     return ("--params-file", str(path))
-
-
-def _plain(value: object) -> object:
-    """A value as PyYAML writes it without tags."""
-    return list(cast("tuple[object, ...]", value)) if isinstance(value, tuple) else value

@@ -47,7 +47,7 @@ def shim(context: LaunchContext) -> Generator[None]:
         sys.meta_path.append(lenient)
     sys.path += context.packages.python_folders()
     try:
-        with packages_api.used(context):
+        with packages_api.used(context), context.as_own_environment():
             yield
     finally:
         sys.path[:] = path

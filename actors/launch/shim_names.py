@@ -79,6 +79,7 @@ _SOURCES = {
     "AnyLaunchDescriptionSource": _SOURCE,
     "FrontendLaunchDescriptionSource": _SOURCE,
     "PythonLaunchDescriptionSource": _SOURCE,
+    "load_python_launch_file_as_module": "loading:load_module",
 }
 _UTILITIES = _from(
     "utilities",

@@ -164,7 +164,7 @@ def _answers(item: Handler) -> list[Branch]:
 def _later(deferred: Deferred) -> list[Branch]:
     """What entities come to that are evaluated later, if they were evaluated now."""
     context = deferred.context.fork()
-    context.lenient = True
+    context.lenient = context.only_shown = True
     scope = Scope("", "")
     with shim(context):
         evaluate(deferred.entities, context, scope)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from actors.launch.errors import SubstitutionFailure
-from actors.yaml_bounds import check_yaml
 
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
@@ -69,13 +68,13 @@ def shown(text: Text) -> str:
 
 
 def yaml_value(text: str) -> Any:
-    """The value that YAML reads in a text; the text itself, if it is no YAML."""
+    """The value that YAML reads in a text, with the scalars of ROS 2; the text itself, if it is no YAML."""
     import yaml  # late: few programs launch
 
-    load: Callable[[str], object] = cast("Any", yaml).safe_load
+    from actors.parameters.ros_yaml import load_yaml
+
     try:
-        check_yaml(text)
-        return load(text)
+        return load_yaml(text)
     except (yaml.YAMLError, ValueError):
         return text
 

@@ -15,7 +15,16 @@ from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
 from actors.checks import whole_text
 from actors.names import names
 
-__all__ = ["ALL_NODES", "InvalidParams", "Origin", "ParamValue", "ParameterOverrides", "parse_value", "reaches"]
+__all__ = [
+    "ALL_NODES",
+    "InvalidParams",
+    "Origin",
+    "ParamValue",
+    "ParameterOverrides",
+    "parse_value",
+    "plain_scalar",
+    "reaches",
+]
 
 ParamValue: TypeAlias = (
     bool | int | float | str | tuple[bool, ...] | tuple[int, ...] | tuple[float, ...] | tuple[str, ...] | None
@@ -25,7 +34,9 @@ ParamValue: TypeAlias = (
 ALL_NODES: Final = "/**"
 """The pattern to which ``-p name:=value`` applies."""
 
-_PARAMETERS: Final = "ros__parameters"
+PARAMETERS: Final = "ros__parameters"
+"""The key between the name of a node and its parameters."""
+
 _INT64: Final = range(-(2**63), 2**63)
 _TRUE: Final = frozenset(["Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"])
 _FALSE: Final = frozenset(["N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"])
@@ -214,7 +225,7 @@ def parse_value(text: str, *, source: str = "value") -> ParamValue:
     return value
 
 
-def _scalar(text: str) -> bool | int | float | str:
+def plain_scalar(text: str) -> bool | int | float | str:
     """The value of a plain scalar, by the C number grammar of rcl_yaml_param_parser."""
     if text in _TRUE:
         return True
@@ -265,7 +276,7 @@ def _scalar_of(event: "_Event", events: "_Events", key: str) -> bool | int | flo
         return event.value
     if not event.value:
         events.fail(event, key, "has no value; write one, or '' for an empty text")
-    return _scalar(event.value)
+    return plain_scalar(event.value)
 
 
 # Events -------------------------------------------------------------------------------------------------------------
@@ -358,20 +369,18 @@ class _FileReader:
     def _nodes(self, path: str) -> None:
         while (key := self._key(path)) is not None:
             event = self._events.next()
-            if key.value == _PARAMETERS:
+            if key.value == PARAMETERS:
                 if not path:
-                    self._events.fail(
-                        key, _PARAMETERS, "there is no node name above it; put '/**:' above for all nodes"
-                    )
+                    self._events.fail(key, PARAMETERS, "there is no node name above it; put '/**:' above for all nodes")
                 if event.kind != "map":
-                    self._events.fail(event, path, f"{_PARAMETERS} must hold a map of parameters")
+                    self._events.fail(event, path, f"{PARAMETERS} must hold a map of parameters")
                 _check_pattern(path, source=self._events.source, line=key.line)
                 self._found.append((path, None, None, Origin(self._events.source, key.line)))
                 self._parameters(path, "")
                 continue
             child = key.value if not path else f"{path}{key.value}" if path.endswith("/") else f"{path}/{key.value}"
             if event.kind != "map":
-                remedy = f"put '{_PARAMETERS}:' between the node's name and its parameters"
+                remedy = f"put '{PARAMETERS}:' between the node's name and its parameters"
                 self._events.fail(event, child, f"a node name cannot have a value; {remedy}")
             self._nodes(child)
 

@@ -302,3 +302,13 @@ def test_a_package_of_the_user_is_launched_by_its_name(capsys: pytest.CaptureFix
     )
 
     assert code == 0 and str(tmp_path / "ws" / "mine") in lines[0]
+
+
+@pytest.mark.parametrize("look", ["--show-tree", "--show-args", "--check"])
+def test_a_file_that_cannot_be_read_is_no_tree(capsys: pytest.CaptureFixture[str], tmp_path: Path, look: str) -> None:
+    path = written(tmp_path, "a.launch.py", "def generate_launch_description(:\n")
+
+    code, _, err = launched(capsys, str(path), look)
+
+    assert code == 1
+    assert f"{path}:1: " in err

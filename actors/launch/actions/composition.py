@@ -55,7 +55,7 @@ class ComposableNode:
             perform(context, self.plugin),
             None if self.name is None else node_name_of(perform(context, self.name)),
             namespace_of(context, self.namespace),
-            layers_of(context, self.parameters),
+            layers_of(context, self.parameters, flat=True),
             [*context.scoped.remaps, *remaps_of(context, self.remappings)],
             effective("/extra", extra),
             self.autostart if isinstance(self.autostart, bool) else as_bool(context, self.autostart),
@@ -112,7 +112,7 @@ class LoadComposableNodes(Action):
         else:
             container = perform(context, cast("Text", self.target))
             if not container.startswith("/"):
-                container = f"{namespace_of(context, None)}/{container}"
+                container = f"/{container}"  # relative to the node of the launch, not to the namespace of the group
         if container in ("", "/"):
             raise LaunchError("the container into which nodes are loaded has no name")
         scope.items.append(Load(container, _components(context, self.descriptions), self.line))

@@ -80,14 +80,14 @@ class ReplaceEnvironmentVariables(Action):
         self.variables = dict(environment or {})
 
     def plan(self, context: LaunchContext, scope: Scope) -> None:
-        context.scoped.environment = {perform(context, n): perform(context, v) for n, v in self.variables.items()}
+        context.environment = {perform(context, n): perform(context, v) for n, v in self.variables.items()}
 
 
 class ResetEnvironment(Action):
     """Makes the environment again what it was when the launch began."""
 
     def plan(self, context: LaunchContext, scope: Scope) -> None:
-        context.scoped.environment = dict(os.environ)
+        context.reset_environment()
 
 
 class PushEnvironment(Action):

@@ -10,20 +10,28 @@ from actors.launch.frontend.grammar import parse_substitution
 from actors.launch.substitution import Substitution
 from actors.suggest import did_you_mean
 
-__all__ = ["Element"]
+__all__ = ["Element", "Unquoted"]
+
+
+class Unquoted(str):
+    """A scalar of YAML without quotes, as it is written: where a value with a type is wanted, that of ROS 2 is read in it."""
 
 
 class Element:
     """A tag. What is read of it is remembered, so that `done` can name what nobody asked for.
 
-    `attributes` are texts in XML; in YAML also numbers, truths, and lists of these.
+    `attributes` are texts; in YAML also lists of them.
     """
 
-    def __init__(self, tag: str, attributes: dict[str, Any], children: Sequence[Element], line: Line) -> None:
+    def __init__(
+        self, tag: str, attributes: dict[str, Any], children: Sequence[Element], line: Line, *, typed: bool = False
+    ) -> None:
         self.tag = tag
         self.attributes = attributes
         self.children = children
         self.line = line
+        self.typed = typed
+        """Whether the attributes have the types that the file gives them, as in YAML: a text there is no number."""
         self._asked: set[str] = {"if", "unless"}
         self._parts: set[str] = set()
 

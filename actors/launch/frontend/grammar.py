@@ -132,7 +132,8 @@ SUBSTITUTIONS: Final[Mapping[str, Known]] = MappingProxyType(
 
 
 def parse_substitution(text: str) -> list[Substitution]:
-    """The parts of a text. ``\\$(`` stands for a dollar sign and a parenthesis. Raises `SubstitutionFailure`."""
+    """The parts of a text. A backslash is removed and takes the meaning from
+    what follows it: ``\\$(`` stands for a dollar sign and a parenthesis, ``\\\\`` for a backslash. Raises `SubstitutionFailure`."""
     return _Parser(text).template("")
 
 
@@ -196,18 +197,18 @@ class _Parser:
                 self.at += 1
                 break
             else:
-                plain.append(self.character(f"${quote}"))
+                plain.append(self.character())
         else:
             if quote:
                 raise SubstitutionFailure(f"a quotation mark {quote} is missing at the end of {self.text!r}")
         _flush(plain, parts)
         return parts
 
-    def character(self, escapable: str) -> str:
-        """The next character; one of `escapable` loses the backslash before it."""
+    def character(self) -> str:
+        """The next character, without the backslash before it: who wants one writes two."""
         character = self.text[self.at]
         self.at += 1
-        if character == "\\" and self.at < len(self.text) and self.text[self.at] in escapable:
+        if character == "\\" and self.at < len(self.text) and self.text[self.at] != "\n":
             character = self.text[self.at]
             self.at += 1
         return character
@@ -242,7 +243,7 @@ class _Parser:
                 _flush(plain, parts)
                 parts.append(self.substitution())
             else:
-                plain.append(self.character("$()\"'"))
+                plain.append(self.character())
         _flush(plain, parts)
         return parts
 

@@ -12,10 +12,11 @@ from actors.launch.actions.nodes import LifecycleNode, Node
 from actors.launch.actions.processes import ExecuteProcess
 from actors.launch.conditions import IfCondition, UnlessCondition
 from actors.launch.entity import Action
-from actors.launch.frontend.element import Element, plain
+from actors.launch.frontend.element import Element, Unquoted, plain
 from actors.launch.frontend.grammar import parse_command_line, parse_substitution
 from actors.launch.parameters import ParameterFile, ParameterValue
-from actors.launch.substitution import Substitution, yaml_value
+from actors.launch.substitution import Substitution, TextSubstitution, yaml_value
+from actors.parameters.files import plain_scalar
 from actors.suggest import did_you_mean
 
 __all__ = ["NODE_TAGS", "Joined"]
@@ -190,11 +191,24 @@ def _value(element: Element) -> Any:
         return ParameterValue(items if kind is None else str(items), value_type=None if kind is None else TYPES[kind])
     if isinstance(given, str):
         parts = parse_substitution(given)
+        if kind is None and element.typed and not isinstance(given, Unquoted) and _is_plain(parts):
+            return ParameterValue(parts, value_type=str)
         return ParameterValue(Joined(parts), value_type=None if kind is None else TYPES[kind])
     if isinstance(given, list):
         items = cast("list[object]", given)
-        return [parse_substitution(item) if isinstance(item, str) else item for item in items]
+        return [_list_item(item) if isinstance(item, str) else item for item in items]
     return given if kind is None else ParameterValue(plain(given), value_type=TYPES[kind])
+
+
+def _list_item(text: str) -> Any:
+    parts = parse_substitution(text)
+    if isinstance(text, Unquoted) and _is_plain(parts):
+        return plain_scalar(text)
+    return "".join(part.text for part in parts if isinstance(part, TextSubstitution)) if _is_plain(parts) else parts
+
+
+def _is_plain(parts: list[Substitution]) -> bool:
+    return all(isinstance(part, TextSubstitution) for part in parts)
 
 
 NODE_TAGS: Final[Mapping[str, Callable[[Element], Action]]] = MappingProxyType(

@@ -10,6 +10,7 @@ from actors.launch.entity import LaunchDescription
 from actors.launch.errors import LaunchError, Line
 from actors.launch.frontend.element import Element
 from actors.launch.frontend.tags import description_of
+from actors.yaml_bounds import DEEPEST
 
 __all__ = ["read_xml"]
 
@@ -46,6 +47,8 @@ class _Reader:
         return Line(str(self.path), self.parser.CurrentLineNumber)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        if len(self.open) >= DEEPEST:
+            raise LaunchError(f"it is nested more than {DEEPEST} levels deep", self._line())
         children: list[Element] = []
         element = Element(tag, dict(attributes), children, self._line())
         if self.open:

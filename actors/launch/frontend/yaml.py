@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from actors.launch.entity import LaunchDescription
 from actors.launch.errors import LaunchError, Line
-from actors.launch.frontend.element import Element
+from actors.launch.frontend.element import Element, Unquoted
 from actors.launch.frontend.tags import description_of
+from actors.parameters.ros_yaml import PLAIN, loader
 from actors.yaml_bounds import check_yaml
 
 __all__ = ["read_yaml"]
@@ -19,19 +20,19 @@ def read_yaml(path: Path) -> LaunchDescription:
     import yaml  # late: few programs launch
 
     text = path.read_text(encoding="utf-8")
-    loader: Any = cast("Any", yaml).SafeLoader(text)
+    reader: Any = loader()(text)
     try:
         check_yaml(text)
-        root = loader.get_single_node()
+        root = reader.get_single_node()
         if root is None:
             raise LaunchError("the file is empty: it needs a list under the key 'launch'", Line(str(path), 1))
-        return description_of(_Reader(path, loader).root(root))
+        return description_of(_Reader(path, reader).root(root))
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = Line(str(path), mark.line + 1 if mark is not None else 1)
         raise LaunchError(f"no YAML: {getattr(error, 'problem', None) or error}", line) from None
     finally:
-        loader.dispose()
+        reader.dispose()
 
 
 class _Reader:
@@ -67,8 +68,8 @@ class _Reader:
             elif value.id == "mapping":
                 children.append(self.element(name, value))
             else:
-                attributes[name] = self.loader.construct_object(value, deep=True)
-        return Element(tag, attributes, children, line)
+                attributes[name] = self.value(value)
+        return Element(tag, attributes, children, line, typed=True)
 
     def children(self, node: Any) -> list[Element]:
         """The elements of a list, each a mapping with one key."""
@@ -84,6 +85,14 @@ class _Reader:
                 )
             found.append(self.element(*pairs[0]))
         return found
+
+    def value(self, node: Any) -> Any:
+        """A value, or a list of them; one without quotes stays as it is written, as most attributes are texts."""
+        if node.id == "sequence":
+            return [self.value(item) for item in node.value]
+        if node.id == "scalar" and node.tag == PLAIN:
+            return Unquoted(node.value) if node.value else None
+        return self.loader.construct_object(node, deep=True)
 
     def pairs(self, node: Any, what: str) -> list[tuple[str, Any]]:
         if node.id != "mapping":

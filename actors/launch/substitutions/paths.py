@@ -194,6 +194,8 @@ class Command(Substitution):
         command, on_stderr = perform(context, self.command), perform(context, self.on_stderr)
         if on_stderr not in ("fail", "warn", "ignore", "capture"):
             raise SubstitutionFailure(f"on_stderr is fail, warn, ignore or capture, not {on_stderr!r}")
+        if context.only_shown:
+            return _sign(command)
         try:
             ran = subprocess.run(
                 shlex.split(command),

@@ -297,5 +297,66 @@ def test_containers_and_components_can_be_written(tmp_path: Path) -> None:
         "load into /box",
         "p p::Other",
         "group (supervisor, one_for_one)",
-        "load into /deep/box",
+        "load into /box",  # relative to the node of the launch, not to the group
     ]
+
+
+@pytest.mark.parametrize(
+    ("written_", "value"),
+    [
+        ('"42"', "'42'"),
+        ("'true'", "'true'"),
+        ('"[1, 2]"', "'[1, 2]'"),
+        ('["1", "2"]', "('1', '2')"),
+        ("!!str 3", "'3'"),
+        ("5e-1", "0.5"),
+        ("[1.0, 1e-1]", "(1.0, 0.1)"),
+        ("12:30", "'12:30'"),
+        ("$(var n)", "7"),
+        ("|\n          a\n          b\n", "'a\\nb\\n'"),
+    ],
+)
+def test_a_value_in_yaml_has_the_type_that_yaml_gives_it(tmp_path: Path, written_: str, value: str) -> None:
+    text = f"""launch:
+- let: {{name: n, value: "7"}}
+- node:
+    pkg: camera_driver
+    exec: camera_node
+    param:
+    - name: p
+      value: {written_}
+"""
+    assert tree(written(tmp_path, "system.launch.yaml", text))[-1] == f"p: {value}"
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        (r"\\d+", r"\d+"),
+        (r"C:\\dev", r"C:\dev"),
+        (r"\'a\'", "'a'"),
+        (r"\a", "a"),
+        (r"\$(x)", "$(x)"),
+        ("end\\", "end\\"),
+        (r"$(eval ' \&quot;x\&quot; == \&quot;x\&quot; ')", "True"),
+        (r"$(var no '\'a\'')", "'a'"),
+    ],
+)
+def test_a_backslash_is_removed_and_keeps_what_follows_it(tmp_path: Path, text: str, shown: str) -> None:
+    assert tree(xml(tmp_path, f'<log message="{text}"/>')) == [f"log info: {shown}"]
+
+
+def test_the_container_that_nodes_are_loaded_into_is_named_from_the_root(tmp_path: Path) -> None:
+    path = xml(
+        tmp_path,
+        """
+        <group>
+          <push_ros_namespace namespace="robot1"/>
+          <node_container pkg="rclcpp_components" exec="component_container" name="box" namespace=""/>
+          <load_composable_node target="robot1/box"><composable_node pkg="p" plugin="p::Other"/></load_composable_node>
+        </group>
+        """,
+    )
+    shown = tree(path)
+    assert any("as /robot1/box" in line for line in shown)
+    assert "load into /robot1/box" in shown

@@ -30,6 +30,11 @@ def of_yaml(text: str) -> Any:
         ("[1, 2.5]", (1.0, 2.5)),
         ("[a, b]", ("a", "b")),
         ("a: [", "a: ["),
+        ("5e-1", 0.5),
+        ("[1.0, 1e-9]", (1.0, 1e-9)),
+        ("12:30", "12:30"),
+        ("2001-01-01", "2001-01-01"),
+        ("null", "null"),
     ],
 )
 def test_a_substitution_is_typed_by_the_rules_of_yaml(text: str, value: Any) -> None:

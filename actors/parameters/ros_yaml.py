@@ -1,0 +1,85 @@
+"""YAML whose plain scalars have the types that ROS 2 gives them: the one reader and the one writer of values for parameters.
+
+General YAML differs: to it, ``1e3`` is a text, ``12:30`` a number and ``2001-01-01`` a date; to ROS 2, ``y`` is a boolean and ``0x10`` an integer.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, Final, cast
+
+from actors.parameters.files import plain_scalar
+from actors.yaml_bounds import check_yaml
+
+__all__ = ["PLAIN", "dump_yaml", "load_yaml", "loader"]
+
+PLAIN: Final = "tag:robactor,2026:plain"
+"""The tag of the nodes that are scalars without quotes and without a tag of their own."""
+_TEXT: Final = "tag:yaml.org,2002:str"
+_WIDE: Final = 2**31
+"""No line is wrapped."""
+
+
+def load_yaml(text: str) -> Any:
+    """The value in a text; keys of mappings are texts. Raises ``yaml.YAMLError`` for what is no YAML, and ValueError for a wrong tag."""
+    check_yaml(text)
+    reader = loader()(text)
+    try:
+        return reader.get_single_data()
+    finally:
+        reader.dispose()
+
+
+def dump_yaml(value: Any) -> str:
+    """Plain data in block style, from which `load_yaml` and ROS 2 read the same values: a text that reads as another type is quoted."""
+    import yaml
+
+    dump: Any = yaml.dump  # its stubs do not type it
+    options: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "width": _WIDE, "default_flow_style": False}
+    return str(dump(value, Dumper=_dumper(), **options))
+
+
+@lru_cache(maxsize=1)
+def loader() -> Any:
+    """The loader class of PyYAML that reads so."""
+    import yaml  # late: few programs read YAML
+
+    library: Any = yaml
+
+    class Loader(library.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
+        def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
+            if kind is library.ScalarNode and implicit[0] and value != "<<":
+                return PLAIN
+            return super().resolve(kind, value, implicit)
+
+        def construct_mapping(self, node: Any, deep: bool = False) -> dict[str, Any]:
+            self.flatten_mapping(node)
+            for key, _ in node.value:
+                if not isinstance(key, library.ScalarNode):
+                    raise library.constructor.ConstructorError(None, None, "a key is a name", key.start_mark)
+            return {key.value: self.construct_object(value, deep=deep) for key, value in node.value}
+
+    def plain(reader: Any, node: Any) -> Any:
+        return plain_scalar(node.value) if node.value else None
+
+    Loader.add_constructor(PLAIN, plain)
+    return Loader
+
+
+@lru_cache(maxsize=1)
+def _dumper() -> Any:
+    import yaml
+
+    library: Any = yaml
+
+    class Dumper(library.SafeDumper):  # type: ignore[misc]  # PyYAML has no types
+        def ignore_aliases(self, data: Any) -> bool:
+            return True  # parameter files have none
+
+    def text(writer: Any, value: str) -> Any:
+        quoted = value == "" or not isinstance(cast("object", plain_scalar(value)), str)
+        return writer.represent_scalar(_TEXT, value, style="'" if quoted else None)
+
+    Dumper.add_representer(str, text)
+    Dumper.add_representer(tuple, library.SafeDumper.represent_list)
+    return Dumper
