@@ -175,6 +175,7 @@ async def put(options: argparse.Namespace) -> Exit:
     parameters = _parsed(list(zip(words[::2], words[1::2], strict=True)))
     async with seen(options) as graph:
         node = await found_node(graph, options.node_name, options.timeout)
+        parameters = await _as_declared(graph, node, parameters, options)
         if options.atomic:
             answer = await _set_atomically(graph, node, parameters, options)
             return _told(
@@ -198,6 +199,16 @@ def _parsed(pairs: Sequence[tuple[str, str]]) -> list[Parameter]:
         except (TypeError, ValueError) as error:
             raise CommandFailed(f"parameter {name}: {error}") from None
     return parameters
+
+
+async def _as_declared(
+    graph: Seen, node: str, parameters: list[Parameter], options: argparse.Namespace
+) -> list[Parameter]:
+    """The same, with empty lists of the types that the node has declared: nothing in `[]` tells its type."""
+    empty = [each.name for each in parameters if isinstance(each.value, list | tuple | bytes) and not each.value]
+    described = await _descriptors(graph, node, empty, options) if empty else ()
+    kinds = {each.name: ParameterType(each.type) for each in described if each.type >= ParameterType.BYTE_ARRAY}
+    return [Parameter(each.name, [], kinds[each.name]) if each.name in kinds else each for each in parameters]
 
 
 async def _set(
@@ -316,6 +327,7 @@ async def load(options: argparse.Namespace) -> Exit:
         parameters = _of_node(overrides, node, wildcard=not options.no_use_wildcard)
         if not parameters:
             raise CommandFailed(f"{options.parameter_file} has no parameters for {node}")
+        parameters = await _as_declared(graph, node, parameters, options)
         results = await _set(graph, node, parameters, options)
     if options.json:
         _print_results(parameters, results)

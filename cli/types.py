@@ -12,6 +12,7 @@ from actors.interfaces import InterfaceError, UnknownInterface, add_folder, get_
 from actors.interfaces.foreign import ForeignType, difference
 from actors.interfaces.naming import full_name
 from cli.command import CommandFailed
+from cli.parsing import complain
 
 if TYPE_CHECKING:
     from actors import Node, System
@@ -36,10 +37,13 @@ def learn_folders(options: argparse.Namespace) -> None:
         if prefix:
             add_folder(os.path.join(prefix, "share"))
     for folder in getattr(options, "interfaces", ()):
-        from actors.interfaces import load_folder
+        from actors.interfaces import DefinitionError, load_folder
 
         try:
             load_folder(folder)
+        except DefinitionError as error:
+            complain(f"--interfaces {folder}: {error}; the other types are read when they are needed")
+            add_folder(folder)
         except (InterfaceError, OSError) as error:
             raise CommandFailed(f"--interfaces {folder}: {error}") from error
 

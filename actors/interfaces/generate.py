@@ -15,6 +15,7 @@ import keyword
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 
 from actors.interfaces import registry
@@ -36,9 +37,8 @@ def read_folder(path: Path) -> dict[tuple[str, Kind], list[Definition]]:
         DefinitionError: a file cannot be read.
     """
     found: dict[tuple[str, Kind], list[Definition]] = {}
-    for kind in KINDS:
-        for file in sorted(path.glob(f"*/{kind}/*.{kind}")):
-            package = file.parts[-3]
+    for package, kind in product(sorted(os.listdir(path)), KINDS):
+        for file in registry.definition_files(path / package, kind):
             try:
                 text = file.read_text(encoding="utf-8-sig")
             except UnicodeDecodeError as error:

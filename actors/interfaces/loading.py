@@ -52,7 +52,7 @@ def load_file(path: str | os.PathLike[str], package: str) -> type[Any]:
 
 
 def load_folder(path: str | os.PathLike[str]) -> list[type[Any]]:
-    """All types of a folder `<path>/<package>/<kind>/<Name>.<kind>`, in whatever order they need each other.
+    """All types of a folder `<path>/<package>/<kind>/<Name>.<kind>`, and of folders below these, in whatever order they need each other.
 
     The folder stays known: a file added later is found when its name is asked for.
 
@@ -60,25 +60,17 @@ def load_folder(path: str | os.PathLike[str]) -> list[type[Any]]:
         DefinitionError: of the first file that cannot be read, or that names an unknown type; with file and line.
         FileNotFoundError: there is no definition in it.
     """
-    files = sorted(_definitions(Path(path)))
+    files = list(_definitions(Path(path)))
     if not files:
         raise FileNotFoundError(
             f"no definition in {os.fspath(path)}; expected <package>/<msg|srv|action>/<Name>.<msg|srv|action>"
         )
-    for file in files:  # all are read before any is defined, so that a bad file leaves nothing half done
-        parse(
-            file.read_text(encoding="utf-8-sig"),
-            file.parts[-3],
-            file.stem,
-            _as_kind(file.parts[-2], str(file)),
-            str(file),
-        )
+    for package, kind, file in files:  # all are read before any is defined, so that a bad file leaves nothing half done
+        parse(file.read_text(encoding="utf-8-sig"), package, file.stem, kind, str(file))
     registry.add_folder(path)
     loaded: list[type[Any]] = []
-    for file in files:
-        package, kind = file.parts[-3:-1]
-        name = f"{package}/{kind}/{file.stem}"
-        known = registry.find(name)
+    for package, kind, file in files:
+        known = registry.find(f"{package}/{kind}/{file.stem}")
         loaded.append(known if known is not None and _defined_by(known, file) else load_file(file, package))
     return loaded
 
@@ -87,9 +79,11 @@ def _defined_by(known: type[Any], file: Path) -> bool:
     return getattr(known, "__ros_source__", None) == os.fspath(file)
 
 
-def _definitions(path: Path) -> Iterator[Path]:
-    for kind in KINDS:
-        yield from path.glob(f"*/{kind}/*.{kind}")
+def _definitions(path: Path) -> Iterator[tuple[str, Kind, Path]]:
+    for package in sorted(path.iterdir()) if path.is_dir() else ():
+        for kind in KINDS:
+            for file in registry.definition_files(package, kind):
+                yield package.name, kind, file
 
 
 def _as_kind(kind: str, where: str) -> Kind:

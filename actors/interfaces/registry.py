@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from actors.interfaces.errors import BadDeclaration, UnknownInterface
@@ -82,7 +83,16 @@ def find_definition(name: str) -> tuple[Folder, str] | None:
         path = os.path.join(folder.path, package, kind, f"{stem}.{kind}")
         if os.path.isfile(path):
             return folder, path
+        for file in definition_files(os.path.join(folder.path, package), kind):
+            if file.stem == stem:
+                return folder, os.fspath(file)
     return None
+
+
+def definition_files(package: str | os.PathLike[str], kind: Kind) -> list[Path]:
+    """The files of this kind in the folder of a package, sorted: those in `msg`, or in `msgs`, and in folders below."""
+    found = Path(package)
+    return sorted(file for inner in (kind, f"{kind}s") for file in (found / inner).glob(f"**/*.{kind}"))
 
 
 def known_names(kind: Kind | None = None) -> list[str]:
@@ -96,11 +106,7 @@ def known_names(kind: Kind | None = None) -> list[str]:
 def _names_in(path: str) -> Iterator[str]:
     for package in os.listdir(path) if os.path.isdir(path) else ():
         for kind in KINDS:
-            inner = os.path.join(path, package, kind)
-            for file in os.listdir(inner) if os.path.isdir(inner) else ():
-                stem, _, suffix = file.partition(".")
-                if suffix == kind:
-                    yield f"{package}/{kind}/{stem}"
+            yield from (f"{package}/{kind}/{file.stem}" for file in definition_files(os.path.join(path, package), kind))
 
 
 def get_message(name: str) -> type[Message]:

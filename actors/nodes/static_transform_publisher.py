@@ -40,6 +40,7 @@ class StaticTransformPublisher(Node):
     @classmethod
     def arguments_as_parameters(cls, words: Sequence[str]) -> dict[str, Any]:
         """The parameters that the words of a command line stand for. Raises ``ValueError``."""
+        _refuse_old(words)
         given = vars(arguments_parser().parse_args(words))
         turned = [name for name in ANGLES if given[name] is not None]
         if turned and any(given[name] is not None for name in QUATERNION):
@@ -64,6 +65,16 @@ class StaticTransformPublisher(Node):
         self.log.info(
             f"Spinning until stopped - publishing transform from {self.frame_id!r} to {self.child_frame_id!r}"
         )
+
+
+def _refuse_old(words: Sequence[str]) -> None:
+    """Refuse what ROS 2 took up to Kilted: x y z, yaw pitch roll or qx qy qz qw, parent, child; with the words that say the same now."""
+    turn = {8: ANGLES[::-1], 9: QUATERNION}.get(len(words))
+    if turn is None or any(word.startswith("--") for word in words):
+        return
+    names = ("x", "y", "z", *turn, "frame-id", "child-frame-id")
+    new = " ".join(f"--{name} {word}" for name, word in zip(names, words, strict=True))
+    raise ValueError(f"static_transform_publisher: words without names are no longer taken by ROS 2; write {new}")
 
 
 class _Parser(argparse.ArgumentParser):

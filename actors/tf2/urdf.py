@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from math import cos, hypot, sin
 from typing import Literal, NamedTuple, TypeAlias, cast, get_args
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 from actors.tf2.errors import DescriptionError
 from actors.tf2.quaternions import Triple
@@ -52,19 +54,73 @@ class Joint:
 
 
 def joints_of(urdf: str) -> tuple[Joint, ...]:
-    """Every joint of a URDF, in its order. Raises `DescriptionError` for what is no URDF, and for xacro, which has to be expanded first."""
-    try:
-        robot = ElementTree.fromstring(urdf)
-    except ElementTree.ParseError as error:
-        raise DescriptionError(f"the robot's description is no XML: {error}") from None
-    if any("xacro" in element.tag.partition("}")[0] for element in robot.iter()) or "${" in urdf:
+    """Every joint of a URDF, in its order. XML namespaces mean nothing, as in ROS 2: a prefix is a part of a name.
+
+    Raises `DescriptionError` for what is no URDF, for xacro, which has to be expanded first, and for links that are no single tree.
+    """
+    robot = _tree(urdf)
+    if _is_xacro(robot):
         raise DescriptionError(
             "the robot's description is xacro, and has to be expanded first: run `xacro robot.urdf.xacro > robot.urdf` of ROS 2, "
             "and give the URDF that it writes"
         )
     if robot.tag != "robot":
         raise DescriptionError(f"the robot's description is a <{robot.tag}>, and no URDF, which is a <robot>")
-    return tuple(_joint(element) for element in robot.findall("joint"))
+    joints = tuple(_joint(element) for element in robot.findall("joint"))
+    _check_links([link.get("name", "") for link in robot.findall("link")], joints)
+    return joints
+
+
+def _tree(urdf: str) -> ElementTree.Element:
+    """The elements of a text, read without namespaces. Comments are no part of it."""
+    builder = ElementTree.TreeBuilder()
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    parser.CharacterDataHandler = builder.data
+    try:
+        parser.Parse(urdf.lstrip(), True)
+    except expat.ExpatError as error:
+        raise DescriptionError(f"the robot's description is no XML: {error}") from None
+    return builder.close()
+
+
+def _is_xacro(robot: ElementTree.Element) -> bool:
+    prefixes = {"xacro"}
+    for element in robot.iter():
+        prefixes.update(
+            name.removeprefix("xmlns:")
+            for name, value in element.items()
+            if name.startswith("xmlns:") and value.rstrip("/").endswith("xacro")
+        )
+    return any(
+        element.tag.partition(":")[0] in prefixes
+        or any("${" in text for text in (element.text or "", *element.attrib.values()))
+        for element in robot.iter()
+    )
+
+
+def _check_links(links: list[str], joints: tuple[Joint, ...]) -> None:
+    """Refuse what urdfdom refuses: the links are one tree, and each name is there once."""
+    if not links:
+        raise DescriptionError("the robot's description has no link")
+    for what, names in (("link", links), ("joint", [joint.name for joint in joints])):
+        if twice := [name for name, number in Counter(names).items() if number > 1]:
+            raise DescriptionError(f"the robot's description has more than one {what} {twice[0]!r}")
+    for joint in joints:
+        if absent := [name for name in (joint.parent, joint.child) if name not in links]:
+            raise DescriptionError(
+                f"the joint {joint.name!r} is at the link {absent[0]!r}, which the robot's description lacks"
+            )
+    carried = Counter(joint.child for joint in joints)
+    if twice := [name for name, number in carried.items() if number > 1]:
+        raise DescriptionError(f"the link {twice[0]!r} of the robot's description is the child of more than one joint")
+    roots = [name for name in links if name not in carried]
+    if len(roots) != 1:
+        found = f"{', '.join(roots)}: join them by fixed joints" if roots else "none, as each is the child of a joint"
+        raise DescriptionError(
+            f"the robot's description needs one root, a link that is no joint's child; it has {found}"
+        )
 
 
 def _joint(element: ElementTree.Element) -> Joint:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["chosen_filter", "echo", "field_of", "style_of", "topic_of"]
 
-_ITEM = re.compile(r"\[(\d+)\]")
+_ITEM = re.compile(r"\[(-?\d+)\]")
 
 
 async def echo(options: argparse.Namespace) -> Exit:
@@ -119,8 +119,8 @@ def chosen_filter(expression: str | None) -> Callable[[Any], bool]:
 
 
 def field_of(message: Any, path: str) -> Any:
-    """The value at a path like ``pose.position.x`` or ``name.[0]``. Raises `CommandFailed` if there is none."""
-    parts = [part for part in path.split(".") if part]
+    """The value at a path like ``pose.position.x``, ``poses[0].x`` or ``name.[-1]``. Raises `CommandFailed` if there is none."""
+    parts = [part for part in path.replace("[", ".[").split(".") if part]
     if not parts:
         raise CommandFailed(f"Invalid field value '{path}'")
     value = message
@@ -132,7 +132,7 @@ def field_of(message: Any, path: str) -> Any:
 def _part_of(value: Any, part: str, path: str) -> Any:
     if item := _ITEM.fullmatch(part):
         items: Any = value if hasattr(value, "__len__") and not isinstance(value, str) else ()
-        if int(item[1]) < len(items):
+        if -len(items) <= int(item[1]) < len(items):
             found = items[int(item[1])]
             return found.item() if hasattr(found, "item") else found
         raise CommandFailed(f"Invalid field '{path}': there is no item {item[1]}; it has {len(items)}")

@@ -102,6 +102,10 @@ async def test_types_of_a_folder_are_known_without_a_build(command: Command, tmp
     definition.write_text("string name\nfloat64 height\n")
     shown = await command("interface", "show", "garden_msgs/msg/Gnome", "--interfaces", str(tmp_path))
     assert shown.out == "string name\nfloat64 height\n"
+    (tmp_path / "garden_msgs" / "msg" / "Leftover.msg").write_text("absent_msgs/Thing thing\n")
+    shown = await command("interface", "show", "garden_msgs/msg/Gnome", "--interfaces", str(tmp_path))
+    assert (shown.code, shown.out) == (0, "string name\nfloat64 height\n"), "one bad file does not hide the others"
+    assert "Leftover.msg, line 1: type absent_msgs/Thing is not known" in shown.err
     missing = await command("interface", "list", "--interfaces", str(tmp_path / "nothing"))
     assert missing.code == 1
     assert missing.err.startswith("--interfaces ")

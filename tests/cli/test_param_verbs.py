@@ -79,6 +79,9 @@ async def test_a_list_is_set_and_several_can_be_set_at_once_or_not_at_all(
         motor = system.node(Motor)
         assert (await command("param", "set", "/motor", "gains", "[1.5, 0.2, 0.02]")).code == 0
         assert list(motor.gains) == [1.5, 0.2, 0.02]
+        assert (await command("param", "set", "/motor", "gains", "[]")).code == 0
+        assert list(motor.gains) == []
+        assert (await command("param", "set", "/motor", "mode", "[]")).code == 1, "a text is no list"
         several = await command("param", "set", "/motor", "speed", "1.0", "mode", "run")
         assert several.out == "speed: Set parameter successful\nmode: Set parameter successful\n"
         none = await command("param", "set", "/motor", "speed", "0.1", "legs", "6", "--atomic")
@@ -88,6 +91,13 @@ async def test_a_list_is_set_and_several_can_be_set_at_once_or_not_at_all(
         odd = await command("param", "set", "/motor", "speed")
         assert odd.code == 1
         assert "name/value pairs" in odd.err
+
+
+async def test_a_list_is_emptied_by_a_file(system_of: SystemOf, command: Command, tmp_path: Path) -> None:
+    (tmp_path / "empty.yaml").write_text("/motor: {ros__parameters: {gains: []}}")
+    async with system_of(Motor) as system:
+        loaded = await command("param", "load", "/motor", str(tmp_path / "empty.yaml"))
+        assert (loaded.code, list(system.node(Motor).gains)) == (0, []), loaded.err
 
 
 async def test_describe_tells_type_text_and_range(system_of: SystemOf, command: Command) -> None:

@@ -137,6 +137,10 @@ async def test_echo_prints_fields_items_and_commas(system_of: SystemOf, command:
     async with system_of(Talker):
         item = await command("topic", "echo", "/joints", "--once", "--field", "position.[1]")
         assert (item.code, item.out) == (0, "1.0\n---\n")
+        last = await command("topic", "echo", "/joints", "--once", "--field", "name[-1]", "--field", "position[0]")
+        assert (last.code, last.out) == (0, "knee\n0.25\n---\n")
+        before = await command("topic", "echo", "/joints", "--once", "--field", "name[-3]")
+        assert (before.code, before.err) == (1, "Invalid field 'name[-3]': there is no item -3; it has 2\n")
         two = await command("topic", "echo", "/joints", "--once", "--field", "name", "--field", "position.[0]")
         assert two.out == "['hip', 'knee']\n0.25\n---\n"
         beyond = await command("topic", "echo", "/joints", "--once", "--field", "name.[2]")

@@ -17,10 +17,12 @@ from actors.interfaces import (
     encode,
     get_action,
     get_message,
+    known_names,
     load,
     load_folder,
     registry,
 )
+from actors.interfaces.generate import generate
 from actors.interfaces.std_msgs.msg import Header
 from actors.testing import Rig
 
@@ -80,6 +82,20 @@ def test_a_file_added_later_is_found_when_its_name_is_asked_for(folder: Path) ->
     write(folder, "my_pkg/msg/Late", "Sample[2] samples\n")
     late: Any = get_message("my_pkg/msg/Late")
     assert len(late().samples) == 2
+
+
+def test_definitions_in_folders_below_are_of_the_package(folder: Path) -> None:
+    write(folder, "my_pkg/srv/motion/MoveJoint", "float64[6] position\n---\nbool success\n")
+    (folder / "my_pkg/srvs").mkdir()
+    (folder / "my_pkg/srvs/Pause.srv").write_text("---\nbool paused\n")
+    assert {"my_pkg/srv/MoveJoint", "my_pkg/srv/Pause"} <= {cls.__ros_type__ for cls in load_folder(folder)}
+    write(folder, "my_pkg/msg/arm/Late", "Reading reading\n")
+    late: Any = get_message("my_pkg/msg/Late")
+    assert late().reading.value == 1.5
+    assert {"my_pkg/srv/MoveJoint", "my_pkg/msg/Late"} <= set(known_names())
+    modules = generate(folder, "")
+    assert "class MoveJoint(" in modules["my_pkg/srv.py"]
+    assert "class Late(" in modules["my_pkg/msg.py"]
 
 
 async def test_a_new_definition_is_published_and_served_without_a_build(tmp_path: Path, rig: Rig) -> None:

@@ -34,7 +34,12 @@ def test_words_become_parameters_and_what_is_not_said_keeps_its_default() -> Non
     ("text", "why"),
     [
         ("--qz 1 --yaw 0", "by angles or as a quaternion, not both"),
-        ("0 0 1 0 0 0 map lamp", "unrecognized arguments: 0 0 1 0 0 0 map lamp; it takes --x"),
+        ("0 0 1 map lamp", "unrecognized arguments: 0 0 1 map lamp; it takes --x"),
+        (
+            "0 0 -1 3 2 1 map lamp",
+            "write --x 0 --y 0 --z -1 --yaw 3 --pitch 2 --roll 1 --frame-id map --child-frame-id lamp$",
+        ),
+        ("0 0 1 0 0 0 1 map lamp", "write .* --qx 0 --qy 0 --qz 0 --qw 1 --frame-id map --child-frame-id lamp$"),
         ("--x far", "invalid float value: 'far'"),
     ],
 )
