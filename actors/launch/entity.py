@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 from actors.errors import described
 from actors.launch.errors import LaunchError, user_line
 from actors.launch.plan import Missing, Scope
+from actors.launch.substitution import Substitution
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
@@ -111,6 +112,8 @@ def one_or_more(value: object) -> list[Any]:
 
 
 def _evaluate(entity: object, context: LaunchContext, scope: Scope) -> None:
+    if isinstance(entity, Substitution) and entity.absent:
+        return
     if not isinstance(entity, LaunchDescriptionEntity):
         raise LaunchError(f"{described(entity)} is no action, so it cannot be part of a launch description")
     try:

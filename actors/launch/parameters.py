@@ -74,6 +74,8 @@ class ParameterFile:
         Raises `LaunchError`, with file and line, for what is no parameter file.
         """
         path = perform(context, self.param_file)
+        if any(part.absent for part in self.param_file):
+            return Layer({}, None, path)
         try:
             text = Path(path).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:

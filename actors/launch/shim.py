@@ -161,6 +161,8 @@ class _Unknown(ModuleType):
 class Unknown(Substitution):
     """What a module that is not installed would have given: it can be called and asked, and stands for a text that names it."""
 
+    absent = True
+
     def __init__(self, name: str) -> None:
         self._name = name
 
@@ -183,6 +185,9 @@ class Unknown(Substitution):
 
     def __getitem__(self, key: object) -> Unknown:
         return self
+
+    def __setitem__(self, key: object, value: object) -> None:
+        """Nothing is kept."""
 
     def __iter__(self) -> Iterator[Unknown]:
         return iter(())

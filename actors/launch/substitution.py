@@ -17,6 +17,9 @@ __all__ = ["Substitution", "Text", "TextSubstitution", "as_bool", "normalized", 
 class Substitution:
     """Stands for a text. A subclass defines `perform`."""
 
+    absent = False
+    """Whether it stands in for what a module that is not installed would give, about which its import has been noted as the problem."""
+
     def perform(self, context: LaunchContext) -> str:
         """The text in this context. Raises `SubstitutionFailure`."""
         raise NotImplementedError(f"{type(self).__name__} does not define perform(context)")

@@ -272,11 +272,26 @@ def _value(event: "_Event", events: "_Events", key: str) -> ParamValue:
 
 
 def _scalar_of(event: "_Event", events: "_Events", key: str) -> bool | int | float | str:
+    if event.tag not in ("", "tag:yaml.org,2002:str"):
+        return _tagged(event, events, key)
     if event.is_text:
         return event.value
     if not event.value:
         events.fail(event, key, "has no value; write one, or '' for an empty text")
     return plain_scalar(event.value)
+
+
+def _tagged(event: "_Event", events: "_Events", key: str) -> bool | int | float:
+    """The value of a scalar with a tag such as ``!!float``, which must be one of its type."""
+    wanted = _TAGS.get(event.tag)
+    value = plain_scalar(event.value)
+    if wanted is float and type(value) is int:
+        return float(value)
+    if wanted is None or isinstance(value, str) or type(value) is not wanted:
+        events.fail(
+            event, key, f"{event.value!r:.60} has the tag {event.tag}; !!bool, !!int, !!float and !!str are known"
+        )
+    return value
 
 
 # Events -------------------------------------------------------------------------------------------------------------
@@ -287,8 +302,10 @@ class _Event(NamedTuple):
     value: str
     is_text: bool  # quoted, or tagged !!str with a value: always text
     line: int
+    tag: str = ""
 
 
+_TAGS: Final = {f"tag:yaml.org,2002:{kind.__name__}": kind for kind in (bool, int, float)}
 _KINDS: Final = {
     "ScalarEvent": "scalar",
     "SequenceStartEvent": "list",
@@ -323,7 +340,9 @@ class _Events:
                     raise InvalidParams(problem, source=self.source, line=line)
                 if kind := _KINDS.get(type(event).__name__):
                     value = whole_text(cast(str, event.value)) if kind == "scalar" else ""
-                    yield _Event(kind, value, kind == "scalar" and _is_text(event), line)
+                    yield _Event(
+                        kind, value, kind == "scalar" and _is_text(event), line, getattr(event, "tag", None) or ""
+                    )
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             what = " ".join(part for part in (error.context, error.problem) if part)

@@ -195,3 +195,19 @@ print(ParameterOverrides().with_file(path).for_node("/a"))
     path, values = done.stdout.splitlines()
     assert values == "{'axis': 'y', 'rate': 1000.0, 'other': 1}"
     assert not Path(path).exists()
+
+
+def test_after_an_absent_module_there_are_no_problems_about_what_stands_in_for_it(tmp_path: Path) -> None:
+    path = python(
+        tmp_path,
+        """
+        absent_module.Driver(), Node(package="control", executable="motor_node", parameters=[config.to_dict()]),
+        """,
+        before="import absent_module\nconfig = absent_module.Builder()\nconfig['a'] = 1",
+    )
+
+    problems = launch(path, lenient=True).problems
+
+    assert [problem.problem for problem in problems] == [
+        "the Python module 'absent_module' is not installed; what it would give is left out"
+    ]

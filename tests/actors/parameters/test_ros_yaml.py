@@ -9,7 +9,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from actors.parameters.files import ParameterOverrides
+from actors.parameters.files import InvalidParams, ParameterOverrides, parse_value
 from actors.parameters.ros_yaml import dump_yaml, load_yaml
 
 TEXTS = ["y", "n", "Y", "off", "yes", "true", "1e3", "123E5", "0483", "08", "inf", "-inf", "nan", ".nan", "Infinity"]
@@ -76,3 +76,18 @@ def test_plain_scalars_have_the_types_of_ros_2(text: str, value: Any) -> None:
 def test_a_key_is_a_name() -> None:
     with pytest.raises(yaml.YAMLError, match="a key is a name"):
         load_yaml("{[a]: 1}")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("!!float 10", 10.0), ('!!int "7"', 7), ('!!bool "true"', True), ("!!str 5", "5")]
+)
+def test_a_tag_says_the_type(text: str, value: Any) -> None:
+    again = parse_value(text)
+    assert again == value
+    assert type(again) is type(value)
+
+
+@pytest.mark.parametrize("text", ["!!int 1.0", "!foo 5", "!!null x", "!!bool 1"])
+def test_a_tag_that_does_not_fit_is_an_error(text: str) -> None:
+    with pytest.raises(InvalidParams, match="has the tag"):
+        parse_value(text)
