@@ -195,7 +195,10 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     add_graph_options(parser)
     group = parser.add_argument_group("time and types")
     group.add_argument(
-        "-s", "--use-sim-time", action="store_true", help="accepted for ros2's sake: commands use the time of day"
+        "-s",
+        "--use-sim-time",
+        action="store_true",
+        help="topic delay: by the time of /clock; other commands use the time of day",
     )
     add_interfaces(group)
 

@@ -89,7 +89,7 @@ def find_definition(name: str) -> tuple[Folder, str] | None:
     return None
 
 
-def definition_files(package: str | os.PathLike[str], kind: Kind) -> list[Path]:
+def definition_files(package: str | os.PathLike[str], kind: str) -> list[Path]:
     """The files of this kind in the folder of a package, sorted: those in `msg`, or in `msgs`, and in folders below."""
     found = Path(package)
     return sorted(file for inner in (kind, f"{kind}s") for file in (found / inner).glob(f"**/*.{kind}"))

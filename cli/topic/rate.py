@@ -247,6 +247,7 @@ async def delay(options: argparse.Namespace) -> Exit:
             print(f"average delay: {spread.mean:.3f}\n{_line(spread)}")
 
     async with seen(options) as graph:
+        graph.node.set_parameter("use_sim_time", options.use_sim_time)
         topic = await topic_of(graph, options)
         if not any(field.name == "header" for field in topic.type.__ros_fields__):
             raise CommandFailed(
@@ -255,7 +256,9 @@ async def delay(options: argparse.Namespace) -> Exit:
         async with graph.node.subscribe(topic) as messages, _printing(show):
             async for message in messages:
                 stamp: Any = message.header.stamp
-                window.add((time.time_ns() - stamp.sec * 10**9 - stamp.nanosec) / 1e9)
+                now = graph.node.clock.wall_ns() if options.use_sim_time else time.time_ns()
+                if now:  # simulated time is 0 until /clock tells it
+                    window.add((now - stamp.sec * 10**9 - stamp.nanosec) / 1e9)
     return Exit.DONE
 
 

@@ -11,8 +11,11 @@ import sys
 import pytest
 
 from actors import Child, Node, QoS, Topic, every, publishes
+from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Vector3Stamped
+from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.std_msgs.msg import Header, UInt8MultiArray
+from actors.nodes import CLOCK
 from cli.topic.rate import Intervals, Sizes, Spread, Window, bandwidth
 from tests.cli.conftest import SystemOf
 
@@ -182,3 +185,24 @@ async def test_10_khz_are_measured_as_the_publisher_has_sent_them_with_what_has_
     assert seen["rate"] == pytest.approx(sent, rel=0.1)
     arrived = seen["window"] + 1
     assert seen["received"] * (arrived + seen["lost"]) / arrived == pytest.approx(sent, rel=0.1)
+
+
+class Simulated(Node):
+    """Stands at 1000 s of simulated time, with a message that was stamped half a second before."""
+
+    time = publishes(CLOCK)
+    out = publishes(FAST)
+
+    @every(0.02)
+    def publish(self) -> None:
+        self.time(Clock(clock=Time(sec=1000)))
+        self.out(Vector3Stamped(header=Header(stamp=Time(sec=999, nanosec=500_000_000))))
+
+
+@pytest.mark.realtime
+async def test_delays_are_those_of_simulated_time_if_asked_for(
+    system_of: SystemOf, environment: dict[str, str]
+) -> None:
+    async with system_of(Simulated):
+        (line,) = await measured(environment, 1, "delay", "/fast", "--use-sim-time")
+    assert line == "average delay: 0.500\n"
