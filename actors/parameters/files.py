@@ -22,7 +22,6 @@ __all__ = [
     "ParamValue",
     "ParameterOverrides",
     "parse_value",
-    "plain_scalar",
     "reaches",
 ]
 
