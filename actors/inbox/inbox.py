@@ -14,7 +14,6 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.inbox.control import blame
-from actors.time.lockstep import lockstep_of
 
 if TYPE_CHECKING:
     from actors.inbox.border import Border
@@ -87,8 +86,9 @@ class Inbox:
         self, loop: asyncio.AbstractEventLoop, on_step: Callable[[Inbox, str, float], None] | None = None
     ) -> None:
         self.loop = loop
-        self.clock = loop.time if lockstep_of(loop) is None else monotonic
-        """What the time is measured with that an item takes: a loop that keeps step with a world stands still meanwhile."""
+        self.clock = loop.time if getattr(loop, "virtual", False) else monotonic
+        """What the time is measured with that an item takes. Not the loop's clock on the real one: that of a loop that keeps step with a world
+        stands still meanwhile, and the journal of a node holds each reading of it."""
         self.items: deque[Item] = deque()
         self.control: list[Item] = []  # rarely more than one, and an empty list is a tenth of a deque
         self.waiter: asyncio.Future[None] | None = None
