@@ -205,7 +205,11 @@ async def _as_declared(
     graph: Seen, node: str, parameters: list[Parameter], options: argparse.Namespace
 ) -> list[Parameter]:
     """The same, with empty lists of the types that the node has declared: nothing in `[]` tells its type."""
-    empty = [each.name for each in parameters if isinstance(each.value, list | tuple | bytes) and not each.value]
+    empty = [
+        each.name
+        for each in parameters
+        if isinstance(cast("object", each.value), list | tuple | bytes) and not each.value
+    ]
     described = await _descriptors(graph, node, empty, options) if empty else ()
     kinds = {each.name: ParameterType(each.type) for each in described if each.type >= ParameterType.BYTE_ARRAY}
     return [Parameter(each.name, [], kinds[each.name]) if each.name in kinds else each for each in parameters]

@@ -50,7 +50,7 @@ def loader() -> Any:
         def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
             if kind is library.ScalarNode and implicit[0] and value != "<<":
                 return PLAIN
-            return super().resolve(kind, value, implicit)
+            return library.SafeLoader.resolve(self, kind, value, implicit)
 
         def construct_mapping(self, node: Any, deep: bool = False) -> dict[str, Any]:
             self.flatten_mapping(node)
