@@ -36,7 +36,7 @@ class UnreadableEvent(ValueError):
 
 
 def read_event(data: bytes) -> messages.Event:
-    """The event in these bytes, whoever has written them. No code is called but that of this module and of the values of events, and no module is
+    """The event in these bytes, which nobody has to be trusted for. No code is called but that of this module and of the values of events, and no module is
     imported. Raises `UnreadableEvent`."""
     try:
         event = _Reading(BytesIO(data)).load()
@@ -107,7 +107,7 @@ _Unpickler: Any = getattr(pickle, "_Unpickler")  # noqa: B009  # which no stub n
 """That in Python: the one in C makes room for as many values as the bytes say that it remembers."""
 
 
-class _Reading(_Unpickler):  # type: ignore[misc]
+class _Reading(_Unpickler):  # type: ignore[misc]  # a class that no stub names
     dispatch: ClassVar[Any] = {code: act for code, act in _Unpickler.dispatch.items() if code != pickle.BYTEARRAY8[0]}
     """Without what makes room before it looks for the bytes."""
 
