@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from actors.names.names import is_hidden
 from actors.transport.figures import ProcessFigures
 from cli.doctor.observation import Finding, Observation
 from cli.parsing import count
@@ -64,7 +65,7 @@ def processes(seen: Observation) -> Iterator[Finding]:
     counted: dict[tuple[int, str], int] = {}
     for node in seen.nodes:
         place = node.domain_id, node.session
-        counted[place] = counted.get(place, 0) + (not node.name.startswith("_"))
+        counted[place] = counted.get(place, 0) + (not is_hidden(node.fqn))
     for (number, session), nodes in sorted(counted.items()):
         if nodes:
             name = _name_of(figures.get(session), session)

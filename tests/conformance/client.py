@@ -20,7 +20,7 @@ from actors.runtime.incarnation import incarnation_of
 from actors.system import System
 from actors.testing import Probe
 from actors.transport.bridge import connect
-from actors.transport.protocol import Transport
+from actors.transport.keyed.protocol import KeyTransport
 
 __all__ = ["FOUND_WITHIN", "Client", "Counted", "News", "SentGoal", "Told", "until"]
 
@@ -32,7 +32,7 @@ _NOT_COUNTED: Final = ("/rosout/", "/parameter_events/")
 class Counted:
     """A transport that counts what arrives."""
 
-    def __init__(self, transport: Transport, counts: Counter[str]) -> None:
+    def __init__(self, transport: KeyTransport, counts: Counter[str]) -> None:
         self._transport = transport
         self._counts = counts
 
@@ -98,11 +98,11 @@ async def until(condition: Callable[[], object]) -> None:
 class Client:
     """See `Told`. A listener is either a probe, which keeps everything, or a subscription of the node."""
 
-    def __init__(self, transport: Transport) -> None:
+    def __init__(self, transport: KeyTransport) -> None:
         self._logs: list[LogRecord] = []
         self._counts = Counter[str]()
         self._system = System(sinks=(self._logs.append,), level=DEBUG)
-        connect(self._system.runtime, cast("Transport", Counted(transport, self._counts)))
+        connect(self._system.runtime, cast("KeyTransport", Counted(transport, self._counts)))
         self._node: Any = None
         self._listeners: dict[int, Any] = {}
         self._taken = Counter[int]()

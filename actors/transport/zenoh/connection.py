@@ -14,7 +14,8 @@ from typing import Any, Final
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.keys import write_key
 from actors.transport.format.tokens import EndpointKind, EndpointToken, parse_token
-from actors.transport.protocol import BULK, Answer, Delivery, Events, Link, NoAnswer, Query, Sample
+from actors.transport.keyed.protocol import BULK, Answer, Delivery, Events, Query, Sample
+from actors.transport.protocol import Link, NoAnswer
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Source
 from actors.transport.zenoh.heartbeat import Heartbeat

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Final, NamedTuple
 
-from actors.transport.protocol import Delivery
+from actors.transport.keyed.protocol import Delivery
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
 from actors.transport.zenoh.memory import LARGE

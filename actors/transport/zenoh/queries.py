@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from actors.transport.protocol import Query
+from actors.transport.keyed.protocol import Query
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
 from actors.transport.zenoh.wakeup import Wakeup

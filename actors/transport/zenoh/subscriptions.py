@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Final
 
-from actors.transport.protocol import Delivery, Sample
+from actors.transport.keyed.protocol import Delivery, Sample
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Contacts, Source
 from actors.transport.zenoh.traffic import Traffic

@@ -12,7 +12,8 @@ import pytest
 import zenoh
 import zenoh.ext
 
-from actors.transport.protocol import Delivery, Link, NoAnswer, Query, Replied
+from actors.transport.keyed.protocol import Delivery, Query, Replied
+from actors.transport.protocol import Link, NoAnswer
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from actors.transport.zenoh.history import ask_history
 from actors.transport.zenoh.queries import Server

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 import zenoh
 
-from actors.transport.protocol import PATIENCE, Delivery, Sample
+from actors.transport.keyed.protocol import Delivery, Sample
+from actors.transport.protocol import PATIENCE
 from actors.transport.zenoh.outlets import Outlet, Publishers
 from actors.transport.zenoh.subscriptions import Subscription
 from actors.transport.zenoh.traffic import Traffic
