@@ -143,7 +143,9 @@ async def refused(bench: Bench) -> None:
     await until(lambda: publisher.status.incompatible_qos, "our publisher is told")
     got = bench.ours.listen(Topic(String, back), ours_is(("RELIABLE", "TRANSIENT_LOCAL")))
     await there.do("publisher", topic=back, type=TYPE, qos=theirs(("RELIABLE", "VOLATILE")))
-    await until(lambda: any(back in record.message for record in bench.ours.logs), "our subscription is told")
+    await until(
+        lambda: any(back in f"{record.event} {record.fields}" for record in bench.ours.logs), "our subscription is told"
+    )
     await our_talker(PROFILES[0], PROFILES[0])(bench)  # what fits is exchanged meanwhile
     assert publisher.subscription_count == 0
     publisher(String(data="unheard"))
