@@ -19,7 +19,7 @@ from actors.logs import DEBUG, LogRecord
 from actors.system import System
 from actors.testing import Rig, VirtualLoop
 from actors.transport.bridge import connect
-from actors.transport.keyed.protocol import KeyTransport
+from actors.transport.protocol import Transport
 from actors.transport.simulated.network import Network
 from tests.conformance.client import FOUND_WITHIN, Client, Counted, Told, until
 
@@ -89,10 +89,10 @@ class Ear:
 class Pair:
     """Two systems: the nodes of `start` run in the first, and what the test does is done by the client in the second. See `Rig`."""
 
-    def __init__(self, near: KeyTransport, client: Told) -> None:
+    def __init__(self, near: Transport, client: Told) -> None:
         self.logs: list[LogRecord] = []
         self.system = System(sinks=(self.logs.append,), level=DEBUG)
-        connect(self.system.runtime, cast("KeyTransport", Counted(near, counts)))
+        connect(self.system.runtime, cast("Transport", Counted(near, counts)))
         self.client = client
         self.feedback: dict[bytes, int] = {}
         self._ears: list[Ear] = []
