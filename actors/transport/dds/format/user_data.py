@@ -15,11 +15,14 @@ from actors.transport.format.types import NO_TYPE_HASH
 
 __all__ = [
     "EndpointData",
+    "Process",
     "parse_endpoint_data",
     "parse_participant_data",
+    "parse_process",
     "write_endpoint_data",
     "write_pair_id",
     "write_participant_data",
+    "write_process",
 ]
 
 _LONGEST: Final = 4096
@@ -88,3 +91,26 @@ def write_pair_id(participant: bytes, number: int) -> str:
 def _parse(data: bytes) -> dict[str, str]:
     """The pairs in the order of the text; others may write other things than ROS, also between them."""
     return dict(_PAIRS.findall(data[:_LONGEST].decode("latin-1")))
+
+
+class Process(NamedTuple):
+    """What a process of this library tells of itself, by ``robactor=<session>.<process id>.<host>;`` after the enclave; others read past it."""
+
+    session: str
+    process: int
+    host: str
+
+
+_PROCESS: Final = re.compile(r"([1-9a-f][0-9a-f]{0,31})\.([0-9]{1,10})\.([A-Za-z0-9_.-]{1,255})\Z")
+
+
+def write_process(process: Process) -> bytes:
+    """Write what a process of this library adds to the USER_DATA of its participant."""
+    host = re.sub("[^A-Za-z0-9_.-]", "_", process.host)[:255] or "_"
+    return f"robactor={process.session}.{process.process}.{host};".encode()
+
+
+def parse_process(data: bytes) -> Process | None:
+    """Return what a process of this library tells of itself; None of others. Never raises."""
+    found = _PROCESS.match(_parse(data).get("robactor", ""))
+    return None if found is None else Process(found[1], int(found[2]), found[3])
