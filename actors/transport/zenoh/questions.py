@@ -10,8 +10,8 @@ from typing import Final
 from actors.transport.protocol import Answer, Failed, NoAnswer, Replied
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 
 __all__ = ["Question"]
 
