@@ -27,8 +27,8 @@ from actors.transport.zenoh.queries import Server
 from actors.transport.zenoh.questions import Question
 from actors.transport.zenoh.subscriptions import Subscription
 from actors.transport.zenoh.traffic import Traffic
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 
 __all__ = ["Connection"]
 

@@ -9,8 +9,8 @@ from typing import Any
 from actors.transport.keyed.protocol import Query
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 
 __all__ = ["Server"]
 

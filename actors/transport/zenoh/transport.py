@@ -18,7 +18,7 @@ from actors.transport.zenoh.connection import Connection
 from actors.transport.zenoh.gossip_point import GossipPoint
 from actors.transport.zenoh.library import cannot_listen, import_zenoh, one_line
 from actors.transport.zenoh.memory import keep_freed_memory, leave_no_segments
-from actors.transport.zenoh.worker import Worker
+from actors.transport.worker import Worker
 
 __all__ = ["ZenohTransport"]
 

@@ -18,8 +18,8 @@ from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from actors.transport.zenoh.history import ask_history
 from actors.transport.zenoh.queries import Server
 from actors.transport.zenoh.questions import Question
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 from tests.actors.transport.contract.parties import TOKENS, Changes, Party
 from tests.actors.transport.zenoh.fakes import FakeQuery, FakeSession
 from tests.actors.transport.zenoh.wires import free_port
