@@ -57,8 +57,10 @@ class Participant:
     participant of its domain in this process is closed.
     """
 
-    def __init__(self, config: DdsConfig) -> None:
+    def __init__(self, config: DdsConfig, user_data: bytes = b"") -> None:
+        """`user_data` is told to all other participants."""
         self._config = config
+        self._user_data = user_data
         self._within: Within | None = None
         self._opened = False
         self.guid = b""
@@ -69,7 +71,7 @@ class Participant:
         library = load()
         worker = Worker("dds worker")
         try:
-            participant, self.guid = await worker.result(lambda: _entered(library, self._config))
+            participant, self.guid = await worker.result(lambda: _entered(library, self._config, self._user_data))
         except BaseException:
             worker.close()
             raise
@@ -149,7 +151,7 @@ _domains: Final[dict[int, _Domain]] = {}
 _lock: Final = threading.Lock()
 
 
-def _entered(library: Library, config: DdsConfig) -> tuple[int, bytes]:
+def _entered(library: Library, config: DdsConfig, user_data: bytes) -> tuple[int, bytes]:
     """The participant and its GUID. Raises WireUnavailable."""
     settings = domain_settings(config)
     with _lock:
@@ -158,7 +160,6 @@ def _entered(library: Library, config: DdsConfig) -> tuple[int, bytes]:
             raise WireUnavailable(
                 f"this process is in DDS domain {config.domain} with another discovery range, peers or CYCLONEDDS_URI: give both the same, or use another domain"
             )
-        user_data = f"enclave={config.enclave};".encode()
         qos = library.dds_create_qos()
         library.dds_qset_userdata(qos, user_data, len(user_data))
         participant: int = library.dds_create_participant(config.domain, qos, None)
