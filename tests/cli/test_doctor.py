@@ -538,7 +538,10 @@ async def test_what_cannot_be_read_is_no_report() -> None:
 async def test_the_nodes_of_all_domains_are_known_and_the_ends_of_one() -> None:
     graphs = AllDomains(7)
     nodes = [node(name, domain=number) for name, number in (("/a", 7), ("/b", 8))]
-    ends = [RemoteEndpoint(one, PUBLISHER, "/data", "pkg/msg/T", "RIHS01_0", QoS(depth=1), one.fqn.encode()) for one in nodes]
+    ends = [
+        RemoteEndpoint(one, PUBLISHER, "/data", "pkg/msg/T", "RIHS01_0", QoS(depth=1), one.fqn.encode())
+        for one in nodes
+    ]
     for one, its in zip(nodes, ends, strict=True):
         graphs.node(one, True)
         graphs.appeared(its)

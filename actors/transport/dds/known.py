@@ -6,11 +6,13 @@ its node is known. What others have, which know no nodes, is shown at once, as o
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from hashlib import blake2b
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.interfaces import registry
+from actors.interfaces.errors import InterfaceError
 from actors.interfaces.hashes import type_hash
 from actors.transport.dds.format.names import Role, RosNames, parse_names
 from actors.transport.dds.format.qos import INFINITE, DdsQos, parse_qos
@@ -202,9 +204,8 @@ class Known:
         if kind is None:
             return
         number = int.from_bytes(found.guid[12:], "big")
-        hashed = _hash(end)
         end.endpoint = RemoteEndpoint(
-            node, kind, end.ros.name, end.ros.type, hashed, _qos(found.qos), found.guid, number
+            node, kind, end.ros.name, end.ros.type, _hash(end), _qos(found.qos), found.guid, number
         )
         self._events.appeared(end.endpoint)
 
@@ -232,11 +233,23 @@ def _kind(end: Shown) -> EndpointKind | None:
 
 def _hash(end: Shown) -> str:
     """The hash of the type of a topic or service. On DDS a service has those of its messages, and Humble none: then names have to do."""
-    here, told = registry.known(end.ros.type), end.data.type_hash
+    told = end.data.type_hash
+    if end.ros.role is Role.TOPIC and told != NO_TYPE_HASH:
+        return told
+    here: Any = _type_here(end.ros.type)
     if here is None:
         return told
-    message = here.Request if end.ros.role is Role.REQUEST and hasattr(here, "Request") else here
+    message = here if end.ros.role is Role.TOPIC else getattr(here, "Request", here)
     return type_hash(here) if told in (NO_TYPE_HASH, type_hash(message)) else told
+
+
+def _type_here(name: str) -> Any:
+    """The type of this name that this process has, or can load; None if there is none that can be read."""
+    known = registry.known(name)
+    if known is None:
+        with suppress(InterfaceError, ImportError):
+            known = registry.find(name)
+    return known
 
 
 def _qos(qos: EndpointQos) -> QoS:

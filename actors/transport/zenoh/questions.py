@@ -9,10 +9,10 @@ from typing import Final
 
 from actors.transport.keyed.protocol import Answer, Replied
 from actors.transport.protocol import Failed, NoAnswer
-from actors.transport.zenoh import objects
-from actors.transport.zenoh.library import direct, import_zenoh
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
+from actors.transport.zenoh import objects
+from actors.transport.zenoh.library import direct, import_zenoh
 
 __all__ = ["Question"]
 
