@@ -167,9 +167,7 @@ class Discovery:
                 del self._guids[handle]
         self._guids[endpoint.handle] = endpoint.guid
 
-    def _taken(
-        self, topic: int, kind: type[c.Structure], read: Callable[[Any], Any]
-    ) -> Iterator[tuple[bytes, int, int, Any]]:
+    def _taken(self, topic: int, kind: Any, read: Callable[[Any], Any]) -> Iterator[tuple[bytes, int, int, Any]]:
         """GUID, count of lives, instance handle, and what `read` makes of it; None: it has gone."""
         library, reader = self._library, self._readers[topic]
         while True:
@@ -179,8 +177,8 @@ class Discovery:
                 return
             try:
                 for where, info in zip(found[:count], infos[:count], strict=True):
-                    sample = c.cast(where, c.POINTER(kind)).contents
-                    guid = bytes(sample.key)  # type: ignore[attr-defined]
+                    sample = kind.from_address(where or 0)
+                    guid = bytes(sample.key)
                     life = info.disposed + info.without_writers
                     if not info.valid or info.instance_state != _ALIVE:
                         yield guid, life, info.instance, None

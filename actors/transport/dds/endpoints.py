@@ -425,7 +425,7 @@ class Reader(Endpoint):
             self._post(self._deliver, None)
         return count == _AT_ONCE
 
-    def _payload(self, serialized: int) -> bytes:
+    def _payload(self, serialized: int | None) -> bytes:
         quick = self._library.quick
         size: int = quick.ddsi_serdata_size(serialized)
         if size <= _SCRATCH:

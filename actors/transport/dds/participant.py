@@ -156,7 +156,8 @@ def _entered(library: Library, config: DdsConfig) -> tuple[int, bytes]:
         domain = _domains.get(config.domain) or _opened_domain(library, config, settings)
         if domain.settings != settings:
             raise WireUnavailable(
-                f"this process is in DDS domain {config.domain} with another discovery range, peers or CYCLONEDDS_URI: give both the same, or use another domain"
+                f"this process is in DDS domain {config.domain} with another discovery range, peers or CYCLONEDDS_URI:"
+                " give both the same, or use another domain"
             )
         user_data = f"enclave={config.enclave};".encode()
         qos = library.dds_create_qos()

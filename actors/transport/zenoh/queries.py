@@ -7,10 +7,10 @@ from contextlib import suppress
 from typing import Any
 
 from actors.transport.protocol import Query
-from actors.transport.zenoh import objects
-from actors.transport.zenoh.library import direct, import_zenoh
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
+from actors.transport.zenoh import objects
+from actors.transport.zenoh.library import direct, import_zenoh
 
 __all__ = ["Server"]
 

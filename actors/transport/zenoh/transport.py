@@ -11,13 +11,13 @@ from typing import Final
 
 from actors.transport.format.sessions import new_session
 from actors.transport.protocol import Answer, Delivery, Events, Handle, Link, Outlet, Query, Sample, WireUnavailable
+from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.config import ZenohConfig, session_settings, write_config
 from actors.transport.zenoh.connection import Connection
 from actors.transport.zenoh.gossip_point import GossipPoint
 from actors.transport.zenoh.library import cannot_listen, import_zenoh, one_line
 from actors.transport.zenoh.memory import keep_freed_memory, leave_no_segments
-from actors.transport.worker import Worker
 
 __all__ = ["ZenohTransport"]
 
