@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
 from actors.transport.dds.library import BuiltinEndpoint, BuiltinParticipant, Library, SampleInfo
-from actors.transport.dds.qos import EndpointQos, read_qos, read_user_data
+from actors.transport.dds.qos import EndpointQos, read_property, read_qos, read_user_data
 from actors.transport.dds.reading import Report
 
 __all__ = ["Discovery", "Events", "RemoteEndpoint", "RemoteParticipant"]
@@ -29,6 +29,10 @@ class RemoteParticipant:
     guid: bytes
     """16 bytes, of which 12 are common to all its endpoints."""
     user_data: bytes
+    host: str = ""
+    """The name of its machine; empty if it does not tell."""
+    process: int = 0
+    """Its process id there; 0 if it does not tell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +89,7 @@ class Discovery:
         guids: dict[int, bytes],
         report: Report,
     ) -> None:
-        """`guids` gets the GUID of each endpoint by its instance handle."""
+        """`guids` gets the GUID of each endpoint by its instance handle. `post` has something called on the loop."""
         self._library = library
         self._own = own
         self._events = events
@@ -93,6 +97,7 @@ class Discovery:
         self._guids = guids
         self._report = report
         self._participants: dict[bytes, tuple[RemoteParticipant, int]] = {}
+        """With the count of its lives."""
         self._endpoints: dict[bytes, tuple[RemoteEndpoint, int]] = {}
         self._readers: dict[int, int] = {
             topic: library.dds_create_reader(participant, topic, None, None)
@@ -100,6 +105,11 @@ class Discovery:
         }
         for reader in self._readers.values():
             library.dds_set_status_mask(reader, 1 << 8)
+
+    @property
+    def participants(self) -> list[RemoteParticipant]:
+        """Those that are there now. From any thread."""
+        return [participant for participant, _ in list(self._participants.values())]
 
     def attach(self, attach: Callable[[int, Callable[[], bool]], None]) -> None:
         """Begin."""
@@ -114,7 +124,7 @@ class Discovery:
             for item in self._taken(topic, BuiltinEndpoint, self._read_endpoint)
         ]
         gone: list[bytes] = []
-        for guid, life, handle, read in self._taken(_PARTICIPANTS, BuiltinParticipant, self._read_participant):
+        for guid, life, _, read in self._taken(_PARTICIPANTS, BuiltinParticipant, self._read_participant):
             if guid == self._own:
                 continue
             known = self._participants.get(guid)
@@ -123,10 +133,9 @@ class Discovery:
             elif known is None or known[1] != life:
                 if known is not None:
                     self._lose(guid)
-                participant = RemoteParticipant(guid, read)
+                participant = RemoteParticipant(guid, *read)
                 self._participants[guid] = participant, life
                 self._post(self._events.participant_appeared, participant)
-            _ = handle
         for writes, guid, life, handle, read in endpoints:
             self._endpoint(guid, life, None if read is None else _endpoint(guid, writes, handle, *read))
         for guid in gone:
@@ -190,8 +199,9 @@ class Discovery:
             finally:
                 library.dds_return_loan(reader, found, count)
 
-    def _read_participant(self, sample: Any) -> bytes:
-        return read_user_data(self._library, sample.qos)
+    def _read_participant(self, sample: Any) -> tuple[bytes, str, int]:
+        host, process = (read_property(self._library, sample.qos, name) for name in (b"__Hostname", b"__Pid"))
+        return read_user_data(self._library, sample.qos), host, int(process) if process.isdecimal() else 0
 
     def _read_endpoint(self, sample: Any) -> tuple[bytes, str, str, EndpointQos]:
         qos = read_qos(self._library, sample.qos)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import ctypes as c
 import threading
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 from actors.transport.dds.config import DdsConfig, domain_settings
-from actors.transport.dds.discovery import Discovery, Events
+from actors.transport.dds.discovery import Discovery, Events, RemoteParticipant
 from actors.transport.dds.endpoints import Reader, Sample, Status, Writer
 from actors.transport.dds.library import Library, load, reason
 from actors.transport.dds.qos import EndpointQos
@@ -21,7 +22,7 @@ from actors.transport.protocol import WireUnavailable
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
 
-__all__ = ["Participant", "Within"]
+__all__ = ["Participant", "Traffic", "Within"]
 
 _PRECONDITION: Final = -4
 
@@ -50,6 +51,14 @@ class Within:
         self.worker.do(lambda: self.library.dds_delete(entity))
 
 
+class Traffic(NamedTuple):
+    """What has been exchanged with another participant, in bytes of samples."""
+
+    participant: RemoteParticipant
+    sent_bytes: int
+    received_bytes: int
+
+
 class Participant:
     """Readers, writers and discovery in one domain. Everything is called on the loop, and calls back on it.
 
@@ -60,7 +69,7 @@ class Participant:
     def __init__(self, config: DdsConfig) -> None:
         self._config = config
         self._within: Within | None = None
-        self._opened = False
+        self._discovery: Discovery | None = None
         self.guid = b""
         """16 bytes; known after `open`."""
 
@@ -77,7 +86,9 @@ class Participant:
         report = Report()
         reading = Reading(library, participant, report)
         within = self._within = Within(library, participant, wakeup, reading, Sending(), worker, report)
-        discovery = Discovery(library, participant, self.guid, events, wakeup.post, within.guids, report)
+        self._discovery = discovery = Discovery(
+            library, participant, self.guid, events, wakeup.post, within.guids, report
+        )
         discovery.attach(reading.attach)
 
     async def close(self) -> None:
@@ -131,6 +142,20 @@ class Participant:
         reader = Reader(within, topic, type_name, qos, take, patience, on_status)
         within.endpoints.add(reader)
         return reader
+
+    def report(self) -> tuple[Traffic, ...]:
+        """What the endpoints that are open now have exchanged with each participant that is there."""
+        if self._within is None or self._discovery is None:
+            return ()
+        sent, received = Counter[bytes](), Counter[bytes]()
+        for endpoint in self._within.endpoints:
+            into, counts = (sent, endpoint.sent()) if isinstance(endpoint, Writer) else (received, endpoint.received)
+            for guid, count in counts.items():
+                into[guid[:12]] += count
+        return tuple(
+            Traffic(participant, sent[participant.guid[:12]], received[participant.guid[:12]])
+            for participant in self._discovery.participants
+        )
 
     def _open_within(self) -> Within:
         if self._within is None:
