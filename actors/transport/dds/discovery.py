@@ -16,6 +16,8 @@ __all__ = ["Discovery", "Events", "RemoteEndpoint", "RemoteParticipant"]
 _PARTICIPANTS: Final = 0x7FFF0001
 _PUBLICATIONS: Final = 0x7FFF0003
 _SUBSCRIPTIONS: Final = 0x7FFF0004
+_BUILTIN: Final = ("DCPSParticipant", "DCPSPublication", "DCPSSubscription", "DCPSTopic")
+"""The topics that a participant of this process reads to discover the others."""
 _ALIVE: Final = 16
 _AT_ONCE: Final = 64
 _MOST_NAME: Final = 4096
@@ -137,7 +139,10 @@ class Discovery:
                 self._participants[guid] = participant, life
                 self._post(self._events.participant_appeared, participant)
         for writes, guid, life, handle, read in endpoints:
-            self._endpoint(guid, life, None if read is None else _endpoint(guid, writes, handle, *read))
+            if read is None:
+                self._endpoint(guid, life, None)
+            elif read[1] not in _BUILTIN:
+                self._endpoint(guid, life, _endpoint(guid, writes, handle, *read))
         for guid in gone:
             self._lose(guid)
         return False

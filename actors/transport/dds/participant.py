@@ -192,9 +192,7 @@ def _entered(library: Library, config: DdsConfig) -> tuple[int, bytes]:
         if participant < 0:
             if not domain.users:
                 _close_domain(library, config.domain)
-            raise WireUnavailable(
-                f"Cyclone DDS cannot enter domain {config.domain} ({reason(participant)}): too many participants on this host, or no network interface"
-            )
+            raise WireUnavailable(f"Cyclone DDS cannot enter domain {config.domain} ({reason(participant)})")
         domain.users += 1
     guid = (c.c_ubyte * 16)()
     library.dds_get_guid(participant, guid)
@@ -204,9 +202,10 @@ def _entered(library: Library, config: DdsConfig) -> tuple[int, bytes]:
 def _opened_domain(library: Library, config: DdsConfig, settings: str) -> _Domain:
     handle: int = library.dds_create_domain(config.domain, settings.encode())
     if handle < 0 and handle != _PRECONDITION:  # then somebody else in this process has opened it
-        what = f"CYCLONEDDS_URI={config.uri}" if config.uri else "its configuration"
+        check = f"CYCLONEDDS_URI={config.uri}" if config.uri else "the network interfaces"
         raise WireUnavailable(
-            f"Cyclone DDS refuses {what} ({reason(handle)}); it has said why on the standard error stream"
+            f"Cyclone DDS cannot open domain {config.domain}, for the reason that it has written above: check {check},"
+            " and whether more than 32 participants run on this host"
         )
     domain = _domains[config.domain] = _Domain(handle, settings)
     return domain
