@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
 from actors.transport.dds.library import BuiltinEndpoint, BuiltinParticipant, Library, SampleInfo
-from actors.transport.dds.qos import EndpointQos, read_qos, read_user_data
+from actors.transport.dds.qos import EndpointQos, read_property, read_qos, read_user_data
 from actors.transport.dds.reading import Report
 
 __all__ = ["Discovery", "Events", "RemoteEndpoint", "RemoteParticipant"]
@@ -16,6 +16,8 @@ __all__ = ["Discovery", "Events", "RemoteEndpoint", "RemoteParticipant"]
 _PARTICIPANTS: Final = 0x7FFF0001
 _PUBLICATIONS: Final = 0x7FFF0003
 _SUBSCRIPTIONS: Final = 0x7FFF0004
+_BUILTIN: Final = ("DCPSParticipant", "DCPSPublication", "DCPSSubscription", "DCPSTopic")
+"""The topics that a participant of this process reads to discover the others."""
 _ALIVE: Final = 16
 _AT_ONCE: Final = 64
 _MOST_NAME: Final = 4096
@@ -29,6 +31,10 @@ class RemoteParticipant:
     guid: bytes
     """16 bytes, of which 12 are common to all its endpoints."""
     user_data: bytes
+    host: str = ""
+    """The name of its machine; empty if it does not tell."""
+    process: int = 0
+    """Its process id there; 0 if it does not tell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +91,7 @@ class Discovery:
         guids: dict[int, bytes],
         report: Report,
     ) -> None:
-        """`guids` gets the GUID of each endpoint by its instance handle."""
+        """`guids` gets the GUID of each endpoint by its instance handle. `post` has something called on the loop."""
         self._library = library
         self._own = own
         self._events = events
@@ -93,6 +99,7 @@ class Discovery:
         self._guids = guids
         self._report = report
         self._participants: dict[bytes, tuple[RemoteParticipant, int]] = {}
+        """With the count of its lives."""
         self._endpoints: dict[bytes, tuple[RemoteEndpoint, int]] = {}
         self._readers: dict[int, int] = {
             topic: library.dds_create_reader(participant, topic, None, None)
@@ -100,6 +107,11 @@ class Discovery:
         }
         for reader in self._readers.values():
             library.dds_set_status_mask(reader, 1 << 8)
+
+    @property
+    def participants(self) -> list[RemoteParticipant]:
+        """Those that are there now. From any thread."""
+        return [participant for participant, _ in list(self._participants.values())]
 
     def attach(self, attach: Callable[[int, Callable[[], bool]], None]) -> None:
         """Begin."""
@@ -114,7 +126,7 @@ class Discovery:
             for item in self._taken(topic, BuiltinEndpoint, self._read_endpoint)
         ]
         gone: list[bytes] = []
-        for guid, life, handle, read in self._taken(_PARTICIPANTS, BuiltinParticipant, self._read_participant):
+        for guid, life, _, read in self._taken(_PARTICIPANTS, BuiltinParticipant, self._read_participant):
             if guid == self._own:
                 continue
             known = self._participants.get(guid)
@@ -123,12 +135,14 @@ class Discovery:
             elif known is None or known[1] != life:
                 if known is not None:
                     self._lose(guid)
-                participant = RemoteParticipant(guid, read)
+                participant = RemoteParticipant(guid, *read)
                 self._participants[guid] = participant, life
                 self._post(self._events.participant_appeared, participant)
-            _ = handle
         for writes, guid, life, handle, read in endpoints:
-            self._endpoint(guid, life, None if read is None else _endpoint(guid, writes, handle, *read))
+            if read is None:
+                self._endpoint(guid, life, None)
+            elif read[1] not in _BUILTIN:
+                self._endpoint(guid, life, _endpoint(guid, writes, handle, *read))
         for guid in gone:
             self._lose(guid)
         return False
@@ -167,9 +181,7 @@ class Discovery:
                 del self._guids[handle]
         self._guids[endpoint.handle] = endpoint.guid
 
-    def _taken(
-        self, topic: int, kind: type[c.Structure], read: Callable[[Any], Any]
-    ) -> Iterator[tuple[bytes, int, int, Any]]:
+    def _taken(self, topic: int, kind: Any, read: Callable[[Any], Any]) -> Iterator[tuple[bytes, int, int, Any]]:
         """GUID, count of lives, instance handle, and what `read` makes of it; None: it has gone."""
         library, reader = self._library, self._readers[topic]
         while True:
@@ -179,8 +191,8 @@ class Discovery:
                 return
             try:
                 for where, info in zip(found[:count], infos[:count], strict=True):
-                    sample = c.cast(where, c.POINTER(kind)).contents
-                    guid = bytes(sample.key)  # type: ignore[attr-defined]
+                    sample = kind.from_address(where or 0)
+                    guid = bytes(sample.key)
                     life = info.disposed + info.without_writers
                     if not info.valid or info.instance_state != _ALIVE:
                         yield guid, life, info.instance, None
@@ -192,8 +204,9 @@ class Discovery:
             finally:
                 library.dds_return_loan(reader, found, count)
 
-    def _read_participant(self, sample: Any) -> bytes:
-        return read_user_data(self._library, sample.qos)
+    def _read_participant(self, sample: Any) -> tuple[bytes, str, int]:
+        host, process = (read_property(self._library, sample.qos, name) for name in (b"__Hostname", b"__Pid"))
+        return read_user_data(self._library, sample.qos), host, int(process) if process.isdecimal() else 0
 
     def _read_endpoint(self, sample: Any) -> tuple[bytes, str, str, EndpointQos]:
         qos = read_qos(self._library, sample.qos)

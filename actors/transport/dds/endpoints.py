@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes as c
 import struct
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
@@ -221,7 +221,9 @@ class Writer(Endpoint):
         self._gone = False
         self.unsent = 0
         """Samples that this side has dropped."""
-        self.sent_bytes = 0
+        self._bytes = 0
+        self._sent = Counter[bytes]()
+        self._since: dict[bytes, int] = {}
         quick = self._library.quick
         self._serialized, self._write = quick.ddsi_serdata_from_ser_iov, quick.dds_writecdr
         self._vector = native.Vector()
@@ -240,9 +242,22 @@ class Writer(Endpoint):
         size = len(payload)
         if size & 3:
             payload = payload.ljust((size + 3) & ~3, b"\0")
-        self.sent_bytes += size
+        self._bytes += size
         if size > LARGE or self._with_thread or not self._write_now(payload):
             self._hand_over(payload)
+
+    def sent(self) -> Counter[bytes]:
+        """The bytes for each reader of others, by its GUID: what was put while it was matched."""
+        return self._sent + Counter({guid: self._bytes - before for guid, before in self._since.items()})
+
+    def _tell(self, status: Status) -> None:
+        if status.kind == "matched" and not self._closed:
+            guids = self.matched_guids()
+            for gone in self._since.keys() - guids:
+                self._sent[gone] += self._bytes - self._since.pop(gone)
+            for new in guids - self._since.keys():
+                self._since[new] = self._bytes
+        super()._tell(status)
 
     def assert_liveliness(self) -> None:
         """Tell the readers that its owner is alive, with MANUAL_BY_TOPIC."""
@@ -375,6 +390,8 @@ class Reader(Endpoint):
         self._delivered_bytes = 0
         self.dropped = 0
         """Samples dropped on the way to the loop, which did not keep up."""
+        self.received = Counter[bytes]()
+        """Bytes from each writer of others, by its GUID."""
         self.lost = 0
         """Samples that the network has lost."""
         self._infos = bytearray(_AT_ONCE * _INFO.size)
@@ -425,7 +442,7 @@ class Reader(Endpoint):
             self._post(self._deliver, None)
         return count == _AT_ONCE
 
-    def _payload(self, serialized: int) -> bytes:
+    def _payload(self, serialized: int | None) -> bytes:
         quick = self._library.quick
         size: int = quick.ddsi_serdata_size(serialized)
         if size <= _SCRATCH:
@@ -468,4 +485,6 @@ class Reader(Endpoint):
             self._wakeup.post(self._deliver, None)
         if batch and not self._closed:
             self._delivered_bytes += sum(len(sample.payload) for sample in batch)
+            for sample in batch:
+                self.received[sample.writer] += len(sample.payload)
             self._take(batch)

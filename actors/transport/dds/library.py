@@ -9,21 +9,32 @@ from __future__ import annotations
 import ctypes as c
 import sys
 from functools import cache
+from types import SimpleNamespace
 from typing import Any, Final
 
 from actors.transport.protocol import WireUnavailable
 
 __all__ = [
-    "ANY_STATE", "DATA_AVAILABLE", "DURATION_INFINITE", "ENCAPSULATION", "TIMEOUT", "BuiltinEndpoint", "BuiltinParticipant", "Library", "Region", "SampleInfo", "Status", "Vector",
-    "load", "reason", "the_descriptor",
-]  # fmt: skip
+    "ANY_STATE",
+    "DATA_AVAILABLE",
+    "DURATION_INFINITE",
+    "TIMEOUT",
+    "BuiltinEndpoint",
+    "BuiltinParticipant",
+    "Library",
+    "Region",
+    "SampleInfo",
+    "Status",
+    "Vector",
+    "load",
+    "reason",
+    "the_descriptor",
+]
 
 ANY_STATE: Final = 0x7F
 """Samples read and unread, of instances new and old, alive and not."""
 DURATION_INFINITE: Final = 2**63 - 1
 TIMEOUT: Final = -10
-ENCAPSULATION: Final = 4
-"""The bytes before each serialized sample that say how it is serialized."""
 
 DATA_AVAILABLE: Final = 1 << 8
 _RESTRICT_REPRESENTATION: Final = 1 << 7
@@ -184,7 +195,17 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {  # what a function returns, an
     "dds_qget_userdata": (c.c_bool, _P, _P, _P),
     "dds_qget_prop": (c.c_bool, _P, c.c_char_p, _P),
 }
-_QUICK: Final = ("dds_get_status_changes", "dds_takecdr", "dds_writecdr", "ddsi_serdata_from_ser_iov", "ddsi_serdata_size", "ddsi_serdata_to_ser", "ddsi_serdata_to_ser_ref", "ddsi_serdata_to_ser_unref", "ddsi_serdata_unref")  # fmt: skip
+_QUICK: Final = (
+    "dds_get_status_changes",
+    "dds_takecdr",
+    "dds_writecdr",
+    "ddsi_serdata_from_ser_iov",
+    "ddsi_serdata_size",
+    "ddsi_serdata_to_ser",
+    "ddsi_serdata_to_ser_ref",
+    "ddsi_serdata_to_ser_unref",
+    "ddsi_serdata_unref",
+)
 
 
 class Library:
@@ -196,21 +217,17 @@ class Library:
 
     def __init__(self, path: str, handle: int) -> None:
         released, kept = c.CDLL(path, handle=handle), c.PyDLL(path, handle=handle)
-        for name, (returns, *takes) in _FUNCTIONS.items():
-            setattr(self, name, _declared(released, name, returns, takes))
-        self.quick = type("Quick", (), {name: _declared(kept, name, *_split(_FUNCTIONS[name])) for name in _QUICK})
+        for name in _FUNCTIONS:
+            setattr(self, name, _declared(released, name))
+        self.quick: Any = SimpleNamespace(**{name: _declared(kept, name) for name in _QUICK})
 
     def __getattr__(self, name: str) -> Any:  # for type checkers: all functions are set above
         raise AttributeError(name)
 
 
-def _split(declaration: tuple[Any, ...]) -> tuple[Any, list[Any]]:
-    return declaration[0], list(declaration[1:])
-
-
-def _declared(library: c.CDLL, name: str, returns: Any, takes: list[Any]) -> Any:
+def _declared(library: c.CDLL, name: str) -> Any:
     function = getattr(library, name)
-    function.restype, function.argtypes = returns, takes
+    function.restype, *function.argtypes = _FUNCTIONS[name]
     return function
 
 

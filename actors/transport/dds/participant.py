@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import ctypes as c
 import threading
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 from actors.transport.dds.config import DdsConfig, domain_settings
-from actors.transport.dds.discovery import Discovery, Events
+from actors.transport.dds.discovery import Discovery, Events, RemoteParticipant
 from actors.transport.dds.endpoints import Reader, Sample, Status, Writer
 from actors.transport.dds.library import Library, load, reason
 from actors.transport.dds.qos import EndpointQos
@@ -21,7 +22,7 @@ from actors.transport.protocol import WireUnavailable
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
 
-__all__ = ["Participant", "Within"]
+__all__ = ["Participant", "Traffic", "Within"]
 
 _PRECONDITION: Final = -4
 
@@ -50,6 +51,14 @@ class Within:
         self.worker.do(lambda: self.library.dds_delete(entity))
 
 
+class Traffic(NamedTuple):
+    """What has been exchanged with another participant, in bytes of samples."""
+
+    participant: RemoteParticipant
+    sent_bytes: int
+    received_bytes: int
+
+
 class Participant:
     """Readers, writers and discovery in one domain. Everything is called on the loop, and calls back on it.
 
@@ -62,7 +71,7 @@ class Participant:
         self._config = config
         self._user_data = user_data
         self._within: Within | None = None
-        self._opened = False
+        self._discovery: Discovery | None = None
         self.guid = b""
         """16 bytes; known after `open`."""
 
@@ -79,7 +88,9 @@ class Participant:
         report = Report()
         reading = Reading(library, participant, report)
         within = self._within = Within(library, participant, wakeup, reading, Sending(), worker, report)
-        discovery = Discovery(library, participant, self.guid, events, wakeup.post, within.guids, report)
+        self._discovery = discovery = Discovery(
+            library, participant, self.guid, events, wakeup.post, within.guids, report
+        )
         discovery.attach(reading.attach)
 
     async def close(self) -> None:
@@ -134,6 +145,20 @@ class Participant:
         within.endpoints.add(reader)
         return reader
 
+    def report(self) -> tuple[Traffic, ...]:
+        """What the endpoints that are open now have exchanged with each participant that is there."""
+        if self._within is None or self._discovery is None:
+            return ()
+        sent, received = Counter[bytes](), Counter[bytes]()
+        for endpoint in self._within.endpoints:
+            into, counts = (sent, endpoint.sent()) if isinstance(endpoint, Writer) else (received, endpoint.received)
+            for guid, count in counts.items():
+                into[guid[:12]] += count
+        return tuple(
+            Traffic(participant, sent[participant.guid[:12]], received[participant.guid[:12]])
+            for participant in self._discovery.participants
+        )
+
     def _open_within(self) -> Within:
         if self._within is None:
             raise RuntimeError("the participant is not open")
@@ -158,7 +183,8 @@ def _entered(library: Library, config: DdsConfig, user_data: bytes) -> tuple[int
         domain = _domains.get(config.domain) or _opened_domain(library, config, settings)
         if domain.settings != settings:
             raise WireUnavailable(
-                f"this process is in DDS domain {config.domain} with another discovery range, peers or CYCLONEDDS_URI: give both the same, or use another domain"
+                f"this process is in DDS domain {config.domain} with another discovery range, peers or CYCLONEDDS_URI:"
+                " give both the same, or use another domain"
             )
         qos = library.dds_create_qos()
         library.dds_qset_userdata(qos, user_data, len(user_data))
@@ -167,9 +193,7 @@ def _entered(library: Library, config: DdsConfig, user_data: bytes) -> tuple[int
         if participant < 0:
             if not domain.users:
                 _close_domain(library, config.domain)
-            raise WireUnavailable(
-                f"Cyclone DDS cannot enter domain {config.domain} ({reason(participant)}): too many participants on this host, or no network interface"
-            )
+            raise WireUnavailable(f"Cyclone DDS cannot enter domain {config.domain} ({reason(participant)})")
         domain.users += 1
     guid = (c.c_ubyte * 16)()
     library.dds_get_guid(participant, guid)
@@ -179,9 +203,10 @@ def _entered(library: Library, config: DdsConfig, user_data: bytes) -> tuple[int
 def _opened_domain(library: Library, config: DdsConfig, settings: str) -> _Domain:
     handle: int = library.dds_create_domain(config.domain, settings.encode())
     if handle < 0 and handle != _PRECONDITION:  # then somebody else in this process has opened it
-        what = f"CYCLONEDDS_URI={config.uri}" if config.uri else "its configuration"
+        check = f"CYCLONEDDS_URI={config.uri}" if config.uri else "the network interfaces"
         raise WireUnavailable(
-            f"Cyclone DDS refuses {what} ({reason(handle)}); it has said why on the standard error stream"
+            f"Cyclone DDS cannot open domain {config.domain}, for the reason that it has written above: check {check},"
+            " and whether more than 32 participants run on this host"
         )
     domain = _domains[config.domain] = _Domain(handle, settings)
     return domain

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from actors.transport.dds.library import DURATION_INFINITE, Library
 
-__all__ = ["POLICIES", "EndpointQos", "read_qos", "read_user_data", "the_qos"]
+__all__ = ["POLICIES", "EndpointQos", "read_property", "read_qos", "read_user_data", "the_qos"]
 
 POLICIES: Final = {
     2: "DURABILITY", 3: "PRESENTATION", 4: "DEADLINE", 5: "LATENCY_BUDGET", 6: "OWNERSHIP", 8: "LIVELINESS", 10: "PARTITION", 11: "RELIABILITY",
@@ -101,6 +101,17 @@ def read_user_data(library: Library, qos: int | None) -> bytes:
         if size.value > _USER_DATA_MOST:
             raise ValueError(f"USER_DATA of {size.value} bytes")
         return c.string_at(where, size.value)
+    finally:
+        library.dds_free(where)
+
+
+def read_property(library: Library, qos: int | None, name: bytes) -> str:
+    """What a participant tells of itself by that name, at most 256 characters; empty if it tells nothing."""
+    where = c.c_void_p()
+    if not qos or not library.dds_qget_prop(qos, name, c.byref(where)) or not where:
+        return ""
+    try:
+        return c.string_at(where)[:256].decode(errors="replace")
     finally:
         library.dds_free(where)
 
