@@ -14,6 +14,7 @@ import time
 import traceback
 
 from actors import Child
+from tests.interop.environment import DISTRIBUTIONS, NotHere, ros2_python
 from tests.interop.ros2 import security, services, tools, topics, verbs
 from tests.interop.ros2.bench import MIDDLEWARES, Bench, Check, NoRos, Ros, bench, find_ros
 
@@ -25,8 +26,14 @@ NO_SERVICES = re.compile(
 """The checks that ask or answer, which cannot be done with Fast DDS; see docs/wire.md."""
 
 
-def chosen(parts: list[str], middleware: str) -> list[tuple[str, Check]]:
+NO_COMMAND = re.compile("^ros2 |^robactor and ros2: |known from its definition|^the twenty")
+"""The checks that need the command ``ros2``."""
+
+
+def chosen(parts: list[str], middleware: str, with_command: bool) -> list[tuple[str, Check]]:
     every = [*topics.checks(middleware), *services.checks(), *tools.checks(), *verbs.checks()]
+    if not with_command:
+        every = [(name, check) for name, check in every if not NO_COMMAND.search(name)]
     if middleware == "zenoh":
         every += security.checks()
     if middleware == "fastrtps":
@@ -69,22 +76,25 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.interop.ros2", description=__doc__)
     parser.add_argument("part", nargs="*", help="only checks whose name contains it")
     parser.add_argument("--rmw", choices=MIDDLEWARES, default="zenoh", help="the middleware of ROS 2; zenoh by default")
+    parser.add_argument(
+        "--wheels", choices=DISTRIBUTIONS, help="with the ROS 2 that PyPI has, on Fast DDS and without its command ros2"
+    )
     parser.add_argument("--list", action="store_true", help="the names of the checks")
     parser.add_argument("--router", action="store_true", help="all meet at ROS 2's own router, which is started first")
     parser.add_argument("-v", "--verbose", action="store_true", help="the traceback of each failure")
     options = parser.parse_args()
-    checks = chosen(options.part, options.rmw)
+    middleware = "fastrtps" if options.wheels else options.rmw
+    checks = chosen(options.part, middleware, with_command=not options.wheels)
     if options.list:
         print("\n".join(name for name, _ in checks))
         return 0
     try:
-        ros = find_ros(options.rmw)
-    except NoRos as missing:
+        ros = Ros("", str(ros2_python(options.wheels)), middleware) if options.wheels else find_ros(middleware)
+    except (NoRos, NotHere) as missing:
         print(f"{len(checks)} skipped: {missing}")
         return SKIPPED
-    print(
-        f"ROS 2 {os.environ.get('ROS_DISTRO', '(ROS_DISTRO is not set)')}, {MIDDLEWARES[ros.middleware]}, {ros.command}"
-    )
+    distribution = options.wheels or os.environ.get("ROS_DISTRO", "(ROS_DISTRO is not set)")
+    print(f"ROS 2 {distribution}, {MIDDLEWARES[middleware]}, {ros.command or ros.python}")
     return asyncio.run(every(ros, checks, options.verbose, options.router))
 
 

@@ -31,7 +31,7 @@ class Ros:
     """An installed ROS 2, whose environment this process has."""
 
     command: str
-    """The path of ``ros2``."""
+    """The path of ``ros2``; empty with the wheels of PyPI, which lack it."""
     python: str
     """The interpreter that has rclpy."""
     middleware: str = "zenoh"
