@@ -20,7 +20,7 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool
 from actors.logs import LogRecord
 from actors.testing import Rig
-from cli.bag_echo import run as echo
+from cli.verbs.bag.echo import run as echo
 from tests.actors.bag.bags import BEGIN, WORDS, text
 
 LINE = "=" * 80

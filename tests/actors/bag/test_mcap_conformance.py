@@ -13,7 +13,7 @@ from actors.bag import BagError, BagReader, Player, PlayOptions, recover, reinde
 from actors.bag.mcap_reading import McapReading, Salvage
 from actors.interfaces.std_msgs.msg import String
 from actors.testing import Rig
-from cli.bag_echo import run as echo
+from cli.verbs.bag.echo import run as echo
 from tests.actors.bag.bags import text
 from tests.actors.bag.mcap_variants import CONTENTS, TIMES, variants
 
