@@ -11,17 +11,14 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from enum import Enum
 from importlib import import_module
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import Any, NamedTuple, Protocol, cast
 
-if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
-
-ENTRY_POINTS = "robactor.verbs"
+VERBS = "robactor.verbs"
 """The group of the entry points by which packages add commands."""
 
 COMMANDS: Mapping[str, str] = MappingProxyType(
@@ -128,11 +125,44 @@ def found(name: str) -> Command | None:
     return None
 
 
-def added() -> Iterable[EntryPoint]:
-    """The commands that installed packages add, sorted by the order of their packages on the path."""
-    from importlib.metadata import entry_points  # late: only help, and commands that are not ours, wait for it
+class EntryPoint(NamedTuple):
+    """One entry point of an installed package."""
 
-    return entry_points(group=ENTRY_POINTS)
+    name: str
+    value: str
+    """``package.module``, or ``package.module:attribute``."""
+
+    def load(self) -> Any:
+        """The module or attribute, imported."""
+        module, _, attribute = self.value.partition(":")
+        loaded = import_module(module)
+        return getattr(loaded, attribute) if attribute else loaded
+
+
+def added(group: str = VERBS) -> list[EntryPoint]:
+    """The entry points of a group of all installed packages, in the order of their packages on the path.
+
+    Read from their files: importing `importlib.metadata` alone takes twice as long as printing the help.
+    """
+    found: dict[str, EntryPoint] = {}
+    for folder in sys.path:
+        try:
+            packages = [name for name in os.listdir(folder or ".") if name.endswith(".dist-info")]
+        except OSError:
+            continue
+        for package in sorted(packages):
+            try:
+                with open(os.path.join(folder, package, "entry_points.txt"), encoding="utf-8") as file:
+                    sections = file.read().split("\n[")
+            except OSError:
+                continue
+            for section in sections:
+                title, *lines = section.lstrip("[").splitlines()
+                if title.strip() == f"{group}]":
+                    pairs = [line.split("=", 1) for line in lines if "=" in line]
+                    for name, value in pairs:
+                        found.setdefault(name.strip(), EntryPoint(name.strip(), value.strip()))
+    return list(found.values())
 
 
 def run_command(name: str, argv: Sequence[str]) -> int:

@@ -7,7 +7,6 @@ import math
 import sys
 from typing import NoReturn
 
-from actors.suggest import did_you_mean
 from cli.command import UsageError
 
 TRUNCATED = 128
@@ -22,6 +21,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         if message.startswith("unrecognized arguments: "):
+            from actors.suggest import did_you_mean  # late: it brings the whole framework
+
             known = [option for action in self._actions for option in action.option_strings]
             near = (did_you_mean(word.partition("=")[0], known, quoted=False) for word in message.split()[2:])
             message += next(filter(None, near), "")
@@ -29,6 +30,8 @@ class Parser(argparse.ArgumentParser):
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is not None and value not in action.choices:
+            from actors.suggest import did_you_mean
+
             choices = [str(choice) for choice in action.choices]
             near = did_you_mean(str(value), choices, quoted=False) or f" (choose from {', '.join(choices)})"
             raise argparse.ArgumentError(action, f"invalid choice: {value!r}{near}")

@@ -13,7 +13,6 @@ from collections.abc import Callable, Coroutine, Sequence
 from importlib import import_module
 from typing import Any, TypeAlias, cast
 
-from actors.suggest import did_you_mean
 from cli.command import Exit, UsageError
 from cli.parsing import Parser, outline
 
@@ -104,6 +103,8 @@ class Group:
             return Exit.DONE
         verb = self.verbs.get(argv[0])
         if verb is None:
+            from actors.suggest import did_you_mean  # late: it brings the whole framework
+
             near = did_you_mean(argv[0], self.verbs, quoted=False)
             raise UsageError(f"{prog}: there is no verb {argv[0]!r}{near} (see {prog} --help)")
         return verb.main(argv[1:], prog)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable, Iterable
-from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.interfaces import InterfaceError, UnknownInterface, add_folder, get_action, get_message, get_service
 from actors.interfaces.foreign import ForeignType, difference
 from actors.interfaces.naming import full_name
-from cli.command import CommandFailed
+from cli.command import CommandFailed, added
 from cli.parsing import complain
 
 if TYPE_CHECKING:
@@ -34,7 +33,7 @@ INVALID = "The passed {} type is invalid"
 
 def learn_folders(options: argparse.Namespace) -> None:
     """Make known: the types of installed packages, those of an installed ROS 2, and those of ``--interfaces``."""
-    for entry in entry_points(group=ENTRY_POINTS):
+    for entry in added(ENTRY_POINTS):
         entry.load()
     for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
         if prefix:
