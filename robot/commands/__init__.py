@@ -58,10 +58,23 @@ class Picture:
         return main(argv)
 
 
+class MapSaver:
+    """`map_saver_cli`: the map of the graph, as files."""
+
+    name = "map_saver_cli"
+    help = "the map, as a file for map_server"
+
+    def main(self, argv: Sequence[str]) -> int | Exit:
+        """The exit code; see `robot.commands.map_saver`."""
+        from robot.commands.map_saver import COMMAND
+
+        return COMMAND.main(argv)
+
+
 async def _serve_web(system: System, **options: Any) -> None:
     from cli.web.beside import serve_beside
 
     await serve_beside(system, **options)
 
 
-RUN, EVALUATE, PICTURE = Run(), Evaluate(), Picture()
+RUN, EVALUATE, PICTURE, MAP_SAVER = Run(), Evaluate(), Picture(), MapSaver()

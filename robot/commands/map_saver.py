@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import asyncio
 import time
 from typing import TYPE_CHECKING
 
@@ -48,8 +49,6 @@ async def _save(options: argparse.Namespace) -> Exit:
 
 async def _heard(options: argparse.Namespace) -> OccupancyGrid:
     """The first map that comes."""
-    import asyncio
-
     from actors import Topic, qos
     from actors.interfaces.nav_msgs.msg import OccupancyGrid
     from cli.graph.seen import seen
