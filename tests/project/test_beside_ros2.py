@@ -86,7 +86,7 @@ def test_every_endpoint_of_the_robot_stands_under_its_pattern_with_a_reason() ->
 
 
 def test_the_readme_names_a_command_that_exists_for_each_tool_of_rqt() -> None:
-    replaced = dict(re.findall(r"`(?:python -m robot )?(\w+)` replaces\s+`(rqt_\w+)`", README))
+    replaced = dict(re.findall(r"`(?:robactor )?(\w+)` replaces\s+`(rqt_\w+)`", README))
     assert set(replaced.values()) == {"rqt_graph", "rqt_console", "rqt_plot", "rqt_reconfigure"}
     for command in replaced:
         assert found(command) is not None
