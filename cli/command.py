@@ -1,7 +1,7 @@
-"""The verbs of the `ros2` command: `python -m robot node list`, `python -m robot topic echo /imu/data`.
+"""The program `robactor`: its commands, how they are found, and how they end.
 
-A group of verbs is a module with a function ``main(argv) -> int | Exit``. It is imported when it is used, so that no command waits for what
-another one needs.
+A command of this project is a module `cli.verbs.NAME` with a `COMMAND`. Other packages add theirs by entry points of the group
+``robactor.verbs``, as the robot does with `run`. A command is imported when it is used, so that none waits for what another one needs.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from contextlib import nullcontext
 from enum import Enum
 from importlib import import_module
 from types import MappingProxyType
-from typing import cast
+from typing import Any, NamedTuple, Protocol, cast
 
-__all__ = ["GROUPS", "CommandFailed", "Exit", "module_of", "run_group"]
+VERBS = "robactor.verbs"
+"""The group of the entry points by which packages add commands."""
 
-GROUPS: Mapping[str, str] = MappingProxyType(
+COMMANDS: Mapping[str, str] = MappingProxyType(
     {
         "node": "the nodes of the graph",
         "topic": "its topics, and what is sent on them",
@@ -36,7 +37,6 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "plot": "fields of topics over time",
         "tf2_echo": "the transform between two frames",
         "view_frames": "the tree of frames, as a graph",
-        "map_saver_cli": "the map, as a file for map_server",
         "static_transform_publisher": "a transform that never changes",
         "launch": "start what a launch file says",
         "launch_test": "test what a launch file starts",
@@ -53,13 +53,10 @@ GROUPS: Mapping[str, str] = MappingProxyType(
         "completion": "for bash, zsh and fish",
     }
 )
-"""Each group with a line of help."""
-
-_MODULES: Mapping[str, str] = MappingProxyType({"graph": "cli.drawing", "log": "cli.logging", "wtf": "cli.doctor"})
-"""The modules of groups that are not called like them."""
+"""Each command of this project with a line of help."""
 
 _FOR_OTHERS = frozenset({"launch", "launch_test", "agent", "component", "web"})
-"""Groups that run programs, whose output passes through, or the nodes of a tree, whose log has colours."""
+"""Commands that run programs, whose output passes through, or the nodes of a tree, whose log has colours."""
 
 EXIT_CODES_OPTION = "--ros2-exit-codes"
 
@@ -95,18 +92,86 @@ class CommandFailed(Exception):
     """A command cannot do what it was asked for; the text says what happened and what to do. The exit code is 1."""
 
 
-def module_of(group: str) -> str:
-    """The module that carries out a group."""
-    return _MODULES.get(group, f"cli.{group}")
+class UsageError(Exception):
+    """The words of a command cannot be used; the text is one line for the user. The exit code is 2."""
 
 
-def run_group(name: str, argv: Sequence[str]) -> int:
-    """Run a verb of the group `name`, and return its exit code (see `Exit`). Writes a line about every error, and raises none."""
+class Command(Protocol):
+    """What carries out a command: a `cli.verb.Verb`, a `cli.verb.Group`, or what else a package's entry point names."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def help(self) -> str:
+        """A line for ``robactor --help``."""
+        ...
+
+    def main(self, argv: Sequence[str]) -> int | Exit:
+        """Carry it out with the words that follow its name."""
+        ...
+
+
+def found(name: str) -> Command | None:
+    """The command of this name, imported; None if there is none. Raises `CommandFailed` for one of another package that cannot be imported."""
+    if name in COMMANDS:
+        command: Command = import_module(f"cli.verbs.{'doctor' if name == 'wtf' else name}").COMMAND
+        return command
+    for entry in added():
+        if entry.name == name:
+            try:
+                return cast("Command", entry.load())
+            except (ImportError, AttributeError) as error:
+                raise CommandFailed(f"{name} cannot be loaded from {entry.value}: {error}") from error
+    return None
+
+
+class EntryPoint(NamedTuple):
+    """One entry point of an installed package."""
+
+    name: str
+    value: str
+    """``package.module``, or ``package.module:attribute``."""
+
+    def load(self) -> Any:
+        """The module or attribute, imported."""
+        module, _, attribute = self.value.partition(":")
+        loaded = import_module(module)
+        return getattr(loaded, attribute) if attribute else loaded
+
+
+def added(group: str = VERBS) -> list[EntryPoint]:
+    """The entry points of a group of all installed packages, in the order of their packages on the path.
+
+    Read from their files: importing `importlib.metadata` alone takes twice as long as printing the help.
+    """
+    found: dict[str, EntryPoint] = {}
+    for folder in sys.path:
+        try:
+            packages = [name for name in os.listdir(folder or ".") if name.endswith(".dist-info")]
+        except OSError:
+            continue
+        for package in sorted(packages):
+            try:
+                with open(os.path.join(folder, package, "entry_points.txt"), encoding="utf-8") as file:
+                    sections = file.read().split("\n[")
+            except OSError:
+                continue
+            for section in sections:
+                title, *lines = section.lstrip("[").splitlines()
+                if title.strip() == f"{group}]":
+                    pairs = [line.split("=", 1) for line in lines if "=" in line]
+                    for name, value in pairs:
+                        found.setdefault(name.strip(), EntryPoint(name.strip(), value.strip()))
+    return list(found.values())
+
+
+def run_command(name: str, argv: Sequence[str]) -> int:
+    """Run a command, and return its exit code (see `Exit`). Writes a line about every error, and raises none."""
     from cli.output import safe_output
 
     words, as_ros2 = _without_option(argv)
     try:
-        with nullcontext() if name in _FOR_OTHERS else safe_output():
+        with safe_output() if name in COMMANDS and name not in _FOR_OTHERS else nullcontext():
             ended = _run(name, words)
     except KeyboardInterrupt:
         ended = Exit.INTERRUPTED
@@ -118,25 +183,43 @@ def _run(name: str, words: Sequence[str]) -> int | Exit:
         stdout: object = sys.stdout
         if isinstance(stdout, io.TextIOWrapper):
             cast("io.TextIOWrapper", stdout).reconfigure(line_buffering=True)  # as that of ros2, also in a pipe
-        module = import_module(module_of(name))
+        command = found(name)
+        if command is None:
+            raise UsageError(unknown(name))
         if threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        ended: int | Exit = module.main(words)
+        ended = command.main(words)
         sys.stdout.flush()
         return ended
     except CommandFailed as failed:
         print(failed, file=sys.stderr)
         return Exit.FAILED
+    except UsageError as error:
+        print(error, file=sys.stderr)
+        return Exit.MISUSED
     except BrokenPipeError:
-        # whoever read our output has gone, as in `... | head`; nothing more can be written, not even at exit
+        # the reader of our output has gone, as in `... | head`; nothing more can be written, not even at exit
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # for the rest of the process
         return Exit.DONE
     except Exception as error:
         if os.environ.get("ROBACTOR_TRACEBACK"):
             raise
         text = " ".join(str(error).split())
-        print(f"{type(error).__name__}: {text} (ROBACTOR_TRACEBACK=1 shows where)", file=sys.stderr)
+        foreseen = isinstance(error, OSError) or type(error).__module__.startswith(
+            "actors."
+        )  # their texts are for people
+        print(
+            text if foreseen else f"{type(error).__name__}: {text} (ROBACTOR_TRACEBACK=1 shows where)", file=sys.stderr
+        )
         return Exit.FAILED
+
+
+def unknown(name: str) -> str:
+    """What to say of a command that there is not."""
+    from actors.suggest import did_you_mean
+
+    near = did_you_mean(name, [*(entry.name for entry in added()), *COMMANDS], quoted=False)
+    return f"robactor: there is no command {name!r}{near} (see robactor --help)"
 
 
 def _without_option(argv: Sequence[str]) -> tuple[list[str], bool]:

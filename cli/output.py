@@ -7,9 +7,7 @@ import re
 import sys
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final
-
-from actors.logs.terminal import CONTROLS, shown
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from typing import IO
@@ -26,14 +24,13 @@ __all__ = [
 ]
 
 
-_CONTROL: Final = re.compile(f"[{CONTROLS}]")
-
-
 def print_json(value: Any) -> None:
     """One JSON value on one line. Numbers that JSON does not know (nan, inf) are null, bytes are lists of numbers."""
     import msgspec
 
-    print(_CONTROL.sub(lambda found: f"\\u{ord(found[0]):04x}", msgspec.json.encode(value).decode()))
+    from actors.logs.terminal import CONTROLS
+
+    print(re.sub(f"[{CONTROLS}]", lambda found: f"\\u{ord(found[0]):04x}", msgspec.json.encode(value).decode()))
 
 
 def print_names(found: Mapping[str, Sequence[str]], *, types: bool, counted: bool, json: bool) -> None:
@@ -86,7 +83,12 @@ class _Shown(io.TextIOBase):
         return str(self.stream.encoding)
 
     def write(self, text: str) -> int:
-        self.stream.write(shown(text))
+        if not text.replace("\n", "").isprintable():
+            from actors.logs.terminal import shown  # late: it brings the whole framework, and help needs none of it
+
+            self.stream.write(shown(text))
+        else:
+            self.stream.write(text)
         return len(text)
 
     def flush(self) -> None:

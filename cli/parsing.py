@@ -1,36 +1,13 @@
-"""What the parsers of all groups share: how they are made, and the values that options take."""
+"""What the parsers of all verbs share: how they are made, and the values that options take."""
 
 from __future__ import annotations
 
 import argparse
 import math
-import os
-import signal
 import sys
-import threading
-from collections.abc import Callable, Coroutine, Sequence
-from typing import Any, TypeAlias
+from typing import NoReturn
 
-from cli.command import Exit
-
-__all__ = [
-    "TRUNCATED",
-    "Verb",
-    "Verbs",
-    "actions_of",
-    "add_common",
-    "add_graph_options",
-    "add_interfaces",
-    "add_json",
-    "add_style",
-    "complain",
-    "count",
-    "natural",
-    "parsed",
-    "positive",
-    "positive_float",
-    "until_signal",
-]
+from cli.command import UsageError
 
 TRUNCATED = 128
 """How many items of an array and characters of a text are printed, if nothing else is asked for."""
@@ -38,51 +15,26 @@ TRUNCATED = 128
 NARROW = 60
 """The columns of a narrow terminal."""
 
-Verb: TypeAlias = "Callable[[argparse.Namespace], Coroutine[Any, Any, int | Exit] | int | Exit]"
-"""Carries out a verb with its options."""
 
+class Parser(argparse.ArgumentParser):
+    """argparse, but a mistake raises `UsageError`: one line with the nearest option or choice, and where the help is."""
 
-class Verbs:
-    """The parser of one group: ``add`` its verbs, then ``run`` the one that is asked for."""
+    def error(self, message: str) -> NoReturn:
+        if message.startswith("unrecognized arguments: "):
+            from actors.suggest import did_you_mean  # late: it brings the whole framework
 
-    def __init__(self, group: str, description: str) -> None:
-        self.parser = argparse.ArgumentParser(prog=f"python -m robot {group}", description=description)
-        self.parser.set_defaults(load=None)
-        self.parsers: dict[str, argparse.ArgumentParser] = {}
-        """Those of its verbs, by name."""
-        self._verbs = self.parser.add_subparsers(dest="verb", metavar="VERB")
+            known = [option for action in self._actions for option in action.option_strings]
+            near = (did_you_mean(word.partition("=")[0], known, quoted=False) for word in message.split()[2:])
+            message += next(filter(None, near), "")
+        raise UsageError(f"{message} (see {self.prog} --help)")
 
-    def add(self, name: str, help: str, load: Callable[[], Verb]) -> argparse.ArgumentParser:
-        """The parser of a verb. `load` imports what carries it out, once it is known that it is wanted."""
-        parser = self._verbs.add_parser(name, help=help, description=help)
-        parser.set_defaults(load=load)
-        self.parsers[name] = parser
-        return parser
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        if action.choices is not None and value not in action.choices:
+            from actors.suggest import did_you_mean
 
-    def run(self, argv: Sequence[str]) -> int | Exit:
-        """Run the verb that the words ask for; without a verb, print the help."""
-        if threading.current_thread() is threading.main_thread():
-            # Until the verb runs, Ctrl-C simply ends the process: there is nothing yet to be ended in order.
-            signal.signal(signal.SIGINT, signal.SIG_DFL)
-        for parser in self.parsers.values():
-            parser.usage = _usage(parser)
-        options = self.parser.parse_args(list(argv))
-        if options.load is None:
-            self.parser.print_help()
-            return Exit.DONE
-        verb: Verb = options.load()
-        ended = verb(options)
-        if isinstance(ended, (int, Exit)):
-            return ended
-        import asyncio  # late, so that no help waits for it
-
-        return asyncio.run(until_signal(ended))
-
-
-def parsed(parser: argparse.ArgumentParser, argv: Sequence[str]) -> argparse.Namespace:
-    """The options in these words. The usage is without the options, so that it fits into a narrow terminal."""
-    parser.usage = _usage(parser)
-    return parser.parse_args(list(argv))
+            choices = [str(choice) for choice in action.choices]
+            near = did_you_mean(str(value), choices, quoted=False) or f" (choose from {', '.join(choices)})"
+            raise argparse.ArgumentError(action, f"invalid choice: {value!r}{near}")
 
 
 def actions_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
@@ -90,47 +42,16 @@ def actions_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
     return parser._actions  # pyright: ignore[reportPrivateUsage]  # argparse has no other way to ask
 
 
-def _usage(parser: argparse.ArgumentParser) -> str:
-    """Without the options, which are listed below it; two lines if one is too long."""
-    forms = {"?": "[{}]", "*": "[{} ...]", "+": "{} [...]"}
+def outline(parser: argparse.ArgumentParser) -> str:
+    """The usage without the options, which are listed below it; two lines if one is too long for a narrow terminal."""
+    forms = {"?": "[{}]", "*": "[{} ...]", "+": "{} [...]", "...": "..."}
     names = [
         forms.get(str(action.nargs), "{}").format(action.metavar or action.dest)
         for action in actions_of(parser)
         if not action.option_strings
     ]
     begin, end = f"{parser.prog} [options]", " ".join(names)
-    return f"{begin} {end}" if len(begin) + len(end) < NARROW - len("usage: ") else f"{begin}\n       {end}"
-
-
-async def until_signal(verb: Coroutine[Any, Any, int | Exit]) -> int | Exit:
-    """Run a verb. A signal, or the end of whoever reads its output, cancels it, so that it takes its leave of the graph; a second signal,
-    half a second or more after the first, ends the process at once."""
-    import asyncio
-
-    task = asyncio.current_task()
-    assert task is not None
-    came: list[int] = []
-
-    def end(number: int) -> bool:
-        if came:
-            os._exit(128 + number)
-        came.append(number)
-        task.cancel()
-        return True
-
-    leave: Callable[[], None] = lambda: None  # noqa: E731
-    if threading.current_thread() is threading.main_thread():
-        from actors.running.signals import listen
-
-        leave = listen(asyncio.get_running_loop(), end)
-    try:
-        return await verb
-    except asyncio.CancelledError:
-        if not came:
-            raise
-        return Exit.by(came[0])
-    finally:
-        leave()
+    return f"{begin} {end}".rstrip() if len(begin) + len(end) < NARROW - len("usage: ") else f"{begin}\n       {end}"
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -161,6 +82,17 @@ def positive_float(text: str) -> float:
         number = math.nan
     if not 0 < number < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} is no number above 0")
+    return number
+
+
+def nonnegative_float(text: str) -> float:
+    """A finite number, 0 or more."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0 <= number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number, 0 or more")
     return number
 
 
@@ -201,6 +133,12 @@ def add_common(parser: argparse.ArgumentParser) -> None:
         help="topic delay: by the time of /clock; other commands use the time of day",
     )
     add_interfaces(group)
+
+
+def add_graph_verb(parser: argparse.ArgumentParser) -> None:
+    """The options of every verb that looks at the graph and prints what it finds."""
+    add_json(parser)
+    add_common(parser)
 
 
 def add_interfaces(to: argparse._ActionsContainer) -> None:  # pyright: ignore[reportPrivateUsage]  # parsers and groups of options

@@ -12,14 +12,14 @@ from actors.bag.capture import Capture
 from actors.bag.ring import Channel
 from actors.runtime.incarnation import incarnation_of
 from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
-from cli.doctor import checks
-from cli.doctor.inside import Inside
+from cli.verbs.doctor import checks
+from cli.verbs.doctor.inside import Inside
 
 if TYPE_CHECKING:
     from actors import Node, System
     from actors.topics.arrival import Arrival
     from actors.topics.peers import PublisherPeer
-    from cli.doctor.observation import Told
+    from cli.verbs.doctor.observation import Told
 
 __all__ = ["LOOK_EVERY", "Examination", "examining"]
 

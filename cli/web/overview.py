@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from actors import Stream, System
     from actors.graph.snapshot import Snapshot
     from actors.transport.figures import NodeFigures
-    from cli.doctor.observation import Told as Reports
+    from cli.verbs.doctor.observation import Told as Reports
 
 __all__ = ["Here", "Overview", "Told", "TreeTeller"]
 

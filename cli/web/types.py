@@ -8,7 +8,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 from actors.interfaces import InterfaceError, UnknownInterface, get_action, get_message, get_service
-from cli.types import fetched, foreign_uses
+from cli.graph.types import fetched, foreign_uses
 from cli.web.errors import Refused
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from actors.bag import BagError, BagReader
 from actors.transport import WireUnavailable
 from actors.transport.environment import security_from_environment
 from cli.command import CommandFailed, Exit
-from cli.graph import seen
+from cli.graph.seen import seen
 from cli.web.server import WebServer
 from cli.web.settings import WebUnavailable, make_settings
 

@@ -121,7 +121,7 @@ def _line(outcome: Outcome) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the worlds of a folder; 0 if the score is at least acceptable, 1 if not. Raises `UsageError`, `BackendMissing`."""
-    parser = Parser(prog="python -m robot evaluate barn", description=(__doc__ or "").split("\n")[0])
+    parser = Parser(prog="robactor evaluate barn", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("folder", type=Path, help="folder with BARN worlds as JSON files, or one such file")
     parser.add_argument(
         "--backend", choices=("physics", "kinematic"), default="physics", help="the body (default: physics)"

@@ -37,7 +37,7 @@ MEASUREMENTS: Final = {
 def main(argv: Sequence[str]) -> int:
     """Run one measurement; 2 when there is none of that name, or it cannot be run as asked, 3 without the engine that it needs."""
     if not argv or argv[0] in ("-h", "--help"):
-        print("usage: python -m robot evaluate WHAT [options]\n")
+        print("usage: robactor evaluate WHAT [options]\n")
         for name, text in MEASUREMENTS.items():
             print(f"  {name:<11} {text}")
         return 0 if argv else 2

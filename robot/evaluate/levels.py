@@ -65,7 +65,7 @@ def parser(
     With `in_pieces` also --jobs and --resume.
     """
     about = f"All of it takes {takes}." if takes else None
-    made = Parser(prog=f"python -m robot evaluate {name}", description=description, epilog=about)
+    made = Parser(prog=f"robactor evaluate {name}", description=description, epilog=about)
     made.add_argument("--seeds", type=parse_seed, nargs="+", default=list(seeds), help="one run of everything per seed")
     made.add_argument("--quick", action="store_true", help="the short measurements only")
     made.add_argument("--only", default="", help="only metrics whose name contains this")

@@ -176,9 +176,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the maps of a folder and print the figures; 0 when every row is exact, 1 when not. Raises `UsageError` when there is
     nothing to run.
     """
-    parser = Parser(
-        prog="python -m robot evaluate maps", description="Exactness and speed of path search on Moving AI maps."
-    )
+    parser = Parser(prog="robactor evaluate maps", description="Exactness and speed of path search on Moving AI maps.")
     parser.add_argument(
         "folder", type=Path, nargs="?", help="folder with NAME.map and NAME.map.scen files, or one .map file"
     )

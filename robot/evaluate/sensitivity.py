@@ -235,7 +235,7 @@ def _percent(share: Interval) -> str:
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table; 0. Raises `UsageError`."""
     parser = Parser(
-        prog="python -m robot evaluate sensitivity",
+        prog="robactor evaluate sensitivity",
         description=(__doc__ or "").split("\n")[0],
         epilog="All of it takes two hours on an idle core.",
     )

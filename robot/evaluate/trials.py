@@ -35,7 +35,7 @@ def trial_parser(
     seed: str = "of the first trial; the next have the next",
 ) -> Parser:
     """A command line for `python -m robot evaluate NAME` with --seed, --jobs, --resume, --quick and --json."""
-    made = Parser(prog=f"python -m robot evaluate {name}", description=description, epilog=f"All of it takes {takes}.")
+    made = Parser(prog=f"robactor evaluate {name}", description=description, epilog=f"All of it takes {takes}.")
     made.add_argument("--seed", type=parse_seed, default=1, help=f"{seed} (default 1)")
     made.add_argument("--quick", action="store_true", help=quick)
     add_running(made)

@@ -58,7 +58,7 @@ def parse(argv: Sequence[str]) -> Options:
 
 def _parser() -> Parser:
     parser = Parser(
-        prog="python -m robot picture",
+        prog="robactor picture",
         description="Run the whole robot, catch it in mid-stride and draw it to a PNG file; same seed, same picture.",
     )
     add: Any = parser.add_argument

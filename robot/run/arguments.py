@@ -5,26 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from math import isfinite, nan
-from typing import NoReturn
 
-from actors.suggest import did_you_mean
-from robot.run.errands import UsageError
+from cli.parsing import Parser
 
 __all__ = ["LEVELS", "Parser", "parse_seed", "seconds", "whole", "within"]
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 """What may be said for `--log-level`."""
-
-
-class Parser(argparse.ArgumentParser):
-    """argparse, but a mistake is one `UsageError` that says where the help is, instead of a page; a misspelt option is told the closest one."""
-
-    def error(self, message: str) -> NoReturn:
-        if message.startswith("unrecognized arguments: "):
-            known = [option for action in self._actions for option in action.option_strings]
-            near = (did_you_mean(word.partition("=")[0], known, quoted=False) for word in message.split()[2:])
-            message += next(filter(None, near), "")
-        raise UsageError(f"{message} (see {self.prog} --help)")
 
 
 def parse_seed(text: str) -> int:

@@ -11,11 +11,11 @@ from dataclasses import asdict
 from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
+from cli.starting import interruptible
 from robot.run.crashes import check_crashes, crash, with_hangs
 from robot.run.errands import UsageError
 from robot.run.hardships import Push
 from robot.run.options import Options, parse
-from robot.starting import interruptible
 
 if TYPE_CHECKING:
     import asyncio

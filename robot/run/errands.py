@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, radians
 
+from cli.command import UsageError
+
 __all__ = [
     "Crash", "Fetch", "Goal", "Hang", "UsageError", "at_a_time", "checked", "parse_fault", "parse_fetch", "parse_goal",
 ]  # fmt: skip
 
 Goal = tuple[float, float, float]
 """x and y in metres, the heading in rad."""
-
-
-class UsageError(Exception):
-    """The command line, or what it names, cannot be used; the text is one line for the user."""
 
 
 @dataclass(frozen=True, slots=True)

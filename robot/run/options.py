@@ -212,7 +212,7 @@ def _web(given: argparse.Namespace) -> Web | None:
 
 def _parser() -> argparse.ArgumentParser:
     parser = Parser(
-        prog="python -m robot run",
+        prog="robactor run",
         description="Run the whole robot in a world: it stands up, walks its patrol, reports battery and pose, docks when low, and sits when told to stop.",
     )
     declare(parser.add_argument)

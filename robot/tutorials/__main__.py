@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from robot.starting import end_at_signals
+from cli.starting import end_at_signals
 
 if __name__ == "__main__":
     end_at_signals()  # what is imported takes a while

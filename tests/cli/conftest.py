@@ -19,7 +19,7 @@ import pytest
 
 from actors import Child, Node, Supervisor, System, run
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
-from cli.command import run_group
+from cli.command import run_command
 
 ROOT = Path(__file__).parents[2]
 
@@ -85,7 +85,7 @@ def command(meeting: int) -> Command:
 
     def run_it(words: tuple[str, ...], ended: Callable[[int], object]) -> None:
         try:
-            code = run_group(words[0], words[1:])
+            code = run_command(words[0], words[1:])
         except SystemExit as exit:  # argparse's
             code = int(exit.code or 0)
         ended(code)

@@ -17,8 +17,8 @@ from actors.transport.figures import (
     TimerFigures,
 )
 from actors.transport.protocol import EndpointKind, RemoteEndpoint, RemoteNode
-from cli.doctor.observation import Observation, Told
-from cli.view import Endpoint
+from cli.graph.view import Endpoint
+from cli.verbs.doctor.observation import Observation, Told
 
 __all__ = ["end", "figures", "graph", "handler", "node", "process", "queue", "served", "timer"]
 

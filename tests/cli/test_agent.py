@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from cli import agent
-from cli.command import CommandFailed
+from cli.command import CommandFailed, UsageError
+from cli.verbs import agent
 from tests.actors.transport.security.fleet import Fleet
 
 
@@ -25,15 +25,12 @@ def fleet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Fleet:
 
 def test_an_agent_without_a_security_file_does_not_start(fleet: Fleet) -> None:
     with pytest.raises(CommandFailed, match=r"must know who they are: --security FILE, or ROBACTOR_SECURITY=FILE"):
-        agent.main(["--owner", "robot"])
+        agent.COMMAND.main(["--owner", "robot"])
 
 
-def test_an_agent_for_nobody_does_not_start(fleet: Fleet, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        agent.main(["--security", str(fleet.file("base"))])
-
-    assert ended.value.code == 2
-    assert "--owner" in capsys.readouterr().err
+def test_an_agent_for_nobody_does_not_start(fleet: Fleet) -> None:
+    with pytest.raises(UsageError, match="--owner"):
+        agent.COMMAND.main(["--security", str(fleet.file("base"))])
 
 
 def test_an_agent_without_mutual_tls_does_not_start(fleet: Fleet) -> None:
@@ -41,7 +38,7 @@ def test_an_agent_without_mutual_tls_does_not_start(fleet: Fleet) -> None:
     file = fleet.written("base", tls=tls, access=None)
 
     with pytest.raises(CommandFailed, match=r"agents need tls\.mutual"):
-        agent.main(["--owner", "robot", "--security", str(file)])
+        agent.COMMAND.main(["--owner", "robot", "--security", str(file)])
 
 
 @pytest.mark.parametrize(
@@ -53,7 +50,7 @@ def test_an_agent_without_mutual_tls_does_not_start(fleet: Fleet) -> None:
 )
 def test_a_mistake_shows_before_the_first_child_comes(fleet: Fleet, words: tuple[str, ...], text: str) -> None:
     with pytest.raises(CommandFailed) as failed:
-        agent.main(["--owner", "robot", "--security", str(fleet.file("base")), *words])
+        agent.COMMAND.main(["--owner", "robot", "--security", str(fleet.file("base")), *words])
 
     assert text in str(failed.value)
 
@@ -64,7 +61,7 @@ def test_an_address_that_is_taken_is_named(fleet: Fleet) -> None:
         taken.listen()
         at = f"127.0.0.1:{taken.getsockname()[1]}"
         with pytest.raises(CommandFailed, match=f"cannot listen at {at}: "):
-            agent.main(["--owner", "robot", "--security", str(fleet.file("base")), "--at", at])
+            agent.COMMAND.main(["--owner", "robot", "--security", str(fleet.file("base")), "--at", at])
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

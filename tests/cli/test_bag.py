@@ -20,7 +20,7 @@ from actors.bag import BagReader, BagWriter, Player, PlayOptions, WriterOptions,
 from actors.interfaces import encode
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
-from cli.bag_keys import press
+from cli.verbs.bag.keys import press
 from tests.actors.bag.bags import BEGIN, MS, WORDS, by_rosbags, foreign_bag, text, words_of, write
 from tests.cli.conftest import ROOT, Command
 
@@ -129,7 +129,7 @@ async def test_recording_wants_to_be_told_what(robot: Command, tmp_path: Path) -
         assert wrong.err.count("\n") == 1
     unclear = await robot("bag", "play", "x", "--rate", "0")
     assert unclear.code == 2
-    assert "'0' is not above 0" in unclear.err
+    assert "'0' is no number above 0" in unclear.err
     nowhere = await robot("bag", "play", "/nowhere", "-m", "a")
     assert (nowhere.code, nowhere.err) == (1, "--remap 'a': write it as OLD:=NEW\n")
 
@@ -138,7 +138,7 @@ async def test_on_a_full_disk_the_command_ends_with_the_reason(
     system: System, environment: dict[str, str], tmp_path: Path
 ) -> None:
     limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000)); "
-    limited += "from robot.__main__ import main; sys.exit(main(sys.argv[1:]))"
+    limited += "from cli.entry import main; sys.exit(main(sys.argv[1:]))"
     bag = tmp_path / "walk"
     words = ("bag", "record", "--topics", "/words", "-o", str(bag), "--compression-mode", "none")
     process = await asyncio.create_subprocess_exec(sys.executable, "-c", limited, *words, env=environment, stderr=-1)
@@ -162,7 +162,7 @@ async def test_a_recorder_that_fails_ends_the_command_with_the_count_and_the_rea
     failing = (
         "import sys, actors.bag.recording as r; take = r.Outbox.take\n"
         "def fail(self, left=[0]): return 1 / left.pop() if left and self._writer.given > 9 else take(self)\n"
-        "r.Outbox.take = fail; from robot.__main__ import main; sys.exit(main(sys.argv[1:]))"
+        "r.Outbox.take = fail; from cli.entry import main; sys.exit(main(sys.argv[1:]))"
     )
     bag = tmp_path / "walk"
     words = ("bag", "record", "--topics", "/chatter", "-o", str(bag))
@@ -336,7 +336,7 @@ async def test_what_is_no_bag_is_one_line(robot: Command, tmp_path: Path) -> Non
         assert wrong.err.count("\n") == 1, wrong.err
     unknown = await robot("bag", "rewind")
     assert unknown.code == 2
-    assert "invalid choice: 'rewind'" in unknown.err
+    assert "there is no verb 'rewind'" in unknown.err
     shown = await robot("bag", "--help")
     assert "record    record topics, services and actions" in shown.out
     assert ROOT.is_dir()

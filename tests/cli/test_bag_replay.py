@@ -14,13 +14,16 @@ import pytest
 from actors import Child, Supervisor, execute, run
 from actors.bag import Recorder, RecordOptions, Selection
 from actors.interfaces.std_msgs.msg import Int32
-from actors.replay import Journal
+from actors.replay import Journal, ReplayError
 from actors.replay.publishing import topic_of
-from cli.bag import main
-from cli.command import CommandFailed
+from cli.command import CommandFailed, UsageError
+from cli.verbs.bag import COMMAND
 from tests.actors.replay.story import NUMBERS, OTHERS, Hero, Visitor, lived, story
 from tests.actors.replay.test_by_topics import Adder, Twice
 from tests.actors.replay.test_subtree import TEAM, WORLD, Doubler, Source
+
+REFUSED = (CommandFailed, ReplayError)
+"""What the command prints as one line, with exit code 1."""
 
 
 class Heavy(Hero):
@@ -60,24 +63,24 @@ def journal(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_journal_in_a_bag_is_replayed_to_its_node_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     execute(lambda: bag_of(tmp_path / "walk"), clock="virtual")
-    assert main(["replay", str(tmp_path / "walk"), "--node", "hero"]) == 0
+    assert COMMAND.main(["replay", str(tmp_path / "walk"), "--node", "hero"]) == 0
     assert capsys.readouterr().out.startswith("/hero: equal; ")
-    with pytest.raises(CommandFailed, match="has no journal of ghost; it has those of: /hero"):
-        main(["replay", str(tmp_path / "walk"), "--node", "ghost"])
-    with pytest.raises(CommandFailed, match="say which node with --node NODE"):
-        main(["replay", str(tmp_path / "walk")])
-    with pytest.raises(CommandFailed, match=r"there is no bag and no journal .*/wlak$"):
-        main(["replay", str(tmp_path / "wlak"), "--node", "hero"])
+    with pytest.raises(REFUSED, match="has no journal of ghost; it has those of: /hero"):
+        COMMAND.main(["replay", str(tmp_path / "walk"), "--node", "ghost"])
+    with pytest.raises(REFUSED, match="say which node with --node NODE"):
+        COMMAND.main(["replay", str(tmp_path / "walk")])
+    with pytest.raises(REFUSED, match=r"there is no bag and no journal .*/wlak$"):
+        COMMAND.main(["replay", str(tmp_path / "wlak"), "--node", "hero"])
 
 
 def test_the_first_difference_is_printed_and_the_exit_code_is_1(
     journal: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["replay", str(journal), "--with", "tests.cli.test_bag_replay:Heavy"]) == 1
+    assert COMMAND.main(["replay", str(journal), "--with", "tests.cli.test_bag_replay:Heavy"]) == 1
     first = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("publish"))
     assert first.startswith("publish /told[")
     assert "field data: recorded 'asked to climb 2', replayed 'asked to ascend 2'" in first
-    assert main(["replay", str(journal), "--set", "factor=4", "--json"]) == 1
+    assert COMMAND.main(["replay", str(journal), "--set", "factor=4", "--json"]) == 1
     facts: dict[str, Any] = json.loads(capsys.readouterr().out)
     assert (facts["node"], facts["equal"], facts["lacking"]) == ("/hero", False, "")
     assert "factor 4" in facts["differences"][0]
@@ -88,14 +91,14 @@ def test_a_debugger_stops_in_the_node_at_the_message_that_is_named(
 ) -> None:
     stops: list[str] = []
     monkeypatch.setattr("sys.breakpointhook", lambda: stops.append("here"))
-    assert main(["replay", str(journal), "--break", "measured[3]", "--node", "/hero"]) == 0
-    assert main(["replay", str(journal), "--break", "/measured[100000]"]) == 0
+    assert COMMAND.main(["replay", str(journal), "--break", "measured[3]", "--node", "/hero"]) == 0
+    assert COMMAND.main(["replay", str(journal), "--break", "/measured[100000]"]) == 0
     assert stops == ["here"]
     assert "equal" in capsys.readouterr().out
 
 
 def test_what_a_journal_costs_is_printed(journal: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["replay", str(journal), "--cost"]) == 0
+    assert COMMAND.main(["replay", str(journal), "--cost"]) == 0
     *kinds, total = capsys.readouterr().out.splitlines()
     assert {"step", "deliver", "out", "tick"} <= {line.split()[1] for line in kinds}
     assert sum(int(line.split()[0]) for line in kinds) == int(total.split()[0])
@@ -113,8 +116,8 @@ def test_what_a_journal_costs_is_printed(journal: Path, capsys: pytest.CaptureFi
     ],
 )
 def test_a_slip_is_told_in_one_line(journal: Path, words: list[str], text: str) -> None:
-    with pytest.raises(CommandFailed, match=text):
-        main(["replay", str(journal), *words])
+    with pytest.raises(REFUSED, match=text):
+        COMMAND.main(["replay", str(journal), *words])
 
 
 BY_TOPICS = "tests.actors.replay.test_by_topics"
@@ -124,7 +127,7 @@ TREE = Supervisor("all", children=[Supervisor("sums", children=[Child(Adder)]), 
 def test_a_bag_without_a_journal_is_played_by_topics_and_what_it_lacks_comes_first(
     plain: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["replay", str(plain), "--node", "adder", "--module", f"{BY_TOPICS}:Adder"]) == 0
+    assert COMMAND.main(["replay", str(plain), "--node", "adder", "--module", f"{BY_TOPICS}:Adder"]) == 0
     first, most, state, played, verdict = capsys.readouterr().out.splitlines()
     assert first == "inputs of the node that the bag lacks:"
     assert (most, state) == (
@@ -142,22 +145,22 @@ def test_a_node_of_a_tree_is_played_to_by_topics_and_a_difference_is_the_exit_co
     plain: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tree = f"{__name__}:TREE"
-    assert main(["replay", str(plain), "--node", "/adder", "--module", tree, "--json"]) == 0
+    assert COMMAND.main(["replay", str(plain), "--node", "/adder", "--module", tree, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["equal"] is True
-    assert main(["replay", str(plain), "--node", "adder", "--with", f"{BY_TOPICS}:Twice"]) == 1
+    assert COMMAND.main(["replay", str(plain), "--node", "adder", "--with", f"{BY_TOPICS}:Twice"]) == 1
     out = capsys.readouterr().out
     assert "publish /sums[" in out
     assert "/adder: not equal; compared: " in out
-    with pytest.raises(CommandFailed, match=r"has no node 'addre'; did you mean 'adder'\?"):
-        main(["replay", str(plain), "--node", "addre", "--module", tree])
+    with pytest.raises(REFUSED, match=r"has no node 'addre'; did you mean 'adder'\?"):
+        COMMAND.main(["replay", str(plain), "--node", "addre", "--module", tree])
 
 
 def test_a_node_that_fails_or_publishes_nothing_that_was_recorded_is_not_said_to_be_equal(
     plain: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["replay", str(plain), "--node", "adder", "--module", f"{BY_TOPICS}:Breaking"]) == 1
+    assert COMMAND.main(["replay", str(plain), "--node", "adder", "--module", f"{BY_TOPICS}:Breaking"]) == 1
     assert "the node ended with ZeroDivisionError: at the first number" in capsys.readouterr().out
-    assert main(["replay", str(plain), "--node", "flipped", "--module", f"{BY_TOPICS}:Flipped"]) == 1
+    assert COMMAND.main(["replay", str(plain), "--node", "flipped", "--module", f"{BY_TOPICS}:Flipped"]) == 1
     out = capsys.readouterr().out
     assert "played: nothing" in out
     assert "/flipped: nothing to compare: the bag has no message of a topic on which the node has published" in out
@@ -165,16 +168,16 @@ def test_a_node_that_fails_or_publishes_nothing_that_was_recorded_is_not_said_to
 
 def test_the_class_of_a_node_is_found_by_its_name_or_asked_for(plain: Path) -> None:
     assert (
-        main(["replay", str(plain), "--node", "safety_monitor"]) == 1
+        COMMAND.main(["replay", str(plain), "--node", "safety_monitor"]) == 1
     )  # robot.safety_monitor; nothing of it was recorded
-    with pytest.raises(CommandFailed, match=r"no journal of ghost; it has those of: no node.*--module MODULE:NODE$"):
-        main(["replay", str(plain), "--node", "ghost"])
-    with pytest.raises(CommandFailed, match=r"--module MODULE:NODE, one of .*robot.nodes.detector:Detector"):
-        main(["replay", str(plain), "--node", "detector"])
-    with pytest.raises(CommandFailed, match="no module named 'nowhere'"):
-        main(["replay", str(plain), "--node", "adder", "--module", "nowhere:Adder"])
-    with pytest.raises(CommandFailed, match="has no journal of adder"):
-        main(["replay", str(plain), "--node", "adder", "--cost"])
+    with pytest.raises(REFUSED, match=r"no journal of ghost; it has those of: no node.*--module MODULE:NODE$"):
+        COMMAND.main(["replay", str(plain), "--node", "ghost"])
+    with pytest.raises(REFUSED, match=r"--module MODULE:NODE, one of .*robot.nodes.detector:Detector"):
+        COMMAND.main(["replay", str(plain), "--node", "detector"])
+    with pytest.raises(REFUSED, match="no module named 'nowhere'"):
+        COMMAND.main(["replay", str(plain), "--node", "adder", "--module", "nowhere:Adder"])
+    with pytest.raises(REFUSED, match="has no journal of adder"):
+        COMMAND.main(["replay", str(plain), "--node", "adder", "--cost"])
 
 
 @pytest.mark.parametrize("bag", ["journal", "plain"])
@@ -189,8 +192,8 @@ def test_a_debugger_that_is_quit_leaves_no_verdict(
         "journal": ["--break", "measured[3]"],
         "plain": ["--node", "adder", "--module", f"{BY_TOPICS}:Adder", "--break", "sums[3]"],
     }
-    with pytest.raises(CommandFailed, match="the debugger was quit, and the replay with it: there is no verdict"):
-        main(["replay", path, *words[bag]])
+    with pytest.raises(REFUSED, match="the debugger was quit, and the replay with it: there is no verdict"):
+        COMMAND.main(["replay", path, *words[bag]])
     assert "equal" not in capsys.readouterr().out
 
 
@@ -200,7 +203,7 @@ def test_a_debugger_that_goes_on_leaves_the_verdict(
     monkeypatch.setattr("sys.breakpointhook", sys.__breakpointhook__)
     monkeypatch.delenv("PYTHONBREAKPOINT", raising=False)
     monkeypatch.setattr("sys.stdin", StringIO("p 40 + 2\ncontinue\n"))
-    assert main(["replay", str(journal), "--break", "measured[3]"]) == 0
+    assert COMMAND.main(["replay", str(journal), "--break", "measured[3]"]) == 0
     out = capsys.readouterr().out
     assert "42" in out
     assert "/hero: equal; " in out
@@ -209,12 +212,10 @@ def test_a_debugger_that_goes_on_leaves_the_verdict(
 def test_a_parameter_that_the_node_does_not_have_is_refused_before_anything_runs(
     journal: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(
-        CommandFailed, match=r"^parameters: /hero: there is no parameter 'fcator'; did you mean 'factor'\?"
-    ):
-        main(["replay", str(journal), "--set", "fcator=3"])
-    with pytest.raises(CommandFailed, match=r"^parameters: .*factor"):
-        main(["replay", str(journal), "--set", "factor=99"])
+    with pytest.raises(REFUSED, match=r"^parameters: /hero: there is no parameter 'fcator'; did you mean 'factor'\?"):
+        COMMAND.main(["replay", str(journal), "--set", "fcator=3"])
+    with pytest.raises(REFUSED, match=r"^parameters: .*factor"):
+        COMMAND.main(["replay", str(journal), "--set", "factor=99"])
     assert capsys.readouterr() == ("", "")
 
 
@@ -241,35 +242,37 @@ def test_a_subtree_is_replayed_from_a_bag_and_a_changed_node_in_it_is_found_at_t
 ) -> None:
     path = str(tmp_path / "walk")
     execute(lambda: bag_of_a_subtree(tmp_path / "walk"), clock="virtual")
-    assert main(["replay", path, "--subtree", "world/team"]) == 0
+    assert COMMAND.main(["replay", path, "--subtree", "world/team"]) == 0
     assert capsys.readouterr().out.startswith("world/team: equal; ")
     changed = ["--subtree", "world/team", "--node", "doubler", "--with", "tests.cli.test_bag_replay:Thrice"]
-    main(["replay", path, *changed])
+    COMMAND.main(["replay", path, *changed])
     assert (
         "inside: publish /doubled[59] at 0.600000 s, field data: recorded 120, replayed 122" in capsys.readouterr().out
     )
-    assert main(["replay", path, "--subtree", "world/team", "--node", "doubler", "--set", "factor=1", "--json"]) == 1
+    assert (
+        COMMAND.main(["replay", path, "--subtree", "world/team", "--node", "doubler", "--set", "factor=1", "--json"])
+        == 1
+    )
     facts: dict[str, Any] = json.loads(capsys.readouterr().out)
     assert "publish /results[0] at 0.320000 s" in facts["differences"][0]
     assert facts["inner"][0].startswith("publish /doubled[0] at 0.010000 s")
-    with pytest.raises(CommandFailed, match="say which one is changed; it has /doubler, /summer"):
-        main(["replay", path, "--subtree", "world/team", "--set", "factor=1"])
-    with pytest.raises(CommandFailed, match="has no journal of world/crew; it has those of: world/team"):
-        main(["replay", path, "--subtree", "world/crew"])
-    with pytest.raises(CommandFailed, match=r"--node NODE, or which nodes with --subtree PATH"):
-        main(["replay", path])
+    with pytest.raises(REFUSED, match="say which one is changed; it has /doubler, /summer"):
+        COMMAND.main(["replay", path, "--subtree", "world/team", "--set", "factor=1"])
+    with pytest.raises(REFUSED, match="has no journal of world/crew; it has those of: world/team"):
+        COMMAND.main(["replay", path, "--subtree", "world/crew"])
+    with pytest.raises(REFUSED, match=r"--node NODE, or which nodes with --subtree PATH"):
+        COMMAND.main(["replay", path])
 
 
 def test_the_file_of_a_subtree_is_replayed_by_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = str(tmp_path / "team.journal")
     execute(lambda: saved_team(tmp_path / "team.journal"), clock="virtual")
-    assert main(["replay", file]) == 0
-    assert main(["replay", file, "--subtree", "world/team"]) == 0
-    with pytest.raises(CommandFailed, match="is the journal of world/team, not of world/crew"):
-        main(["replay", file, "--subtree", "world/crew"])
-    with pytest.raises(SystemExit):
-        main(["replay", file, "--subtree", "team"])
-    assert "'team' is no path of a supervisor below the root, such as robot/navigation" in capsys.readouterr().err
+    assert COMMAND.main(["replay", file]) == 0
+    assert COMMAND.main(["replay", file, "--subtree", "world/team"]) == 0
+    with pytest.raises(REFUSED, match="is the journal of world/team, not of world/crew"):
+        COMMAND.main(["replay", file, "--subtree", "world/crew"])
+    with pytest.raises(UsageError, match="'team' is no path of a supervisor below the root, such as robot/navigation"):
+        COMMAND.main(["replay", file, "--subtree", "team"])
 
 
 async def saved_team(path: Path) -> None:

@@ -10,15 +10,15 @@ from actors import QoS, qos
 from actors.interfaces import encode
 from actors.transport.figures import LeaseFigures, ProcessFigures
 from actors.transport.protocol import RemoteEndpoint
-from cli.doctor import Result, examined, lines, tally
-from cli.doctor.clocks import offsets, simulated_time
-from cli.doctor.delays import ages, blocked, queues, restarts, timers
-from cli.doctor.observation import Finding, Listened, Observation
-from cli.doctor.observing import AllDomains, Reports, packages_named
-from cli.doctor.services import node_is_there, polling, service_types, serving, twins
-from cli.doctor.surroundings import domain, leases, packages, processes, security, transport
-from cli.doctor.topics import best_effort_commands, names, quality, sending, types
-from cli.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION
+from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION
+from cli.verbs.doctor import Result, examined, lines, tally
+from cli.verbs.doctor.clocks import offsets, simulated_time
+from cli.verbs.doctor.delays import ages, blocked, queues, restarts, timers
+from cli.verbs.doctor.observation import Finding, Listened, Observation
+from cli.verbs.doctor.observing import AllDomains, Reports, packages_named
+from cli.verbs.doctor.services import node_is_there, polling, service_types, serving, twins
+from cli.verbs.doctor.surroundings import domain, leases, packages, processes, security, transport
+from cli.verbs.doctor.topics import best_effort_commands, names, quality, sending, types
 from tests.cli.doctor_stage import end, figures, graph, handler, node, process, queue, served, timer
 
 TWIST = "geometry_msgs/msg/Twist"

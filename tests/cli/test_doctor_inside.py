@@ -14,9 +14,9 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from actors.testing import Rig
 from actors.transport.figures import ProcessFigures
-from cli.doctor import checks
-from cli.doctor.inside import LOST, Inside
-from cli.doctor.observation import Finding
+from cli.verbs.doctor import checks
+from cli.verbs.doctor.inside import LOST, Inside
+from cli.verbs.doctor.observation import Finding
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.cli.doctor_stage import figures
 

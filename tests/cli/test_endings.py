@@ -5,11 +5,11 @@ from __future__ import annotations
 import asyncio
 import signal
 import sys
-from importlib import import_module
 
 import pytest
 
-from cli.command import GROUPS, Exit, module_of, run_group
+from cli.command import COMMANDS, Exit, found, run_command
+from cli.verb import Group
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Talker
 
@@ -82,39 +82,36 @@ async def test_a_reader_that_goes_ends_a_command_without_a_word(
 
 
 async def test_an_error_that_nobody_foresaw_is_one_line(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(argv: object) -> int:
+    def broken(self: Group, argv: object) -> int:
         raise RuntimeError("two\nlines")
 
-    monkeypatch.setattr("cli.daemon.main", broken)
+    monkeypatch.setattr(Group, "main", broken)
     failed = await command("daemon", "status")
     assert (failed.code, failed.out) == (1, "")
     assert failed.err == "RuntimeError: two lines (ROBACTOR_TRACEBACK=1 shows where)\n"
     monkeypatch.setenv("ROBACTOR_TRACEBACK", "1")
     with pytest.raises(RuntimeError, match="two"):
-        run_group("daemon", ["status"])
+        run_command("daemon", ["status"])
 
 
 async def test_a_group_without_a_verb_prints_its_help(command: Command) -> None:
     for group in ("node", "topic", "service", "action", "param", "lifecycle", "interface", "pkg", "component"):
         helped = await command(group)
         assert helped.code == 0
-        assert helped.out.startswith(f"usage: python -m robot {group} ")
+        assert helped.out.startswith(f"usage: robactor {group} ")
 
 
-BAG_VERBS = ("record", "play", "burst", "info", "echo", "convert", "filter", "merge", "reindex", "recover")
-
-
-@pytest.mark.parametrize("group", [*GROUPS])
+@pytest.mark.parametrize("name", [*COMMANDS, "map_saver_cli"])
 async def test_the_help_of_every_verb_fits_into_60_columns(
-    group: str, command: Command, monkeypatch: pytest.MonkeyPatch
+    name: str, command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "60")
-    module = import_module(module_of(group))
-    names = [*module.verbs().parsers] if hasattr(module, "verbs") else BAG_VERBS if group == "bag" else []
-    for verb in ((), *((name,) for name in names)):
-        helped = await command(group, *verb, "--help")
+    group = found(name)
+    verbs = list(group.verbs) if isinstance(group, Group) else []
+    for verb in ((), *((each,) for each in verbs)):
+        helped = await command(name, *verb, "--help")
         assert helped.code == 0
-        assert max(map(len, helped.out.splitlines())) <= 60, (group, *verb)
+        assert max(map(len, helped.out.splitlines())) <= 60, (name, *verb)
 
 
 def test_our_exit_codes_are_those_of_ros_2_but_where_a_script_would_be_deceived() -> None:

@@ -75,7 +75,7 @@ def test_a_package_robot_that_hides_the_robots_is_named(tmp_path: Path) -> None:
 def test_with_the_robots_own_package_the_program_does_what_it_is_told(tmp_path: Path) -> None:
     done = run(tmp_path, "-c", START, "--help")
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.startswith("usage: python -m robot COMMAND")
+    assert done.stdout.startswith("usage: robactor COMMAND")
 
 
 @pytest.mark.parametrize("name", ["run_cli", "rebot_cli"])

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import pytest
 
-from cli.command import run_group
+from cli.command import run_command
 from tests.actors.launch.files import python, written, xml
 
 
 def launched(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, list[str], str]:
     """Exit code, lines on stdout, text on stderr."""
     try:
-        code = run_group("launch", words)
+        code = run_command("launch", words)
     except SystemExit as exit:
         code = int(exit.code or 0)
     out, err = capsys.readouterr()
@@ -94,7 +94,7 @@ class TestActive(unittest.TestCase):
 
 
 def checked(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
-    code = run_group("launch_test", words)
+    code = run_command("launch_test", words)
     return code, *capsys.readouterr()
 
 

@@ -23,7 +23,7 @@ from actors.interfaces.composition_interfaces.srv import (
     UnloadNode_Response,
 )
 from actors.parameters.messages import from_parameter
-from cli.completion import candidates
+from cli.verbs.completion import candidates
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Adder, Base, Motor, Talker
 

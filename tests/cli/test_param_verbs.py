@@ -156,4 +156,4 @@ async def test_values_are_had_as_json(system_of: SystemOf, command: Command) -> 
 async def test_without_its_words_a_verb_says_how_it_is_used(verb: str, command: Command) -> None:
     misused = await command("param", verb)
     assert misused.code == 2
-    assert misused.err.startswith(f"usage: python -m robot param {verb} ")
+    assert misused.err.startswith(f"robactor param {verb}: the following arguments are required: ")

@@ -12,7 +12,7 @@ from actors import Node, QoS, Topic, every, publishes
 from actors.interfaces.geometry_msgs.msg import Vector3Stamped
 from actors.interfaces.sensor_msgs.msg import JointState
 from cli.command import CommandFailed
-from cli.plotting import Series, braille, split
+from cli.verbs.plot.plotting import Series, braille, split
 from tests.cli.conftest import Command, SystemOf
 
 VECTORS = Topic(Vector3Stamped, "imu/data", QoS(depth=100))
@@ -99,7 +99,7 @@ async def test_samples_are_written_and_drawn(system_of: SystemOf, command: Comma
 async def test_without_matplotlib_a_picture_is_refused_before_anything_is_collected(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("cli.plotting.find_spec", lambda name: None)
+    monkeypatch.setattr("cli.verbs.plot.plotting.find_spec", lambda name: None)
     refused = await command("plot", "/imu/data/vector/x", "--png", "x.png")
     assert (refused.code, refused.out) == (1, "")
     assert "pip install 'robactor[plots]'" in refused.err

@@ -16,7 +16,7 @@ from actors.interfaces.geometry_msgs.msg import Vector3Stamped
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.std_msgs.msg import Header, UInt8MultiArray
 from actors.nodes import CLOCK
-from cli.topic.rate import Intervals, Sizes, Spread, Window, bandwidth
+from cli.verbs.topic.rate import Intervals, Sizes, Spread, Window, bandwidth
 from tests.cli.conftest import SystemOf
 
 FAST = Topic(Vector3Stamped, "fast", QoS(depth=1000))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from cli.run import _run_process as run_process
+from cli.verbs.run import _run_process as run_process
 from tests.cli.conftest import ROOT, Command, Finished
 
 MODULE = """
@@ -199,7 +199,7 @@ def test_a_signal_that_comes_while_the_program_is_being_started_ends_the_program
             started.append(self)
             signal.raise_signal(number)
 
-    monkeypatch.setattr("cli.run.subprocess.Popen", Interrupted)
+    monkeypatch.setattr("cli.verbs.run.subprocess.Popen", Interrupted)
     try:
         assert run_process(["sleep", "5"]) == 128 + number
     finally:

@@ -10,8 +10,8 @@ from actors import Child, Node, run
 from actors.transport.security import load_security
 from actors.transport.security.authority import create
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
-from cli.command import CommandFailed
-from cli.security import main
+from cli.command import CommandFailed, UsageError
+from cli.verbs.security import COMMAND
 from tests.cli.conftest import Command
 
 ACCESS = """
@@ -33,12 +33,12 @@ def test_create_prints_the_files_and_show_says_what_is_on_without_secrets(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "fleet"
-    assert main(["create", str(folder), "robot", "--passwords", "--days", "7"]) == 0
+    assert COMMAND.main(["create", str(folder), "robot", "--passwords", "--days", "7"]) == 0
     assert capsys.readouterr().out == f"{folder}/robot/security.yaml\n"
 
     with (folder / "robot/security.yaml").open("a") as file:
         file.write(ACCESS)
-    assert main(["show", str(folder / "robot/security.yaml")]) == 0
+    assert COMMAND.main(["show", str(folder / "robot/security.yaml")]) == 0
     shown = capsys.readouterr().out
     assert shown.splitlines()[0] == "name         robot"
     assert "TLS          mutual: who connects needs a certificate" in shown
@@ -53,10 +53,10 @@ def test_show_says_what_is_not_on(folder: Path, capsys: pytest.CaptureFixture[st
     file = folder / "desk/security.yaml"
     text = file.read_text()
     file.write_text(text.replace("  users: users\n", ""))
-    main(["show", str(file)])
+    COMMAND.main(["show", str(file)])
     assert "lets in      nobody: it can only connect" in capsys.readouterr().out
     file.write_text(text.split("user:")[0] + "  mutual: false\n")
-    main(["show", str(file)])
+    COMMAND.main(["show", str(file)])
     shown = capsys.readouterr().out
     assert (
         "TLS          of the listening side only\nuser         none\naccess       everything, for all who are let in\n"
@@ -68,25 +68,23 @@ def test_check_warns_of_a_certificate_that_ends_soon_and_fails_for_a_file_that_c
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ROBACTOR_SECURITY", str(folder / "desk/security.yaml"))
-    assert main(["check"]) == 0
+    assert COMMAND.main(["check"]) == 0
     assert capsys.readouterr().out == f"{folder}/desk/security.yaml: can be used\n"
     create(tmp_path / "short", ["desk"], days=3, passwords=False)
-    assert main(["check", str(tmp_path / "short/desk/security.yaml")]) == 0
+    assert COMMAND.main(["check", str(tmp_path / "short/desk/security.yaml")]) == 0
     assert f"{tmp_path}/short/desk/certificate.pem: ends in 2 days\n" in capsys.readouterr().out
     (folder / "desk/key.pem").unlink()
     with pytest.raises(CommandFailed, match=r"security\.yaml:5: tls\.key: .*key\.pem cannot be read"):
-        main(["check"])
+        COMMAND.main(["check"])
     monkeypatch.delenv("ROBACTOR_SECURITY")
     with pytest.raises(CommandFailed, match="name a security file, or set ROBACTOR_SECURITY"):
-        main(["show"])
+        COMMAND.main(["show"])
 
 
 @pytest.mark.parametrize("days", ["0", "4000", "x"])
-def test_a_number_of_days_that_is_none_is_not_understood(days: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(["create", "folder", "robot", "--days", days])
-    assert ended.value.code == 2
-    assert "is no number of days from 1 to 3650" in capsys.readouterr().err
+def test_a_number_of_days_that_is_none_is_not_understood(days: str) -> None:
+    with pytest.raises(UsageError, match="is no number of days from 1 to 3650"):
+        COMMAND.main(["create", "folder", "robot", "--days", days])
 
 
 async def test_a_command_sees_a_secured_graph_only_with_a_certificate(

@@ -8,8 +8,8 @@ import pytest
 
 from actors import Child, Node, Topic, run
 from actors.interfaces.std_msgs.msg import String
-from cli.graph import Seen
-from cli.looking import QUIET, settle
+from cli.graph.looking import QUIET, settle
+from cli.graph.seen import Seen
 
 pytestmark = pytest.mark.virtual
 

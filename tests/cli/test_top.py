@@ -11,7 +11,7 @@ import pytest
 
 from actors.transport.figures import LeaseFigures, NodeFigures, ProcessFigures
 from actors.typing import NodeView
-from cli.top import Watch, table
+from cli.verbs.top import Watch, table
 from tests.cli.conftest import Command
 
 LONG = "/a_namespace_that_does_not_end/and_a_node_whose_name_is_long_too"

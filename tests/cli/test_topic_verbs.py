@@ -83,7 +83,7 @@ async def test_what_is_asked_for_by_its_name_is_waited_for_a_moment(
     system_of: SystemOf, command: Command, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], line: str
 ) -> None:
     """A process that has just started, or a busy machine, used to be answered with `Unknown topic`."""
-    monkeypatch.setattr("cli.looking.LATE", 20.0)
+    monkeypatch.setattr("cli.graph.looking.LATE", 20.0)
     async with system_of(Base):
         asked = asyncio.ensure_future(command(*words))
         await asyncio.sleep(0)
@@ -107,8 +107,8 @@ async def test_verbs_of_a_node_of_their_own_wait_for_what_they_are_asked_for(
     system_of: SystemOf, command: Command, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], line: str
 ) -> None:
     """They used to say that it is not there when nothing had been heard of it for 60 ms."""
-    monkeypatch.setattr("cli.looking.LATE", 20.0)
-    monkeypatch.setattr("cli.looking.QUIET", 0.001)  # as if the machine had been busy for all of it
+    monkeypatch.setattr("cli.graph.looking.LATE", 20.0)
+    monkeypatch.setattr("cli.graph.looking.QUIET", 0.001)  # as if the machine had been busy for all of it
     arm = Child(Base, name="arm", parameters={"enable_logger_service": True})
     async with system_of(Base) as system:
         asked = asyncio.ensure_future(command(*words))

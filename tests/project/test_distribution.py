@@ -31,7 +31,7 @@ SOURCES = {
     "robot": WHEEL["robot"],
     "docs": {".md", ".png", ".svg", ".toml", ".css", ".js", ".json", ".webp"},
     "tests": {".py", ".md", ".txt", ".json", ".toml", ".msg", ".srv", ".action", ".mjs", ".map", ".scen"},
-    ".ci": {"run", "nightly", "vendor"},
+    ".ci": {"run", "nightly", "vendor", ".json", ".ts", ".prettierignore"},
     ".": {"README.md", "CHANGELOG.md", "LICENSE", "pyproject.toml", ".gitignore", "PKG-INFO"},
 }
 

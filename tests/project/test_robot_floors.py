@@ -10,6 +10,7 @@ ROBOT = Path(__file__).parents[2] / "robot"
 
 FLOORS = (
     "__main__",
+    "commands",
     "tutorials",
     "evaluate",
     "picture",
@@ -31,7 +32,6 @@ FLOORS = (
     "interfaces",
     "png",
     "geometry",
-    "starting",
 )
 """The rooms from top to bottom. The face, ``robot/__init__.py``, stands above all of them, and nothing imports it."""
 

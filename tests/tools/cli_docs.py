@@ -16,13 +16,12 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-from cli.command import GROUPS, Exit, module_of
+from cli.command import COMMANDS, Exit, added, found
 from cli.parsing import actions_of
+from cli.verb import Group
 
 __all__ = [
     "DOCTOR",
@@ -194,14 +193,15 @@ def part(page: str, name: str) -> str:
 def verbs() -> str:
     """The table of all verbs, from their parsers."""
     lines = ["| command | what it does |", "|---|---|"]
-    for group in GROUPS:
-        name = module_of(group)
-        if find_spec(name) is None or not hasattr(module := import_module(name), "verbs"):
-            lines.append(f"| `{group}` | {GROUPS[group]} |")
+    for name in (*(entry.name for entry in added()), *COMMANDS):
+        command = found(name)
+        assert command is not None
+        if not isinstance(command, Group):
+            lines.append(f"| `{name}` | {' '.join(command.help.split())} |")
             continue
-        for name, parser in module.verbs().parsers.items():
-            places = [action.dest.upper() for action in actions_of(parser) if not action.option_strings]
-            lines.append(f"| `{' '.join((group, name, *places))}` | {parser.description} |")
+        for verb in command.verbs.values():
+            places = [action.dest.upper() for action in actions_of(verb.parser()) if not action.option_strings]
+            lines.append(f"| `{' '.join((name, verb.name, *places))}` | {verb.help} |")
     return "\n".join(lines) + "\n"
 
 

@@ -26,6 +26,7 @@ Found = dict[Line, list[str]]
 
 def run(*command: str) -> str:
     """The output of a checker, which exits with 1 when it has found errors, as it should."""
+    pytest.importorskip(command[0], reason=f"{command[0]} is not installed: pip install --group lint")
     done = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert done.returncode in (0, 1), f"{command[0]} could not run:\n{done.stdout}\n{done.stderr}"
     return done.stdout

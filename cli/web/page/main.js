@@ -1,22 +1,37 @@
 // The frame around the panes: connection, tabs, theme, the stop button, and one loop that draws what is shown.
 
-import { h, recall, remember, writing } from "./core/dom.js";
+import { find, h, recall, remember, writing } from "./core/dom.js";
 import { Foxglove } from "./core/foxglove.js";
 import { Rosbridge } from "./core/rosbridge.js";
 import { startReport } from "./core/report.js";
 import { watchSafety } from "./core/safety.js";
 import { Timeline } from "./core/timeline.js";
 
-const PANES = { robot: "Robot", graph: "Graph", plot: "Plot", console: "Console", parameters: "Parameters", goals: "Goals", doctor: "Doctor", bags: "Bags" };
-const REPLACES = { graph: "rqt_graph", plot: "rqt_plot", console: "rqt_console", parameters: "rqt_reconfigure" };
+const PANES = {
+  robot: "Robot",
+  graph: "Graph",
+  plot: "Plot",
+  console: "Console",
+  parameters: "Parameters",
+  goals: "Goals",
+  doctor: "Doctor",
+  bags: "Bags",
+};
+const REPLACES = {
+  graph: "rqt_graph",
+  plot: "rqt_plot",
+  console: "rqt_console",
+  parameters: "rqt_reconfigure",
+};
 const host = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`;
 const here = `${host}${location.search}`; // with ?bag=NAME the panes show that recording
-const main = document.querySelector("#main");
-const status = document.querySelector("#status");
+const main = find("#main");
+const status = find("#status");
 
 const link = new Foxglove(here);
 const bridge = new Rosbridge(here);
-const robot = asked("bag") ? new Foxglove(`${host}${without("bag")}`) : link; // a recording beside the robot does not take the stop button away
+// a recording beside the robot does not take the stop button away
+const robot = asked("bag") ? new Foxglove(`${host}${without("bag")}`) : link;
 const panes = new Map(); // name -> promise of {element, show, hide, frame}
 const app = { link, robot, bridge, palette, go, without };
 let shown = null;
@@ -36,11 +51,34 @@ function without(name) {
 /** Colours for what is drawn on a canvas. */
 function palette() {
   const style = getComputedStyle(document.documentElement);
-  const names = ["ground", "panel", "text", "muted", "line", "accent", "sky", "grid", "floor", "wall", "scan", "path", "trail", "force", "good", "warn", "bad"];
-  return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+  const names = [
+    "ground",
+    "panel",
+    "text",
+    "muted",
+    "line",
+    "accent",
+    "sky",
+    "grid",
+    "floor",
+    "wall",
+    "scan",
+    "path",
+    "trail",
+    "force",
+    "good",
+    "warn",
+    "bad",
+  ];
+  return Object.fromEntries(
+    names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]),
+  );
 }
 
-/** Open a pane: "plot", or "plot?series=/odom.pose.pose.position.x". What is shown is in the address, so it can be sent to somebody. */
+/**
+ * Open a pane: "plot", or "plot?series=/odom.pose.pose.position.x". What is shown is in the address, so it can be sent
+ * to somebody.
+ */
 function go(address, replace = false) {
   if (replace) {
     history.replaceState(null, "", `#${address}`);
@@ -54,14 +92,20 @@ async function route() {
   const name = asked in PANES ? asked : "robot";
   wanted = name;
   remember("address", address);
-  for (const tab of document.querySelectorAll("#tabs a")) {
+  for (const tab of /** @type {NodeListOf<HTMLElement>} */ (
+    document.querySelectorAll("#tabs a")
+  )) {
     if (tab.dataset.pane === name) {
       tab.setAttribute("aria-current", "page");
       tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     } else tab.removeAttribute("aria-current");
   }
   document.title = `${PANES[name]} · robactor`;
-  if (!panes.has(name)) panes.set(name, import(`./panes/${name}.js`).then((module) => module.make(app)));
+  if (!panes.has(name))
+    panes.set(
+      name,
+      import(`./panes/${name}.js`).then((module) => module.make(app)),
+    );
   const pane = await panes.get(name);
   if (wanted !== name) return;
   if (shown !== pane) {
@@ -75,17 +119,21 @@ async function route() {
 /** Where nothing was chosen and there is no robot to be seen, the graph is what there is. */
 async function choose() {
   const { hasRobot } = await import("./robot/world.js");
-  if (!location.hash && !recall("chosen", false) && !hasRobot(link)) go("graph");
+  if (!location.hash && !recall("chosen", false) && !hasRobot(link))
+    go("graph");
 }
 
 function theme(choice) {
-  const dark = choice ? choice === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+  const dark = choice
+    ? choice === "dark"
+    : matchMedia("(prefers-color-scheme: dark)").matches;
   document.documentElement.dataset.theme = dark ? "dark" : "light";
   dispatchEvent(new Event("theme"));
 }
 
 function toggleTheme() {
-  const next = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+  const next =
+    document.documentElement.dataset.theme === "dark" ? "light" : "dark";
   remember("theme", next);
   theme(next);
 }
@@ -99,17 +147,33 @@ function showStatus() {
 function warn(problems) {
   const tab = document.querySelector('#tabs a[data-pane="doctor"]');
   tab.querySelector(".count")?.remove();
-  if (problems) tab.append(h("span.count", { title: `${problems} problem${problems > 1 ? "s" : ""}` }, problems));
+  if (problems)
+    tab.append(
+      h(
+        "span.count",
+        { title: `${problems} problem${problems > 1 ? "s" : ""}` },
+        problems,
+      ),
+    );
 }
 
 for (const [name, title] of Object.entries(PANES)) {
-  const tab = h("a", { href: `#${name}`, title: REPLACES[name] && `Instead of ${REPLACES[name]}` }, title);
+  const tab = h(
+    "a",
+    {
+      href: `#${name}`,
+      title: REPLACES[name] && `Instead of ${REPLACES[name]}`,
+    },
+    title,
+  );
   tab.dataset.pane = name;
-  document.querySelector("#tabs").append(tab);
+  find("#tabs").append(tab);
 }
 theme(recall("theme", ""));
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => theme(recall("theme", "")));
-document.querySelector("#theme").onclick = toggleTheme;
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
+  theme(recall("theme", "")),
+);
+find("#theme").onclick = toggleTheme;
 addEventListener("hashchange", () => {
   remember("chosen", true);
   route();
@@ -123,9 +187,14 @@ addEventListener("keydown", (event) => {
 });
 link.addEventListener("open", showStatus);
 link.addEventListener("close", showStatus);
-link.addEventListener("findings", ({ detail }) => warn(detail.filter(({ level }) => level === "problem").length));
+link.addEventListener("findings", (/** @type {CustomEvent} */ { detail }) =>
+  warn(detail.filter(({ level }) => level === "problem").length),
+);
 link.watchSystem();
 watchSafety(robot);
-new Timeline(link, asked("bag") ? `${location.pathname}${without("bag")}#robot` : "");
+new Timeline(
+  link,
+  asked("bag") ? `${location.pathname}${without("bag")}#robot` : "",
+);
 startReport(link, () => shown?.frame?.());
 route();

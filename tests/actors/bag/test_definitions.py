@@ -20,7 +20,7 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool
 from actors.logs import LogRecord
 from actors.testing import Rig
-from cli.bag_echo import run as echo
+from cli.verbs.bag import COMMAND
 from tests.actors.bag.bags import BEGIN, WORDS, text
 
 LINE = "=" * 80
@@ -58,7 +58,7 @@ def test_what_was_recorded_is_shown_as_it_was_recorded(tmp_path: Path, capsys: p
         (BagTopic("/ping", "field_msgs/msg/Ping", schema_encoding="ros2msg"), b"\0\1\0\0\0"),
         (topic_of("/set/_service_event", event_message(SetBool)), encode(event_message(SetBool)())),
     ]
-    assert echo("echo", [str(bag_of(tmp_path / "old", messages)), "--json"]) == 0
+    assert COMMAND.main(["echo", str(bag_of(tmp_path / "old", messages)), "--json"]) == 0
     shown = capsys.readouterr().out
     assert '"message": {"z": 3.0, "y": 2.0, "x": 1.0}' in shown
     assert '"timestamp": 1700000000000000000' in shown
@@ -76,7 +76,7 @@ def test_echo_goes_on_beside_what_cannot_be_decoded(tmp_path: Path, capsys: pyte
         (WORDS, text("b")),
         (WORDS, text("c")),
     ]
-    assert echo("echo", [str(bag_of(tmp_path / "mixed", messages)), "-n", "2"]) == 1
+    assert COMMAND.main(["echo", str(bag_of(tmp_path / "mixed", messages)), "-n", "2"]) == 1
     told = capsys.readouterr()
     assert [line for line in told.out.splitlines() if line.startswith("data")] == ["data: a", "data: b"]
     assert [line.partition(":")[2][:28] for line in told.err.splitlines()] == [

@@ -13,7 +13,7 @@ from actors.bag import BagError, BagReader, Player, PlayOptions, recover, reinde
 from actors.bag.mcap_reading import McapReading, Salvage
 from actors.interfaces.std_msgs.msg import String
 from actors.testing import Rig
-from cli.bag_echo import run as echo
+from cli.verbs.bag import COMMAND
 from tests.actors.bag.bags import text
 from tests.actors.bag.mcap_variants import CONTENTS, TIMES, variants
 
@@ -61,7 +61,7 @@ def test_all_such_files_of_ros_2_are_echoed(tmp_path: Path, capsys: pytest.Captu
     for _, name, data in variants(ROS):
         path = tmp_path / f"{name}.mcap"
         path.write_bytes(data)
-        assert echo("echo", [str(path), "--field", "data"]) == 0, name
+        assert COMMAND.main(["echo", str(path), "--field", "data"]) == 0, name
         assert capsys.readouterr().out.split() == [part for word in HEARD for part in (word, "---")], name
 
 

@@ -104,6 +104,7 @@ def marked() -> set[int]:
 
 @pytest.mark.slow
 def test_mypy_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
+    pytest.importorskip("mypy", reason="mypy is not installed: pip install --group lint")
     command = [sys.executable, "-m", "mypy", "--strict", "--no-error-summary", "--hide-error-context", str(sample)]
     output = subprocess.run(command, capture_output=True, text=True, cwd=ROOT).stdout
     found = {int(number) for number in re.findall(r"sample\.py:(\d+): error", output)}
@@ -113,7 +114,7 @@ def test_mypy_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
 @pytest.mark.slow
 def test_pyright_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
     if shutil.which("pyright", path=str(Path(sys.executable).parent)) is None:
-        pytest.skip("pyright is not installed")
+        pytest.skip("pyright is not installed: pip install --group lint")
     config = {
         "typeCheckingMode": "strict",
         "include": ["sample.py"],

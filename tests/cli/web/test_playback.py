@@ -19,7 +19,7 @@ from actors.bag import BagWriter, topic_of
 from actors.interfaces import decode, encode
 from actors.interfaces.std_msgs.msg import Int32, String
 from cli.command import CommandFailed
-from cli.web import parser
+from cli.verbs.web import COMMAND
 from cli.web.server import WebServer
 from cli.web.settings import WebSettings
 from cli.web.verb import serve
@@ -231,7 +231,7 @@ async def test_the_services_of_the_player_step_and_seek_and_the_viewers_hear_of_
 
 
 async def test_the_command_shows_a_recording_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    verb = asyncio.ensure_future(serve(parser().parse_args([str(recorded(tmp_path / "walk")), "--port", "0"])))
+    verb = asyncio.ensure_future(serve(COMMAND.parser().parse_args([str(recorded(tmp_path / "walk")), "--port", "0"])))
     said = ""
     while "web page: " not in said:
         await asyncio.sleep(0.01)
@@ -248,7 +248,7 @@ async def test_the_command_shows_a_recording_alone(tmp_path: Path, capsys: pytes
 
 async def test_the_command_says_at_once_that_there_is_no_bag(tmp_path: Path) -> None:
     with pytest.raises(CommandFailed, match="there is no bag"):
-        await serve(parser().parse_args([str(tmp_path / "none"), "--port", "0"]))
+        await serve(COMMAND.parser().parse_args([str(tmp_path / "none"), "--port", "0"]))
 
 
 # -- which recording ----------------------------------------------------------------------------------------------------------------

@@ -85,4 +85,4 @@ def test_each_help_names_the_command_that_was_typed(module: object, capsys: pyte
         module.main(["--help"])  # type: ignore[attr-defined]
     assert ended.value.code == 0
     name = module.__name__.rpartition(".")[2]  # type: ignore[attr-defined]
-    assert capsys.readouterr().out.startswith(f"usage: python -m robot evaluate {name} ")
+    assert capsys.readouterr().out.startswith(f"usage: robactor evaluate {name} ")

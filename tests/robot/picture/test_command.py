@@ -51,7 +51,7 @@ def test_words_it_does_not_know_are_one_line_too(capsys: pytest.CaptureFixture[s
     assert main(["--renderer", "crayon"]) == 2
     said = capsys.readouterr().err
     assert said.startswith("robot picture: argument --renderer: invalid choice: 'crayon'")
-    assert said.endswith("(see python -m robot picture --help)\n")
+    assert said.endswith("(see robactor picture --help)\n")
     assert said.count("\n") == 1
 
 

@@ -295,8 +295,8 @@ def test_the_motors_sit_the_robot_down_when_the_gait_is_gone(tmp_path: Path) -> 
         (("--publish-clock", "0"), "0.1 to 1000 Hz"),
         (("--report", "no/such/folder/r.json"), "no folder"),
         (("--duration", "-1"), "positive"),
-        (("--duration", "soon"), "soon is not a positive number of seconds (see python -m robot run --help)"),
-        (("--xyzzy",), "robot run: unrecognized arguments: --xyzzy (see python -m robot run --help)"),
+        (("--duration", "soon"), "soon is not a positive number of seconds (see robactor run --help)"),
+        (("--xyzzy",), "robot run: unrecognized arguments: --xyzzy (see robactor run --help)"),
         (("--world", "nowhere"), "there are: warehouse, empty, corridor, pillars"),
         (("--goal", "100", "100"), "outside of the world 'warehouse', where x is -2 to 10 m and y is -3.2 to 7.2 m"),
         (("--crash", "gait@50", "--duration", "20"), "the run ends at 20 s, before that; give a longer --duration"),
@@ -373,7 +373,7 @@ def test_a_parameter_file_that_is_no_yaml_names_file_and_line(text: str, place: 
         ),
         (
             ("walk", "--xyzzy"),
-            "robot evaluate walk: unrecognized arguments: --xyzzy (see python -m robot evaluate walk --help)",
+            "robot evaluate walk: unrecognized arguments: --xyzzy (see robactor evaluate walk --help)",
         ),
         (
             ("maps",),
@@ -403,7 +403,7 @@ def test_a_measurement_that_cannot_be_made_is_one_line_and_exit_code_2(words: tu
 
 def test_evaluate_maps_calls_itself_what_was_typed() -> None:
     done = robot("evaluate", "maps", "--help")
-    assert done.stdout.startswith("usage: python -m robot evaluate maps ")
+    assert done.stdout.startswith("usage: robactor evaluate maps ")
 
 
 def test_a_pattern_for_all_nodes_sets_what_they_have_and_leaves_the_others_alone(tmp_path: Path) -> None:
@@ -434,7 +434,7 @@ def test_a_parameter_out_of_its_bounds_names_the_node_and_the_bounds(tmp_path: P
 
 
 def test_without_mujoco_the_remedy_is_named() -> None:
-    code = "import sys; sys.modules['mujoco'] = None\nfrom robot.__main__ import main\nsys.exit(main(['run', '--duration', '1']))"
+    code = "import sys; sys.modules['mujoco'] = None\nfrom cli.entry import main\nsys.exit(main(['run', '--duration', '1']))"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, timeout=60
     )

@@ -1,4 +1,5 @@
-// One connection to the server by the Foxglove WebSocket protocol: topics by name, messages decoded, publishing, services, the running system.
+// One connection to the server by the Foxglove WebSocket protocol: topics by name, messages decoded, publishing,
+// services, the running system.
 
 import { decoder } from "./cdr.js";
 
@@ -6,7 +7,9 @@ const RETRY = 1000; // ms until the next attempt after a connection was lost
 const PATIENCE = 15000; // ms until a service that does not answer is given up
 const TEXT = new TextEncoder();
 
-/** Events: "open", "close", "channels", "services", "system" (detail: the snapshot), "findings" (detail: those of the doctor); of a recording "playback" (detail: {playing, ended, rate, at}),
+/**
+ * Events: "open", "close", "channels", "services", "system" (detail: the snapshot), "findings" (detail: those of the
+ * doctor); of a recording "playback" (detail: {playing, ended, rate, at}),
  * "time" (detail: seconds), and "seek" (detail: seconds) when what was shown is to be forgotten. */
 export class Foxglove extends EventTarget {
   constructor(url) {
@@ -31,7 +34,10 @@ export class Foxglove extends EventTarget {
   open() {
     const socket = (this.socket = new WebSocket(this.url, ["foxglove.sdk.v1"]));
     socket.binaryType = "arraybuffer";
-    socket.onmessage = (event) => (typeof event.data === "string" ? this.json(JSON.parse(event.data)) : this.binary(event.data));
+    socket.onmessage = (event) =>
+      typeof event.data === "string"
+        ? this.json(JSON.parse(event.data))
+        : this.binary(event.data);
     socket.onclose = () => this.lost();
   }
 
@@ -42,7 +48,8 @@ export class Foxglove extends EventTarget {
     this.byId.clear();
     this.mine.clear();
     for (const want of this.wanted.values()) want.id = undefined;
-    for (const id of [...this.answers.keys()]) this.settle(id, new Error("the connection was lost"));
+    for (const id of [...this.answers.keys()])
+      this.settle(id, new Error("the connection was lost"));
     this.tell("close");
     setTimeout(() => this.open(), RETRY);
   }
@@ -52,7 +59,8 @@ export class Foxglove extends EventTarget {
   }
 
   send(message) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    if (this.socket.readyState === WebSocket.OPEN)
+      this.socket.send(JSON.stringify(message));
   }
 
   json(message) {
@@ -78,7 +86,9 @@ export class Foxglove extends EventTarget {
     for (const callback of want.callbacks) callback(bytes, at, want);
   }
 
-  /** The messages of a topic from now on, decoded, until the returned function is called. The topic need not exist yet. */
+  /**
+   * The messages of a topic from now on, decoded, until the returned function is called. The topic need not exist yet.
+   */
   subscribe(topic, callback) {
     return this.raw(topic, false, (bytes, at, want) => {
       try {
@@ -89,7 +99,9 @@ export class Foxglove extends EventTarget {
     });
   }
 
-  /** The newest message only, decoded when it is asked for: `take()` gives it once, or null when there is none since. The server leaves out
+  /**
+   * The newest message only, decoded when it is asked for: `take()` gives it once, or null when there is none since.
+   * The server leaves out
    *  those that would be older when they are sent. */
   latest(topic) {
     let bytes = null;
@@ -118,7 +130,17 @@ export class Foxglove extends EventTarget {
 
   raw(topic, newest, callback) {
     let want = this.wanted.get(topic);
-    if (!want) this.wanted.set(topic, (want = { callbacks: new Set(), newest, id: undefined, decode: null, count: 0 }));
+    if (!want)
+      this.wanted.set(
+        topic,
+        (want = {
+          callbacks: new Set(),
+          newest,
+          id: undefined,
+          decode: null,
+          count: 0,
+        }),
+      );
     if (want.newest && !newest) {
       want.newest = false;
       this.release(want);
@@ -146,7 +168,12 @@ export class Foxglove extends EventTarget {
     want.decode = decoder(channel.schema, channel.schemaName);
     want.id = ++this.last;
     this.byId.set(want.id, topic);
-    this.send({ op: "subscribe", subscriptions: [{ id: want.id, channelId: channel.id, newest: want.newest }] });
+    this.send({
+      op: "subscribe",
+      subscriptions: [
+        { id: want.id, channelId: channel.id, newest: want.newest },
+      ],
+    });
   }
 
   /** Publish a message, as JSON: fields that are left out have their defaults. */
@@ -155,7 +182,10 @@ export class Foxglove extends EventTarget {
     let id = this.mine.get(topic);
     if (id === undefined) {
       this.mine.set(topic, (id = ++this.last));
-      this.send({ op: "advertise", channels: [{ id, topic, encoding: "json", schemaName: type }] });
+      this.send({
+        op: "advertise",
+        channels: [{ id, topic, encoding: "json", schemaName: type }],
+      });
     }
     const text = TEXT.encode(JSON.stringify(message));
     const frame = new Uint8Array(5 + text.length);
@@ -165,7 +195,10 @@ export class Foxglove extends EventTarget {
     this.socket.send(frame);
   }
 
-  /** The answer of a service, as a plain object; the request's fields that are left out have their defaults. Rejects with the reason. */
+  /**
+   * The answer of a service, as a plain object; the request's fields that are left out have their defaults. Rejects
+   * with the reason.
+   */
   call(name, request = {}) {
     const service = this.services.get(name);
     if (!this.connected) return Promise.reject(new Error("not connected"));
@@ -181,14 +214,21 @@ export class Foxglove extends EventTarget {
     frame.set(payload, 13);
     this.socket.send(frame);
     return new Promise((resolve, reject) => {
-      const timer = setTimeout(() => this.settle(id, new Error(`${name} does not answer`)), PATIENCE);
+      const timer = setTimeout(
+        () => this.settle(id, new Error(`${name} does not answer`)),
+        PATIENCE,
+      );
       this.answers.set(id, { resolve, reject, timer });
     });
   }
 
   answered(view) {
     const skip = 13 + view.getUint32(9, true);
-    this.settle(view.getUint32(5, true), null, JSON.parse(new TextDecoder().decode(new Uint8Array(view.buffer, skip))));
+    this.settle(
+      view.getUint32(5, true),
+      null,
+      JSON.parse(new TextDecoder().decode(new Uint8Array(view.buffer, skip))),
+    );
   }
 
   /** End what waits for an answer with this id. */
@@ -201,7 +241,10 @@ export class Foxglove extends EventTarget {
     else answer.resolve(value);
   }
 
-  /** Ask for the snapshot of the running system once a second, "system" events, and for what the doctor finds in it, "findings". */
+  /**
+   * Ask for the snapshot of the running system once a second, "system" events, and for what the doctor finds in it,
+   * "findings".
+   */
   watchSystem() {
     this.wish("robactor.subscribeSystem");
     this.wish("robactor.subscribeFindings");
@@ -209,7 +252,8 @@ export class Foxglove extends EventTarget {
 
   wish(op) {
     this.wishes.add(op);
-    if (this.connected && this.info.capabilities?.includes("robactor")) this.send({ op });
+    if (this.connected && this.info.capabilities?.includes("robactor"))
+      this.send({ op });
   }
 
   /** Let a node fail, so that its supervisor restarts it. */
@@ -222,7 +266,9 @@ export class Foxglove extends EventTarget {
     if (!this.connected) return Promise.reject(new Error("not connected"));
     const id = ++this.last;
     this.send({ op, ...fields, id, requestId: id }); // the protocol's own words call it so
-    return new Promise((resolve, reject) => this.answers.set(id, { resolve, reject }));
+    return new Promise((resolve, reject) =>
+      this.answers.set(id, { resolve, reject }),
+    );
   }
 
   /** A file of a package, package://PACKAGE/path, as bytes. Rejects with the reason. */
@@ -234,7 +280,13 @@ export class Foxglove extends EventTarget {
     const length = view.getUint32(6, true);
     const failed = view.getUint8(5) !== 0;
     const rest = new Uint8Array(view.buffer, 10);
-    this.settle(view.getUint32(1, true), failed ? new Error(new TextDecoder().decode(rest.subarray(0, length))) : null, rest);
+    this.settle(
+      view.getUint32(1, true),
+      failed
+        ? new Error(new TextDecoder().decode(rest.subarray(0, length)))
+        : null,
+      rest,
+    );
   }
 
   // -- a recording
@@ -242,7 +294,13 @@ export class Foxglove extends EventTarget {
   /** {start, end} in seconds, and the name, if this is a recording; else null. */
   get recording() {
     const { dataStartTime: start, dataEndTime: end, metadata } = this.info;
-    return start && { start: start.sec + start.nsec * 1e-9, end: end.sec + end.nsec * 1e-9, name: metadata.recording };
+    return (
+      start && {
+        start: start.sec + start.nsec * 1e-9,
+        end: end.sec + end.nsec * 1e-9,
+        name: metadata.recording,
+      }
+    );
   }
 
   /** Play or stand still, at a rate; `seek` is seconds after the start. */
@@ -256,7 +314,15 @@ export class Foxglove extends EventTarget {
     view.setFloat32(2, rate, true);
     view.setUint8(6, seek === null ? 0 : 1);
     const { sec, nsec } = this.info.dataStartTime;
-    view.setBigUint64(7, seek === null ? 0n : BigInt(sec) * 1000000000n + BigInt(nsec) + BigInt(Math.round(seek * 1e9)), true);
+    view.setBigUint64(
+      7,
+      seek === null
+        ? 0n
+        : BigInt(sec) * 1000000000n +
+            BigInt(nsec) +
+            BigInt(Math.round(seek * 1e9)),
+      true,
+    );
     view.setUint32(15, id.length, true);
     frame.set(id, 19);
     this.socket.send(frame);
@@ -265,11 +331,17 @@ export class Foxglove extends EventTarget {
   played(view) {
     const at = seconds(view, 2);
     if (view.getUint8(14)) {
-      for (const { callbacks } of this.wanted.values()) for (const callback of callbacks) callback.forget?.();
+      for (const { callbacks } of this.wanted.values())
+        for (const callback of callbacks) callback.forget?.();
       this.tell("seek", at);
     }
     const status = view.getUint8(1);
-    this.tell("playback", { playing: status === 0, ended: status === 3, rate: view.getFloat32(10, true), at });
+    this.tell("playback", {
+      playing: status === 0,
+      ended: status === 3,
+      rate: view.getFloat32(10, true),
+      at,
+    });
   }
 }
 
@@ -306,15 +378,25 @@ const HANDLERS = {
     self.tell("channels");
   },
   advertiseServices(self, message) {
-    for (const service of message.services) self.services.set(service.name, service);
+    for (const service of message.services)
+      self.services.set(service.name, service);
     self.tell("services");
   },
   unadvertiseServices(self, message) {
-    for (const [name, service] of self.services) if (message.serviceIds.includes(service.id)) self.services.delete(name);
+    for (const [name, service] of self.services)
+      if (message.serviceIds.includes(service.id)) self.services.delete(name);
     self.tell("services");
   },
-  "robactor.system": (self, message) => self.tell("system", (self.system = message)),
-  "robactor.findings": (self, message) => self.tell("findings", (self.findings = message.findings)),
-  serviceCallFailure: (self, message) => self.settle(message.callId, new Error(message.message)),
-  "robactor.done": (self, message) => self.settle(message.id, message.error ? new Error(message.error) : null, message.value),
+  "robactor.system": (self, message) =>
+    self.tell("system", (self.system = message)),
+  "robactor.findings": (self, message) =>
+    self.tell("findings", (self.findings = message.findings)),
+  serviceCallFailure: (self, message) =>
+    self.settle(message.callId, new Error(message.message)),
+  "robactor.done": (self, message) =>
+    self.settle(
+      message.id,
+      message.error ? new Error(message.error) : null,
+      message.value,
+    ),
 };

@@ -1,22 +1,28 @@
 // The stop button and what tells that the robot is stopped. They are there wherever the robot's emergency stop is.
 
-import { h, writing } from "./dom.js";
+import { find, h, writing } from "./dom.js";
 
 const SERVICE = "/emergency_stop";
 const STATE = "/safety/state";
 const AGAIN = 1000; // ms after which a stop that failed for want of a connection is tried again, until it is heard
 
 export function watchSafety(link) {
-  const button = document.querySelector("#stop");
-  const banner = document.querySelector("#stopped");
+  const button = find("#stop");
+  const banner = find("#stopped");
   let said = "";
 
   const show = (stopped, reasons) => {
-    const text = stopped ? `Stopped: ${reasons.join("; ") || "no reason given"}` : "";
+    const text = stopped
+      ? `Stopped: ${reasons.join("; ") || "no reason given"}`
+      : "";
     if (text === said) return;
     said = text;
     banner.hidden = !stopped;
-    const clear = h("button", { type: "button", onclick: () => ask(false) }, "Clear the stop");
+    const clear = h(
+      "button",
+      { type: "button", onclick: () => ask(false) },
+      "Clear the stop",
+    );
     banner.replaceChildren(h("span.grow", {}, text), stopped ? clear : "");
   };
 
@@ -31,7 +37,9 @@ export function watchSafety(link) {
       const answer = await link.call(SERVICE, { data: stop });
       if (!answer.success) complain(answer.message);
     } catch (error) {
-      complain(`The robot was not ${stop ? "stopped" : "released"}: ${error.message}`);
+      complain(
+        `The robot was not ${stop ? "stopped" : "released"}: ${error.message}`,
+      );
       if (stop) setTimeout(() => ask(true), AGAIN);
     }
   };
@@ -42,8 +50,12 @@ export function watchSafety(link) {
     event.preventDefault();
     ask(true);
   });
-  link.subscribe(STATE, (state) => link.recording || show(state.stopped, state.reasons));
+  link.subscribe(
+    STATE,
+    (state) => link.recording || show(state.stopped, state.reasons),
+  );
   link.addEventListener("services", () => {
-    if (link.services.has(SERVICE)) button.hidden = false; // it stays when the connection is lost: it tells then that nothing was stopped
+    // it stays when the connection is lost: it tells then that nothing was stopped
+    if (link.services.has(SERVICE)) button.hidden = false;
   });
 }

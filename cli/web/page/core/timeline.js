@@ -1,6 +1,7 @@
-// The bar under a recording: play and stand still, step, rate, again and again, and any time of it. Other viewers of the recording see the same.
+// The bar under a recording: play and stand still, step, rate, again and again, and any time of it. Other viewers of
+// the recording see the same.
 
-import { brief, h, icon, writing } from "./dom.js";
+import { brief, find, h, icon, writing } from "./dom.js";
 
 const RATES = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 const STEP = "/rosbag2_player/play_next";
@@ -14,15 +15,57 @@ export class Timeline {
   constructor(link, back) {
     this.link = link;
     this.state = { playing: false, ended: false, rate: 1, at: 0 };
-    this.play = h("button.primary", { type: "button", title: "Play or stand still (space)", onclick: () => this.toggle() });
-    const step = h("button", { type: "button", title: "The next message (.)", "aria-label": "Step", onclick: () => this.step() }, icon(NEXT));
-    this.rate = h("select", { "aria-label": "Rate", onchange: () => this.ask(this.state.playing) }, ...RATES.map((rate) => h("option", { value: String(rate) }, `${rate}×`)));
-    this.loop = h("button", { type: "button", "aria-pressed": "false", title: "Again and again", "aria-label": "Loop", onclick: () => this.setLoop() }, icon(AGAIN));
-    this.slider = h("input", { type: "range", min: 0, step: 0.001, "aria-label": "Time of the recording", oninput: () => this.seek() });
+    this.play = h("button.primary", {
+      type: "button",
+      title: "Play or stand still (space)",
+      onclick: () => this.toggle(),
+    });
+    const step = h(
+      "button",
+      {
+        type: "button",
+        title: "The next message (.)",
+        "aria-label": "Step",
+        onclick: () => this.step(),
+      },
+      icon(NEXT),
+    );
+    this.rate = h(
+      "select",
+      { "aria-label": "Rate", onchange: () => this.ask(this.state.playing) },
+      ...RATES.map((rate) => h("option", { value: String(rate) }, `${rate}×`)),
+    );
+    this.loop = h(
+      "button",
+      {
+        type: "button",
+        "aria-pressed": "false",
+        title: "Again and again",
+        "aria-label": "Loop",
+        onclick: () => this.setLoop(),
+      },
+      icon(AGAIN),
+    );
+    this.slider = h("input", {
+      type: "range",
+      min: 0,
+      step: 0.001,
+      "aria-label": "Time of the recording",
+      oninput: () => this.seek(),
+    });
     this.time = h("span.time.mono");
     this.name = h("b.mono");
-    this.element = document.querySelector("#timeline");
-    this.element.append(this.play, step, this.loop, this.rate, this.slider, this.time, this.name, back ? h("a", { href: back }, "Back to the robot") : "");
+    this.element = find("#timeline");
+    this.element.append(
+      this.play,
+      step,
+      this.loop,
+      this.rate,
+      this.slider,
+      this.time,
+      this.name,
+      back ? h("a", { href: back }, "Back to the robot") : "",
+    );
     link.addEventListener("open", () => this.open());
     link.addEventListener("playback", ({ detail }) => this.told(detail));
     link.addEventListener("time", ({ detail }) => this.show(detail));
@@ -44,13 +87,18 @@ export class Timeline {
     this.state = state;
     this.waiting = false;
     this.play.replaceChildren(icon(state.playing ? PAUSE : PLAY));
-    this.play.setAttribute("aria-label", state.playing ? "Stand still" : "Play");
+    this.play.setAttribute(
+      "aria-label",
+      state.playing ? "Stand still" : "Play",
+    );
     const rate = String(state.rate < 1 ? brief(state.rate, 2) : state.rate);
-    if (![...this.rate.options].some((option) => option.value === rate)) this.rate.append(h("option", { value: rate }, `${rate}×`));
+    if (![...this.rate.options].some((option) => option.value === rate))
+      this.rate.append(h("option", { value: rate }, `${rate}×`));
     this.rate.value = rate;
     if (this.wanted !== null && this.wanted !== undefined) this.seek();
     else this.show(state.at);
-    if (state.ended && this.loop.getAttribute("aria-pressed") === "true") this.ask(true);
+    if (state.ended && this.loop.getAttribute("aria-pressed") === "true")
+      this.ask(true);
   }
 
   /** Show a time, in seconds since 1970, unless another one is being chosen. */
@@ -101,7 +149,15 @@ export class Timeline {
   }
 
   key(event) {
-    if (this.element.hidden || writing(event) || event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("button, a")) return;
+    if (
+      this.element.hidden ||
+      writing(event) ||
+      event.ctrlKey ||
+      event.metaKey ||
+      event.altKey ||
+      event.target.closest?.("button, a")
+    )
+      return;
     if (event.key === " ") this.toggle();
     else if (event.key === ".") this.step();
     else return;

@@ -10,21 +10,83 @@ export async function make(app) {
 
 class BagsPane {
   constructor({ robot: link, without }) {
-    Object.assign(this, { link, without });
+    this.link = link;
+    this.without = without;
     this.note = note();
     this.state = h("p", { role: "status" });
-    this.name = h("input.grow", { type: "text", "aria-label": "Name of the bag", placeholder: "name, or else the time of day", autocomplete: "off", spellcheck: false });
-    this.all = h("input", { type: "checkbox", checked: true, onchange: () => this.choose() });
-    this.topics = h("div.topics", { hidden: true, role: "group", "aria-label": "Topics" });
-    this.button = h("button.primary", { type: "button", onclick: () => (this.running ? this.stop() : this.record()) }, "Record");
+    this.name = h("input.grow", {
+      type: "text",
+      "aria-label": "Name of the bag",
+      placeholder: "name, or else the time of day",
+      autocomplete: "off",
+      spellcheck: false,
+    });
+    this.all = h("input", {
+      type: "checkbox",
+      checked: true,
+      onchange: () => this.choose(),
+    });
+    this.topics = h("div.topics", {
+      hidden: true,
+      role: "group",
+      "aria-label": "Topics",
+    });
+    this.button = h(
+      "button.primary",
+      {
+        type: "button",
+        onclick: () => (this.running ? this.stop() : this.record()),
+      },
+      "Record",
+    );
     this.rows = h("tbody");
     this.none = h("p.muted", {}, "There are no bags yet.");
     this.where = h("p.muted.mono");
-    this.form = h("div.card.stack", {}, h("h2", {}, "Record"), h("div.row", {}, this.name, h("label", {}, this.all, "all topics"), this.button), this.topics, this.state, this.where);
+    this.form = h(
+      "div.card.stack",
+      {},
+      h("h2", {}, "Record"),
+      h(
+        "div.row",
+        {},
+        this.name,
+        h("label", {}, this.all, "all topics"),
+        this.button,
+      ),
+      this.topics,
+      this.state,
+      this.where,
+    );
     const heads = ["name", "begun", "length", "messages", "topics", "size", ""];
     this.element = h(
-      "section.pane.bags.stack", { "aria-label": "Bags" }, this.note.element, this.form,
-      h("div.card.stack", {}, h("h2", {}, "Bags"), this.none, h("div.scroll", {}, h("table", {}, h("thead", {}, h("tr", {}, ...heads.map((name) => h("th", { scope: "col" }, name)))), this.rows))),
+      "section.pane.bags.stack",
+      { "aria-label": "Bags" },
+      this.note.element,
+      this.form,
+      h(
+        "div.card.stack",
+        {},
+        h("h2", {}, "Bags"),
+        this.none,
+        h(
+          "div.scroll",
+          {},
+          h(
+            "table",
+            {},
+            h(
+              "thead",
+              {},
+              h(
+                "tr",
+                {},
+                ...heads.map((name) => h("th", { scope: "col" }, name)),
+              ),
+            ),
+            this.rows,
+          ),
+        ),
+      ),
     );
     link.addEventListener("open", () => this.shown && this.look());
     link.addEventListener("channels", () => this.offer());
@@ -54,14 +116,18 @@ class BagsPane {
   tell({ folder, recording, bags }) {
     this.form.hidden = folder === null;
     this.running = recording !== null;
-    if (folder === null) this.note.say("No bags are kept here: start the server with --bags DIR.");
+    if (folder === null)
+      this.note.say("No bags are kept here: start the server with --bags DIR.");
     this.where.textContent = folder ?? "";
     this.button.textContent = recording ? "Stop recording" : "Record";
     this.button.classList.toggle("danger", this.running);
     this.button.classList.toggle("primary", !this.running);
     this.name.disabled = this.all.disabled = this.running;
     this.state.textContent = recording ? progress(recording) : "";
-    this.state.classList.toggle("bad", Boolean(recording?.failure || recording?.dropped));
+    this.state.classList.toggle(
+      "bad",
+      Boolean(recording?.failure || recording?.dropped),
+    );
     this.none.hidden = bags.length > 0 || folder === null;
     const key = JSON.stringify(bags);
     if (key === this.key) return;
@@ -76,21 +142,50 @@ class BagsPane {
     const open = h("a.button", { href: `?${query}#robot` }, "Play");
     open.setAttribute("aria-label", `Play ${bag.name}`);
     return h(
-      "tr", {}, h("th.mono", { scope: "row" }, bag.name, bag.cut ? h("span.warn", {}, " cut off") : ""), h("td", {}, begun), h("td.number", {}, `${bag.seconds.toFixed(1)} s`),
-      h("td.number", {}, String(bag.messages)), h("td.number", {}, String(bag.topics)), h("td.number", {}, size(bag.bytes)), h("td", {}, h("div.row", {}, open, ...bag.files.map((file) => this.fetcher(bag, file)))),
+      "tr",
+      {},
+      h(
+        "th.mono",
+        { scope: "row" },
+        bag.name,
+        bag.cut ? h("span.warn", {}, " cut off") : "",
+      ),
+      h("td", {}, begun),
+      h("td.number", {}, `${bag.seconds.toFixed(1)} s`),
+      h("td.number", {}, String(bag.messages)),
+      h("td.number", {}, String(bag.topics)),
+      h("td.number", {}, size(bag.bytes)),
+      h(
+        "td",
+        {},
+        h(
+          "div.row",
+          {},
+          open,
+          ...bag.files.map((file) => this.fetcher(bag, file)),
+        ),
+      ),
     );
   }
 
   /** A button that fetches a file, piece by piece, so that neither side holds it in memory. */
   fetcher(bag, file) {
-    const button = h("button", { type: "button", title: `${file.name}, ${size(file.bytes)}` }, "Download");
+    const button = h(
+      "button",
+      { type: "button", title: `${file.name}, ${size(file.bytes)}` },
+      "Download",
+    );
     button.setAttribute("aria-label", `Download ${file.name}`);
     button.onclick = async () => {
       button.disabled = true;
       try {
         const pieces = [];
         for (let offset = 0; ; ) {
-          const piece = await this.link.request("robactor.readBag", { name: bag.name, file: file.name, offset });
+          const piece = await this.link.request("robactor.readBag", {
+            name: bag.name,
+            file: file.name,
+            offset,
+          });
           if (!piece.length) break;
           pieces.push(new Blob([piece]));
           offset += piece.length;
@@ -110,11 +205,26 @@ class BagsPane {
   offer() {
     const chosen = new Set(this.chosen);
     const names = [...this.link.channels.keys()].sort();
-    this.topics.replaceChildren(...names.map((name) => h("label.mono", {}, h("input", { type: "checkbox", value: name, checked: chosen.has(name) }), name)));
+    this.topics.replaceChildren(
+      ...names.map((name) =>
+        h(
+          "label.mono",
+          {},
+          h("input", {
+            type: "checkbox",
+            value: name,
+            checked: chosen.has(name),
+          }),
+          name,
+        ),
+      ),
+    );
   }
 
   get chosen() {
-    return [...this.topics.querySelectorAll("input:checked")].map(({ value }) => value);
+    return [...this.topics.querySelectorAll("input:checked")].map(
+      ({ value }) => value,
+    );
   }
 
   choose() {
@@ -122,8 +232,12 @@ class BagsPane {
   }
 
   async record() {
-    if (!this.all.checked && !this.chosen.length) return this.note.say("Choose a topic.", true);
-    await this.ask("robactor.recordBag", { name: this.name.value.trim(), ...(this.all.checked ? {} : { topics: this.chosen }) });
+    if (!this.all.checked && !this.chosen.length)
+      return this.note.say("Choose a topic.", true);
+    await this.ask("robactor.recordBag", {
+      name: this.name.value.trim(),
+      ...(this.all.checked ? {} : { topics: this.chosen }),
+    });
     this.name.value = "";
   }
 
@@ -144,13 +258,25 @@ class BagsPane {
   }
 }
 
-function progress({ name, seconds, messages, dropped, bytes, topics, failure }) {
+function progress({
+  name,
+  seconds,
+  messages,
+  dropped,
+  bytes,
+  topics,
+  failure,
+}) {
   const lost = dropped ? `, ${dropped} lost` : "";
-  return failure ? `${name}: ${failure}` : `${name}: ${seconds.toFixed(0)} s, ${messages} messages of ${topics} topics${lost}, ${size(bytes)}`;
+  return failure
+    ? `${name}: ${failure}`
+    : `${name}: ${seconds.toFixed(0)} s, ${messages} messages of ${topics} topics${lost}, ${size(bytes)}`;
 }
 
 function size(bytes) {
-  return bytes < 1e6 ? `${(bytes / 1e3).toFixed(0)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
+  return bytes < 1e6
+    ? `${(bytes / 1e3).toFixed(0)} kB`
+    : `${(bytes / 1e6).toFixed(1)} MB`;
 }
 
 function save(blob, name) {

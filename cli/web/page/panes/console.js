@@ -2,7 +2,13 @@
 
 import { h, recall, remember } from "../core/dom.js";
 
-const LEVELS = [[10, "debug"], [20, "info"], [30, "warn"], [40, "error"], [50, "fatal"]];
+const LEVELS = [
+  [10, "debug"],
+  [20, "info"],
+  [30, "warn"],
+  [40, "error"],
+  [50, "fatal"],
+];
 const KEPT = 5000; // lines that are remembered
 const SHOWN = 400; // lines that are drawn: the newest that pass
 
@@ -14,17 +20,70 @@ class ConsolePane {
   constructor({ link, go }) {
     this.go = go;
     this.lines = [];
-    this.level = h("select", { "aria-label": "Least level", onchange: () => this.changed() }, ...LEVELS.map(([value, name]) => h("option", { value: String(value) }, name)));
+    this.level = h(
+      "select",
+      { "aria-label": "Least level", onchange: () => this.changed() },
+      ...LEVELS.map(([value, name]) =>
+        h("option", { value: String(value) }, name),
+      ),
+    );
     this.level.value = recall("console.level", "20");
-    this.node = h("select", { "aria-label": "Node", onchange: () => this.changed() }, h("option", { value: "" }, "every node"));
-    this.text = h("input.grow", { type: "search", placeholder: "Text", "aria-label": "Text", oninput: () => this.changed() });
-    this.pauseButton = h("button", { type: "button", "aria-pressed": "false", onclick: () => this.pause(!this.paused) }, "Pause");
+    this.node = h(
+      "select",
+      { "aria-label": "Node", onchange: () => this.changed() },
+      h("option", { value: "" }, "every node"),
+    );
+    this.text = h("input.grow", {
+      type: "search",
+      placeholder: "Text",
+      "aria-label": "Text",
+      oninput: () => this.changed(),
+    });
+    this.pauseButton = h(
+      "button",
+      {
+        type: "button",
+        "aria-pressed": "false",
+        onclick: () => this.pause(!this.paused),
+      },
+      "Pause",
+    );
     this.rows = h("tbody");
     this.count = h("span.muted", {});
-    this.view = h("div.scroll.log", { tabIndex: 0, role: "region", "aria-label": "Log lines" }, h("table", {}, h("thead", {}, h("tr", {}, ...["time", "level", "node", "message"].map((name) => h("th", { scope: "col" }, name)))), this.rows));
+    this.view = h(
+      "div.scroll.log",
+      { tabIndex: 0, role: "region", "aria-label": "Log lines" },
+      h(
+        "table",
+        {},
+        h(
+          "thead",
+          {},
+          h(
+            "tr",
+            {},
+            ...["time", "level", "node", "message"].map((name) =>
+              h("th", { scope: "col" }, name),
+            ),
+          ),
+        ),
+        this.rows,
+      ),
+    );
     this.element = h(
-      "section.pane.console", { "aria-label": "Console" },
-      h("div.bar", {}, this.level, this.node, this.text, this.pauseButton, h("button", { type: "button", onclick: () => this.clear() }, "Clear"), this.count), this.view,
+      "section.pane.console",
+      { "aria-label": "Console" },
+      h(
+        "div.bar",
+        {},
+        this.level,
+        this.node,
+        this.text,
+        this.pauseButton,
+        h("button", { type: "button", onclick: () => this.clear() }, "Clear"),
+        this.count,
+      ),
+      this.view,
     );
     link.subscribe("/rosout", (line, at) => this.take(line, at));
     link.addEventListener("seek", ({ detail }) => this.cut(detail));
@@ -54,7 +113,8 @@ class ConsolePane {
     let place = this.lines.length; // lines that were kept for newcomers come node by node, not in the order of time
     while (place > 0 && later(this.lines[place - 1], line)) place--;
     this.lines.splice(place, 0, line);
-    if (this.lines.length > KEPT) this.lines.splice(0, this.lines.length - KEPT);
+    if (this.lines.length > KEPT)
+      this.lines.splice(0, this.lines.length - KEPT);
     this.choose(line.name, false);
     if (!this.paused) this.dirty = true;
   }
@@ -62,7 +122,9 @@ class ConsolePane {
   /** Offer a node in the list, and choose it. */
   choose(name, select = true) {
     if (![...this.node.options].some((option) => option.value === name)) {
-      const later = [...this.node.options].slice(1).find((option) => option.value > name);
+      const later = [...this.node.options]
+        .slice(1)
+        .find((option) => option.value > name);
       this.node.insertBefore(h("option", { value: name }, name), later ?? null);
     }
     if (select) this.node.value = name;
@@ -91,9 +153,20 @@ class ConsolePane {
   frame() {
     if (!this.dirty) return;
     this.dirty = false;
-    const [least, node, text] = [Number(this.level.value), this.node.value, this.text.value.toLowerCase()];
-    const found = this.lines.filter((line) => line.level >= least && (!node || line.name === node) && (!text || line.msg.toLowerCase().includes(text)));
-    const atEnd = this.view.scrollHeight - this.view.scrollTop - this.view.clientHeight < 40;
+    const [least, node, text] = [
+      Number(this.level.value),
+      this.node.value,
+      this.text.value.toLowerCase(),
+    ];
+    const found = this.lines.filter(
+      (line) =>
+        line.level >= least &&
+        (!node || line.name === node) &&
+        (!text || line.msg.toLowerCase().includes(text)),
+    );
+    const atEnd =
+      this.view.scrollHeight - this.view.scrollTop - this.view.clientHeight <
+      40;
     this.rows.replaceChildren(...found.slice(-SHOWN).map(row));
     this.count.textContent = `${found.length} of ${this.lines.length} lines`;
     if (atEnd) this.view.scrollTop = this.view.scrollHeight;
@@ -109,8 +182,18 @@ function later({ stamp: a }, { stamp: b }) {
 }
 
 function row(line) {
-  const name = LEVELS.find(([value]) => value === line.level)?.[1] ?? String(line.level);
+  const name =
+    LEVELS.find(([value]) => value === line.level)?.[1] ?? String(line.level);
   const kind = { warn: "warn", error: "bad", fatal: "bad" }[name] ?? "muted";
-  const time = new Date(line.stamp.sec * 1000 + line.stamp.nanosec / 1e6).toISOString().slice(11, 23);
-  return h("tr", {}, h("td.mono.muted", {}, time), h("td", {}, h(`span.level.${kind}`, {}, name)), h("td.mono", {}, line.name), h("td.text", {}, line.msg));
+  const time = new Date(line.stamp.sec * 1000 + line.stamp.nanosec / 1e6)
+    .toISOString()
+    .slice(11, 23);
+  return h(
+    "tr",
+    {},
+    h("td.mono.muted", {}, time),
+    h("td", {}, h(`span.level.${kind}`, {}, name)),
+    h("td.mono", {}, line.name),
+    h("td.text", {}, line.msg),
+  );
 }

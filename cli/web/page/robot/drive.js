@@ -1,4 +1,5 @@
-// Driving by hand: keys, and a stick on the screen for mouse and finger. Commands go out while something is held, and a last one of zero.
+// Driving by hand: keys, and a stick on the screen for mouse and finger. Commands go out while something is held, and a
+// last one of zero.
 
 import { h, writing } from "../core/dom.js";
 
@@ -7,8 +8,16 @@ const EVERY = 100; // ms between commands; the robot forgets them after 0.5 s
 const SPEED = { forward: 0.6, sideways: 0.3, turn: 0.9 }; // m/s, m/s, rad/s
 const FAST = 1.6; // times as fast with Shift
 const KEYS = {
-  w: [1, 0, 0], arrowup: [1, 0, 0], s: [-0.6, 0, 0], arrowdown: [-0.6, 0, 0], a: [0, 0, 1], arrowleft: [0, 0, 1], d: [0, 0, -1], arrowright: [0, 0, -1],
-  q: [0, 1, 0], e: [0, -1, 0],
+  w: [1, 0, 0],
+  arrowup: [1, 0, 0],
+  s: [-0.6, 0, 0],
+  arrowdown: [-0.6, 0, 0],
+  a: [0, 0, 1],
+  arrowleft: [0, 0, 1],
+  d: [0, 0, -1],
+  arrowright: [0, 0, -1],
+  q: [0, 1, 0],
+  e: [0, -1, 0],
 };
 
 export class Drive {
@@ -20,10 +29,22 @@ export class Drive {
     this.fast = false;
     this.hint = h("p.note", { role: "status" });
     this.knob = h("span.knob");
-    this.pad = h("div.stick", { tabIndex: 0, role: "application", "aria-label": "Stick: drag to walk and turn, or use the keys W A S D Q E" }, this.knob);
+    this.pad = h(
+      "div.stick",
+      {
+        tabIndex: 0,
+        role: "application",
+        "aria-label":
+          "Stick: drag to walk and turn, or use the keys W A S D Q E",
+      },
+      this.knob,
+    );
     this.pad.onpointerdown = (event) => this.grab(event);
     this.pad.onpointermove = (event) => this.stick && this.grab(event);
-    this.pad.onpointerup = this.pad.onpointercancel = this.pad.onlostpointercapture = () => this.release();
+    this.pad.onpointerup =
+      this.pad.onpointercancel =
+      this.pad.onlostpointercapture =
+        () => this.release();
     addEventListener("keydown", (event) => this.key(event, true));
     addEventListener("keyup", (event) => this.key(event, false));
     addEventListener("blur", () => this.let());
@@ -33,7 +54,16 @@ export class Drive {
   key(event, down) {
     const name = event.key.toLowerCase();
     this.fast = event.shiftKey;
-    if (!(name in KEYS) || (down && (!this.active || writing(event) || event.ctrlKey || event.metaKey || event.altKey))) return;
+    if (
+      !(name in KEYS) ||
+      (down &&
+        (!this.active ||
+          writing(event) ||
+          event.ctrlKey ||
+          event.metaKey ||
+          event.altKey))
+    )
+      return;
     if (down) this.held.add(name);
     else this.held.delete(name);
     if (down) event.preventDefault();
@@ -95,9 +125,16 @@ export class Drive {
     this.publish(this.wish ?? [0, 0, 0]);
   }
 
+  /** @param {number[]} wish */
   publish([forward, left, turn]) {
     const scale = this.fast ? FAST : 1;
-    const linear = { x: forward * SPEED.forward * scale, y: left * SPEED.sideways * scale };
-    this.link.publish(TOPIC, "geometry_msgs/msg/Twist", { linear, angular: { z: turn * SPEED.turn * scale } });
+    const linear = {
+      x: forward * SPEED.forward * scale,
+      y: left * SPEED.sideways * scale,
+    };
+    this.link.publish(TOPIC, "geometry_msgs/msg/Twist", {
+      linear,
+      angular: { z: turn * SPEED.turn * scale },
+    });
   }
 }

@@ -8,16 +8,47 @@ const TURN = 0.25; // m that a drag must be long to mean a heading
 
 export class GoTo {
   constructor(bridge, world) {
-    Object.assign(this, { bridge, world });
+    this.bridge = bridge;
+    this.world = world;
     this.aim = null;
     this.picking = false;
     this.note = note();
-    this.progress = h("progress", { max: 1, value: 0, hidden: true, "aria-label": "Share of the way that is done" });
-    this.cancel = h("button.danger", { type: "button", hidden: true, onclick: () => this.goal?.cancel() }, "Cancel");
-    this.button = h("button", { type: "button", "aria-pressed": "false", title: "Click to go (G)", onclick: () => this.pick(!this.picking) }, "Go to…");
-    this.element = h("div.stack", {}, h("p.muted", {}, "Press “Go to…” and click on the floor; drag to choose the heading."), this.note.element, this.progress, this.cancel);
+    this.progress = h("progress", {
+      max: 1,
+      value: 0,
+      hidden: true,
+      "aria-label": "Share of the way that is done",
+    });
+    this.cancel = h(
+      "button.danger",
+      { type: "button", hidden: true, onclick: () => this.goal?.cancel() },
+      "Cancel",
+    );
+    this.button = h(
+      "button",
+      {
+        type: "button",
+        "aria-pressed": "false",
+        title: "Click to go (G)",
+        onclick: () => this.pick(!this.picking),
+      },
+      "Go to…",
+    );
+    this.element = h(
+      "div.stack",
+      {},
+      h(
+        "p.muted",
+        {},
+        "Press “Go to…” and click on the floor; drag to choose the heading.",
+      ),
+      this.note.element,
+      this.progress,
+      this.cancel,
+    );
     addEventListener("keydown", (event) => {
-      if (event.key === "g" && !writing(event) && this.button.isConnected) this.pick(!this.picking);
+      if (event.key === "g" && !writing(event) && this.button.isConnected)
+        this.pick(!this.picking);
     });
   }
 
@@ -39,18 +70,25 @@ export class GoTo {
   }
 
   down(event) {
-    const place = this.picking && event.button === 0 ? this.view.floorAt(event.clientX, event.clientY) : null;
+    const place =
+      this.picking && event.button === 0
+        ? this.view.floorAt(event.clientX, event.clientY)
+        : null;
     if (!place) return;
     this.view.element.setPointerCapture(event.pointerId);
     const from = this.world.pose?.p ?? [0, 0, 0];
-    this.aim = { ...place, heading: Math.atan2(place.y - from[1], place.x - from[0]) };
+    this.aim = {
+      ...place,
+      heading: Math.atan2(place.y - from[1], place.x - from[0]),
+    };
     this.dragging = true;
   }
 
   move(event) {
     if (!this.dragging) return;
     const place = this.view.floorAt(event.clientX, event.clientY);
-    if (place && Math.hypot(place.x - this.aim.x, place.y - this.aim.y) > TURN) this.aim.heading = Math.atan2(place.y - this.aim.y, place.x - this.aim.x);
+    if (place && Math.hypot(place.x - this.aim.x, place.y - this.aim.y) > TURN)
+      this.aim.heading = Math.atan2(place.y - this.aim.y, place.x - this.aim.x);
   }
 
   up() {
@@ -62,11 +100,24 @@ export class GoTo {
   }
 
   async start({ x, y, heading }) {
-    const pose = { position: { x, y, z: 0 }, orientation: { x: 0, y: 0, z: Math.sin(heading / 2), w: Math.cos(heading / 2) } };
+    const pose = {
+      position: { x, y, z: 0 },
+      orientation: {
+        x: 0,
+        y: 0,
+        z: Math.sin(heading / 2),
+        w: Math.cos(heading / 2),
+      },
+    };
     const target_pose = { header: { frame_id: this.world.fixed }, pose };
     this.note.say(`Going to ${brief(x, 2)}, ${brief(y, 2)} m`);
     try {
-      const goal = await this.bridge.goal(ACTION, TYPE, { target_pose }, (feedback) => this.feedback(goal, feedback));
+      const goal = await this.bridge.goal(
+        ACTION,
+        TYPE,
+        { target_pose },
+        (feedback) => this.feedback(goal, feedback),
+      );
       this.goal = goal;
       this.progress.hidden = this.cancel.hidden = false;
       const { status, values, succeeded } = await goal.result;
@@ -86,8 +137,12 @@ export class GoTo {
 }
 
 function text(status, values, safety) {
-  if (status === 5) return safety?.stopped ? `Canceled: the robot was stopped (${safety.reasons.join("; ")})` : "Canceled";
-  const end = { 4: "Arrived", 6: "Aborted" }[status] ?? `Ended with status ${status}`;
+  if (status === 5)
+    return safety?.stopped
+      ? `Canceled: the robot was stopped (${safety.reasons.join("; ")})`
+      : "Canceled";
+  const end =
+    { 4: "Arrived", 6: "Aborted" }[status] ?? `Ended with status ${status}`;
   const why = typeof values === "string" ? values : values?.message;
   return why ? `${end}: ${why}` : end;
 }

@@ -1,4 +1,5 @@
-// What the robot pane shows, as it is known from the robot's topics. Both views, with WebGL and without, draw from here.
+// What the robot pane shows, as it is known from the robot's topics. Both views, with WebGL and without, draw from
+// here.
 
 import { FrameTree, seconds, yawOf } from "./frames.js";
 import { Robot } from "./urdf.js";
@@ -27,7 +28,13 @@ const STEP = 0.05; // m between them
 
 /** Whether anything tells of a robot. */
 export function hasRobot({ channels }) {
-  return [...channels.values()].some(({ topic, schemaName }) => topic === "/tf" || Object.values(SOURCES).some(([name, type, any]) => schemaName === type && (any || topic === name)));
+  return [...channels.values()].some(
+    ({ topic, schemaName }) =>
+      topic === "/tf" ||
+      Object.values(SOURCES).some(
+        ([name, type, any]) => schemaName === type && (any || topic === name),
+      ),
+  );
 }
 
 export class World {
@@ -46,7 +53,10 @@ export class World {
     link.addEventListener("seek", () => this.forget());
   }
 
-  /** A recording is shown at another time: what was known is of no use, but the robot's shape and the map, which may come again as they were. */
+  /**
+   * A recording is shown at another time: what was known is of no use, but the robot's shape and the map, which may
+   * come again as they were.
+   */
   forget() {
     this.mapBefore = this.latest.map ?? this.mapBefore;
     this.latest = {};
@@ -62,10 +72,15 @@ export class World {
 
   /** Listen to everything that is there by now; call again when topics appear. */
   start() {
-    for (const [name, [topic, type, any]] of Object.entries(SOURCES)) if (name !== "relief" || this.withRelief) this.follow(name, this.topicOf(topic, type, any));
+    for (const [name, [topic, type, any]] of Object.entries(SOURCES))
+      if (name !== "relief" || this.withRelief)
+        this.follow(name, this.topicOf(topic, type, any));
     this.follow("arm", this.link.channels.has(ARM) ? ARM : undefined);
     if (this.stops.length) return;
-    for (const topic of ["/tf", "/tf_static"]) this.stops.push(this.link.subscribe(topic, (message) => this.frames.insert(message)));
+    for (const topic of ["/tf", "/tf_static"])
+      this.stops.push(
+        this.link.subscribe(topic, (message) => this.frames.insert(message)),
+      );
   }
 
   follow(name, topic) {
@@ -91,7 +106,11 @@ export class World {
 
   topicOf(topic, type, any) {
     if (this.link.channels.get(topic)?.schemaName === type) return topic;
-    return any ? [...this.link.channels.values()].find((channel) => channel.schemaName === type && !NAMED.has(channel.topic))?.topic : undefined;
+    return any
+      ? [...this.link.channels.values()].find(
+          (channel) => channel.schemaName === type && !NAMED.has(channel.topic),
+        )?.topic
+      : undefined;
   }
 
   stop() {
@@ -113,7 +132,10 @@ export class World {
     }
     const pose = this.pose;
     const last = this.trail[this.trail.length - 1];
-    if (pose && (!last || Math.hypot(pose.p[0] - last[0], pose.p[1] - last[1]) > STEP)) {
+    if (
+      pose &&
+      (!last || Math.hypot(pose.p[0] - last[0], pose.p[1] - last[1]) > STEP)
+    ) {
       this.trail.push([pose.p[0], pose.p[1]]);
       if (this.trail.length > TRAIL) this.trail.shift();
     }
@@ -128,7 +150,12 @@ export class World {
   survey(map) {
     const before = this.mapBefore;
     this.mapBefore = undefined;
-    if (before && seconds(before.header.stamp) === seconds(map.header.stamp) && before.data.length === map.data.length) this.latest.map = before;
+    if (
+      before &&
+      seconds(before.header.stamp) === seconds(map.header.stamp) &&
+      before.data.length === map.data.length
+    )
+      this.latest.map = before;
     else this.mapVersion++;
   }
 
@@ -140,12 +167,16 @@ export class World {
   }
 
   get fixed() {
-    return this.frames.parents.size ? this.frames.root(this.base) : (this.latest.map?.header.frame_id ?? "map");
+    return this.frames.parents.size
+      ? this.frames.root(this.base)
+      : (this.latest.map?.header.frame_id ?? "map");
   }
 
   /** Where the body is in the fixed frame; null before it is known. */
   get pose() {
-    return this.frames.parents.has(this.base) ? this.frames.inRoot(this.base) : null;
+    return this.frames.parents.has(this.base)
+      ? this.frames.inRoot(this.base)
+      : null;
   }
 
   get heading() {
@@ -154,7 +185,12 @@ export class World {
 
   /** Where a message was measured, in the fixed frame; the place of that frame itself where nothing is known. */
   placeOf({ frame_id: frame, stamp }) {
-    return this.frames.lookup(this.fixed, frame, seconds(stamp)) ?? { p: [0, 0, 0], q: [0, 0, 0, 1] };
+    return (
+      this.frames.lookup(this.fixed, frame, seconds(stamp)) ?? {
+        p: [0, 0, 0],
+        q: [0, 0, 0, 1],
+      }
+    );
   }
 
   /** The returns of the newest scan, in its own frame: a flat array of x, y pairs. */
@@ -172,7 +208,11 @@ export class World {
 
   /** Points of the path that is followed, as [x, y]. */
   get path() {
-    return (this.latest.path?.poses ?? []).map(({ pose }) => [pose.position.x, pose.position.y, yawOf(quad(pose.orientation))]);
+    return (this.latest.path?.poses ?? []).map(({ pose }) => [
+      pose.position.x,
+      pose.position.y,
+      yawOf(quad(pose.orientation)),
+    ]);
   }
 }
 

@@ -1,0 +1,3 @@
+export * from "three";
+export { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+export { RoundedBoxGeometry } from "three/examples/jsm/geometries/RoundedBoxGeometry.js";

@@ -1,0 +1,1 @@
+"""The graph of a domain as a command sees it."""

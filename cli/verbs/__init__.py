@@ -1,0 +1,1 @@
+"""The verbs, each in a module or package of its name."""
