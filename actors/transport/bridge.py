@@ -22,7 +22,14 @@ from actors.transport.local_clients import Clients
 from actors.transport.local_services import Services
 from actors.transport.local_side import LocalSide
 from actors.transport.local_topics import LocalPublisher, Topics
-from actors.transport.protocol import EndpointKind, Publisher, RemoteEndpoint, RemoteNode, Transport, WireUnavailable
+from actors.transport.protocol import (
+    EndpointKind,
+    PublisherHere,
+    RemoteEndpoint,
+    RemoteNode,
+    Transport,
+    WireUnavailable,
+)
 from actors.transport.standard_names import standard_publishers, standard_services
 
 if TYPE_CHECKING:
@@ -217,7 +224,7 @@ class Bridge:
         if endpoint.kind is EndpointKind.SERVER:
             self._actions.vanished(endpoint)
 
-    def wanted(self, publisher: Publisher) -> None:
+    def wanted(self, publisher: PublisherHere) -> None:
         """See `Events.wanted`."""
         self._topics.wanted(publisher)
         self._teller.wanted(publisher)

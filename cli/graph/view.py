@@ -15,7 +15,7 @@ from typing import NamedTuple
 from actors.names.names import InvalidName, is_hidden, validate_full_name
 from actors.transport import WireUnavailable, transport_from_environment
 from actors.transport.environment import domain_from_environment
-from actors.transport.protocol import EndpointKind, Participant, Publisher, RemoteEndpoint, RemoteNode, Transport
+from actors.transport.protocol import EndpointKind, Participant, PublisherHere, RemoteEndpoint, RemoteNode, Transport
 from cli.command import CommandFailed
 from cli.graph.looking import late, settle
 
@@ -76,7 +76,7 @@ class GraphView:
         self._endpoints.pop(endpoint.gid, None)
         self._news.set()
 
-    def wanted(self, publisher: Publisher) -> None:
+    def wanted(self, publisher: PublisherHere) -> None:
         """Do nothing: a view publishes nothing."""
 
     def link(self, session: str, up: bool) -> None:

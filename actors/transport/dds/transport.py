@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+from actors.transport import protocol
 from actors.transport.dds.config import DdsConfig
 from actors.transport.dds.domain import Domain
 from actors.transport.dds.format.user_data import Process, write_participant_data, write_process
@@ -36,7 +37,7 @@ class DdsTransport:
         """The identity of this process on the network."""
         return self._session
 
-    async def join(self, domain_id: int, events: Events, *, beyond: bool = False) -> Domain:
+    async def join(self, domain_id: int, events: Events, *, beyond: bool = False) -> protocol.Participant:
         """See `actors.transport.protocol.Transport.join`. DDS shows no other domains. Raises WireUnavailable."""
         if self._opened:
             raise RuntimeError("a transport is opened once")
