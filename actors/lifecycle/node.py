@@ -22,9 +22,9 @@ from actors.lifecycle.machine import (
     transitions_from,
 )
 from actors.lifecycle.services import SERVICES, transition_event
-from actors.node.node import Node
 from actors.runtime.endpoints import event_publisher, retire
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.node import Node
 from actors.runtime.timers import start_timers
 
 if TYPE_CHECKING:

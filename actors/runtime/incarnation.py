@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from actors.inbox.inbox import Item
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
-    from actors.node.declarations import Late
-    from actors.node.node import ErrorVerdict, Node
     from actors.parameters import ParameterStore
     from actors.qos.policies import QoS
+    from actors.runtime.declarations import Late
+    from actors.runtime.node import ErrorVerdict, Node
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
     from actors.runtime.sim_time import SimTime

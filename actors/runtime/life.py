@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, NoReturn
 
 from actors.errors import DeclarationError, ProgramExit
 from actors.inbox.control import StopServing, blame, stray_cancel
-from actors.node.members import check_assigned
-from actors.node.node import Node
 from actors.runtime.endpoints import open_declared_endpoints, serve_concurrently
+from actors.runtime.members import check_assigned
+from actors.runtime.node import Node
 from actors.runtime.owned_tasks import cancel_tasks, tasks_ended
 from actors.runtime.timers import start_timers
 from actors.supervision.reasons import Failed, Killed, Skip, Stop, Stopped

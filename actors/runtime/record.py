@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
     from actors.inbox.load import Load
     from actors.names.identity import Identity
-    from actors.node.node import Node
     from actors.runtime.incarnation import Incarnation
+    from actors.runtime.node import Node
     from actors.runtime.timers import TimerRecord
     from actors.services.server import Server
     from actors.supervision.declarations import Child

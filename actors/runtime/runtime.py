@@ -14,13 +14,13 @@ from actors.graph.graph import Graph
 from actors.inbox.border import outside
 from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
-from actors.node.placement import HERE, Placement
 from actors.runtime.directory import Directory
 from actors.runtime.incarnation import Incarnation
 from actors.runtime.journal import Journal
 from actors.runtime.life import made
 from actors.runtime.observers import Observers
 from actors.runtime.offload import CallsFromThreads, Offload
+from actors.runtime.placement import HERE, Placement
 from actors.runtime.preload import preload
 from actors.runtime.stall import StallWatch
 from actors.runtime.standard import StandardEndpoints
@@ -33,7 +33,7 @@ from actors.time.ticker import Ticker
 
 if TYPE_CHECKING:
     from actors.logs import LogSink
-    from actors.node.node import Node
+    from actors.runtime.node import Node
     from actors.runtime.options import RunOptions
     from actors.runtime.record import NodeRecord
     from actors.supervision.child_task import ChildTask

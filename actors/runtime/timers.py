@@ -18,7 +18,7 @@ from actors.inbox.border import outside
 
 if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
-    from actors.node.declarations import Late
+    from actors.runtime.declarations import Late
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.stall import StallWatch
     from actors.time.ticker import Ticking, TickSource

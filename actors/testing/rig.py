@@ -24,13 +24,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 from actors.errors import NotStarted
 from actors.logs import DEBUG, LogRecord
-from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
-from actors.node.placement import HERE, Placement
 from actors.places import awaited_in
 from actors.qos import of
 from actors.running.options import options_of
 from actors.running.trees import tree_of
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
+from actors.runtime.placement import HERE, Placement
 from actors.runtime.record import UNSUPERVISED, NodeRecord
 from actors.supervision.declarations import Child
 from actors.system import System

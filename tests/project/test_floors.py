@@ -27,7 +27,6 @@ FLOORS = (
     "system",
     "transport",
     "runtime",
-    "node",
     "graph",
     "actions",
     "services",

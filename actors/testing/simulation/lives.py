@@ -24,7 +24,7 @@ from actors.testing.simulation.steps import Death, Steps, Watched
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service
-    from actors.node.node import Node
+    from actors.runtime.node import Node
     from actors.runtime.record import NodeRecord
     from actors.runtime.timers import NodeTimer
     from actors.services.server import Server

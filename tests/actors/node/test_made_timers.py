@@ -12,9 +12,9 @@ import pytest
 from actors import Child, Ended, LifecycleNode, Node, Tick, TickMissed, bring_up, transient
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rosgraph_msgs.msg import Clock
-from actors.node.timer import Timer
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.sim_time import CLOCK
+from actors.runtime.timer import Timer
 from actors.testing import Rig
 
 

@@ -8,9 +8,9 @@ import pytest
 
 from actors import Child, Node, NotStarted, Supervisor, System, run, temporary
 from actors.logs import LogRecord
-from actors.node.machinery import Machinery
-from actors.node.node import ErrorVerdict
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.machinery import Machinery
+from actors.runtime.node import ErrorVerdict
 from actors.supervision.report import Report
 from actors.system import system_of
 from actors.testing import Rig

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from actors.contracts.contracts import Action, Service
-    from actors.node.machinery import Machinery
+    from actors.runtime.machinery import Machinery
 
 __all__ = ["wait_for"]
 

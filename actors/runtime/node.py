@@ -18,15 +18,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, 
 
 from actors.errors import DeclarationError, NotStarted
 from actors.inbox.border import INSIDE
-from actors.node.callables import is_async, name_of
-from actors.node.construction import check_arguments
-from actors.node.declarations import Declarations
-from actors.node.habits import Habits
-from actors.node.timer import Rate, Timer
-from actors.node.waiting import wait_for
 from actors.places import claim
 from actors.qos import of
 from actors.qos.policies import QoS
+from actors.runtime.callables import is_async, name_of
+from actors.runtime.construction import check_arguments
+from actors.runtime.declarations import Declarations
+from actors.runtime.habits import Habits
+from actors.runtime.timer import Rate, Timer
+from actors.runtime.waiting import wait_for
 from actors.time.deadlines import check_timeout
 
 if TYPE_CHECKING:
@@ -36,10 +36,10 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
-    from actors.node.declarations import Late
-    from actors.node.machinery import Machinery
     from actors.parameters.descriptor import ParameterDescriptor
     from actors.parameters.values import Parameter, SetResult
+    from actors.runtime.declarations import Late
+    from actors.runtime.machinery import Machinery
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.names.identity import Identity
-    from actors.node.declarations import Late
-    from actors.node.placement import Placement
-    from actors.node.timer import RunningTimer
     from actors.parameters import ParameterStore
     from actors.qos.policies import QoS
+    from actors.runtime.declarations import Late
+    from actors.runtime.placement import Placement
+    from actors.runtime.timer import RunningTimer
     from actors.services.client import Client
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump

@@ -6,10 +6,10 @@ from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from actors.checks import is_number
-from actors.node.callables import takes_argument
+from actors.runtime.callables import takes_argument
 
 if TYPE_CHECKING:
-    from actors.node.declarations import Late
+    from actors.runtime.declarations import Late
     from actors.time.clock import Clock
 
 __all__ = ["Rate", "RunningTimer", "Timer", "TimerSource", "checked_period"]
