@@ -90,8 +90,7 @@ from actors.running.run import execute, open_node, run
 from actors.runtime.declarations import background, every, publishes, subscribes
 from actors.runtime.node import ErrorVerdict, Node
 from actors.runtime.retry import retry
-from actors.runtime.timer import Rate, Timer
-from actors.runtime.timers import Tick, TickMissed
+from actors.runtime.timers import Rate, Tick, TickMissed, Timer
 from actors.supervision.declarations import (
     Backoff,
     Child,

@@ -15,9 +15,8 @@ from actors.inbox.border import outside
 from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
 from actors.runtime.directory import Directory
-from actors.runtime.incarnation import Incarnation
+from actors.runtime.incarnation import Incarnation, made
 from actors.runtime.journal import Journal
-from actors.runtime.life import made
 from actors.runtime.observers import Observers
 from actors.runtime.offload import CallsFromThreads, Offload
 from actors.runtime.placement import HERE, Placement

@@ -304,14 +304,14 @@ class Rig:
         me = incarnation_of(self.me)
         entry = self.system.graph.topic(name or me.identity.topic(topic.name))
         probe = Probe(me, entry, topic.type, topic.qos if qos is None else of(qos), self.system.clock.now)
-        me.streams.append(cast("Any", probe))
+        me.endpoints.streams.append(cast("Any", probe))
         entry.add_subscription(probe)
         return probe
 
     def publish(self, topic: Topic[M], message: M) -> None:
         """Publish a message. It is delivered when the test next awaits."""
         me = incarnation_of(self.me)
-        for publisher in me.publishers:
+        for publisher in me.endpoints.publishers:
             if publisher.type is topic.type and publisher.entry.name == me.identity.topic(topic.name):
                 publisher.publish(message)
                 return

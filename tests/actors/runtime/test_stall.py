@@ -15,7 +15,6 @@ from actors.inbox.inbox import LOOKS, Inbox
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
 from actors.places import line_of
-from actors.runtime.answers import tell_holding
 from actors.runtime.stall import StallWatch
 from actors.supervision.declarations import Child
 from actors.system import System
@@ -395,7 +394,7 @@ async def test_a_handler_that_had_no_processor_is_not_caught_and_holds_nothing_u
                 stage.watch.look(time.monotonic() + later)
             looked.append(stage.watch.caught is None)
             assert life.inbox.current is not None
-            tell_holding(life, life.inbox.current, 0.5)
+            life.on_holding(life.inbox.current, 0.5)
 
         Careless.blocks = staticmethod(look)
         life.node.publisher(NUMBERS)(number(1))
