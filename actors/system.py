@@ -20,6 +20,7 @@ from actors.runtime.incarnation import incarnation_of
 from actors.runtime.open_systems import OpenSystems
 from actors.runtime.placement import HERE, Placement
 from actors.runtime.runtime import OtherProcesses, Runtime
+from actors.runtime.standard import StandardEndpoints
 from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
 from actors.time.lockstep import Simulated
 
@@ -60,6 +61,7 @@ class System:
         self.runtime = runtime = make_runtime(
             seed=seed, sinks=sinks, level=level, options=options, processes=processes, placement=placement
         )
+        StandardEndpoints(runtime)
         self._tree = runtime.tree
         self.seed, self.loop = seed, runtime.loop
         self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log

@@ -122,6 +122,9 @@ class Endpoints:
         self._add(publisher)
         return publisher
 
+    def _publish_on(self, type: Any, topic: str) -> Publisher[Any]:
+        return self.event_publisher(type, self._graph.topic(topic))
+
     def _add(self, publisher: Publisher[Any]) -> None:
         """Let `publisher` join its topic. It is kept until it is closed."""
         self.publishers[publisher] = None
@@ -349,7 +352,7 @@ class Endpoints:
             return None
         receivers: list[CallEvents] = [make(life.fqn, service) for make in life.runtime.observers.calls]
         if level != "off":
-            receivers.append(ServiceEvents(life, service, kind, contents=level == "contents"))
+            receivers.append(ServiceEvents(life, self._publish_on, service, kind, contents=level == "contents"))
         return AllEvents(tuple(receivers))
 
     def _introspect_action(self, server: ActionServer) -> None:
@@ -357,7 +360,7 @@ class Endpoints:
         observers.requested = [one for one in observers.requested if not GoalEvents.made(one)]
         observers.ended = [one for one in observers.ended if not GoalEvents.made(one)]
         if level != "off":
-            events = GoalEvents(self._life, server, contents=level == "contents")
+            events = GoalEvents(self._life, self._publish_on, server, contents=level == "contents")
             observers.requested.append(events.requested)
             observers.ended.append(events.ended)
 

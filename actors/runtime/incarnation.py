@@ -163,7 +163,7 @@ class Incarnation:
         """Run the start phase. Calls from it count as calls from a handler, so that a call of the node to itself is refused at once."""
         node, record = self.node, self.record
         self.inbox.task = asyncio.current_task()
-        self.runtime.starts.begin(self)
+        self.runtime.starts.begin(self.inbox, self.warn)
         self._open_endpoints()
         if record.saved is not None:
             node.resume(record.saved)
@@ -506,7 +506,7 @@ class Incarnation:
             raise self._over()
         called = getattr(work, "__qualname__", "")
         name = name or called or str(work)
-        guarded = contained(work, f"{self.fqn} {name}")
+        guarded: Any = contained(work, f"{self.fqn} {name}")
         guarded.__qualname__ = called or name  # so that reports name the user's code
         task = self.spawn(guarded, name=name)
         task.add_done_callback(lambda _: work.close())  # for a task that was canceled before its first step
@@ -532,6 +532,7 @@ class Incarnation:
     def release(self) -> None:
         """End this incarnation at once, without waiting: close its endpoints, stop its timers, cancel its tasks. Must be called once."""
         self.ended = True
+        self.runtime.starts.end(self.inbox)
         record = self.record
         record.life = None
         if self._timers is not None:

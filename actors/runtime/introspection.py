@@ -8,16 +8,18 @@ the topics of its services `<action>/_action/send_goal` and `.../get_result`. Wh
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.interfaces import derived
 from actors.services.introspection import CallStep, caller_id
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.actions.driver import Host
     from actors.actions.goals import GoalRecord
     from actors.actions.requests import GoalRequest
     from actors.actions.server import ActionServer
-    from actors.runtime.incarnation import Incarnation
     from actors.services.introspection import CallId, IdentifiedCall
     from actors.topics.publisher import Publisher
 
@@ -25,19 +27,21 @@ __all__ = ["GoalEvents", "ServiceEvents"]
 
 EVENT: Final = "/_service_event"
 
+PublishOn: TypeAlias = "Callable[[Any, str], Publisher[Any]]"
+"""Gives the publisher of a node for messages of a type on a topic, by its full name."""
+
 
 class ServiceEvents:
     """Publishes the steps of the calls of one service, as one end of them takes them."""
 
-    def __init__(self, life: Incarnation, service: str, kind: Any, *, contents: bool) -> None:
-        self._life = life
+    def __init__(self, host: Host, publish_on: PublishOn, service: str, kind: Any, *, contents: bool) -> None:
+        self._host = host
         self._contents = contents
         self._type: Any = derived.event_message(kind)
-        entry = life.runtime.graph.topic(service + EVENT)
-        self._publisher: Publisher[Any] = life.endpoints.event_publisher(self._type, entry)
+        self._publisher = publish_on(self._type, service + EVENT)
 
     def tell(self, step: CallStep, call: IdentifiedCall, message: Any) -> None:
-        border = self._life.inbox.border
+        border = self._host.inbox.border
         # the number of a call is that of its server, which may be another node's
         call_id: CallId = call.call_id if border is None else border.compute(getattr, (call, "call_id"))
         self.publish(step, call_id, message)
@@ -49,10 +53,10 @@ class ServiceEvents:
         """Publish a step of a call."""
         from actors.interfaces.service_msgs.msg import ServiceEventInfo
 
-        life, (gid, number) = self._life, call_id
-        if life.ended:
+        gid, number = call_id
+        if self._publisher.on_close is None:  # it is closed, as all are at the end of the node
             return
-        info = ServiceEventInfo(event_type=step, stamp=life.clock.stamp(), client_gid=gid, sequence_number=number)
+        info = ServiceEventInfo(event_type=step, stamp=self._host.clock.stamp(), client_gid=gid, sequence_number=number)
         held = (message,) if self._contents else ()
         if step in (CallStep.REQUEST_SENT, CallStep.REQUEST_RECEIVED):
             self._publisher.publish(self._type(info=info, request=held))
@@ -63,12 +67,12 @@ class ServiceEvents:
 class GoalEvents:
     """Publishes the requests for goals of one action, the answers to them, and the results, as its server sees them."""
 
-    def __init__(self, life: Incarnation, server: ActionServer, *, contents: bool) -> None:
+    def __init__(self, host: Host, publish_on: PublishOn, server: ActionServer, *, contents: bool) -> None:
         name = f"{server.entry.name}/_action/"
         self._send: Any = derived.send_goal_service(server.type)
         self._get: Any = derived.get_result_service(server.type)
-        self._sent = ServiceEvents(life, f"{name}send_goal", self._send, contents=contents)
-        self._got = ServiceEvents(life, f"{name}get_result", self._get, contents=contents)
+        self._sent = ServiceEvents(host, publish_on, f"{name}send_goal", self._send, contents=contents)
+        self._got = ServiceEvents(host, publish_on, f"{name}get_result", self._get, contents=contents)
         self._result: Any = server.action.result
         self._goals = 0
 

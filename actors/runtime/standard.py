@@ -54,6 +54,8 @@ class StandardEndpoints:
 
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
+        runtime.graph.open_standard_service = self.open_service
+        runtime.graph.open_standard_topic = self.open_topic
         self._awaited: dict[str, set[str]] = {}
         self._watches = False
         """Whether it is told of nodes that have become ready: from the first service on that is awaited."""

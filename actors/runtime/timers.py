@@ -336,7 +336,7 @@ class Timers:
         """Start the timers that the class of `node` declares. `kept` holds their figures over all lives, by the name of the method."""
         for declared in declarations.timers:
             parameter = declared.hz if isinstance(declared.hz, str) else None
-            hz = parameters().value(parameter) if parameter is not None else declared.hz
+            hz: float = parameters().value(declared.hz) if isinstance(declared.hz, str) else declared.hz
             record = kept.get(declared.attribute)
             if record is None:
                 record = kept[declared.attribute] = TimerRecord(hz)
