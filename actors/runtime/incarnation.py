@@ -89,7 +89,7 @@ class Incarnation:
         self.asked: str | None = None
         self.serving = self.ended = False
         self.waits_for: Any = None
-        self.tasks = Tasks(self.fail)
+        self.tasks = Tasks(self)
         self.endpoints = Endpoints(self)
         self._timers: Timers | None = None
         self.sim: SimTime | None = None
@@ -113,12 +113,24 @@ class Incarnation:
         """
         try:
             try:
-                await self._live(started)
-            except (SystemExit, KeyboardInterrupt) as error:
-                # Before `release`, so that no caller is answered with `NodeRestarting`.
-                raise _exit(self.runtime, self.fqn, error) from error
+                await self._start()
+                self.phase = "running"
+                started()
+                self.runtime.ready(self)
+                if self.asked is not None:
+                    self.request_stop(self.asked)
+                self.serving = True
+                self.endpoints.serve_concurrently()
+                await self.inbox.serve(self.on_error, self.on_holding)
+            except BaseException as error:
+                try:
+                    if not await self._end(error):
+                        raise
+                except (SystemExit, KeyboardInterrupt) as request:
+                    # Before `release`, so that no caller is answered with `NodeRestarting`.
+                    raise _exit(self.runtime, self.fqn, request) from request
             finally:
-                killed = bool(self.tasks) and self.runtime.killed(self)
+                killed = bool(self.tasks.running) and self.runtime.killed(self)
                 if not self.ended:  # else it was abandoned and released already, and another incarnation may run
                     self.release()
                     self.runtime.ended(self)
@@ -127,37 +139,30 @@ class Incarnation:
         except (asyncio.CancelledError, ProgramExit, SystemExit, KeyboardInterrupt) as error:
             _raise_in_words(self.runtime, self.fqn, self.phase, error)
 
-    async def _live(self, started: Callable[[], None]) -> None:
-        try:
-            await self._start()
-            self.phase = "running"
-            started()
-            self.runtime.ready(self)
-            if self.asked is not None:
-                self.request_stop(self.asked)
-            self.serving = True
-            self.endpoints.serve_concurrently()
-            await self.inbox.serve(self.on_error, self.on_holding)
-        except StopServing as request:
+    async def _end(self, error: BaseException) -> bool:
+        """Clean up, because `error` has ended the start phase or the service. Returns whether that was the orderly end that was asked for.
+
+        Raises another error if that is what the end counts as.
+        """
+        if isinstance(error, StopServing):
             try:
-                await self._clean_up(Stopped(request.reason))
+                await self._clean_up(Stopped(error.reason))
             except asyncio.CancelledError:
                 if not self.runtime.killed(self):  # for example `asyncio.run` at its end; a kill is reported anyway
                     self.log.error(
-                        "clean-up cut short", after=str(request), because="its task was canceled by somebody else"
+                        "clean-up cut short", after=str(error), because="its task was canceled by somebody else"
                     )
                 raise
             if self.asked is None:
-                raise Stop(request.reason) from None
-        except Stop as request:
-            await self._clean_up(Stopped(request.reason))
-            raise
-        except asyncio.CancelledError as error:
+                raise Stop(error.reason) from None
+            return True
+        if isinstance(error, Stop):
+            await self._clean_up(Stopped(error.reason))
+        elif isinstance(error, asyncio.CancelledError):
             await self._canceled(error)
-            raise
-        except BaseException as error:
+        else:
             await self._failed(error)
-            raise
+        return False
 
     async def _start(self) -> None:
         """Run the start phase. Calls from it count as calls from a handler, so that a call of the node to itself is refused at once."""
@@ -236,7 +241,8 @@ class Incarnation:
             cleaning += action.stop(f"{self.fqn} stops: {reason}")
         if cleaning:
             await asyncio.wait(cleaning)
-        await self.tasks.cancel()
+        if self.tasks.running:
+            await self.tasks.cancel()
         try:
             if self.phase in ("begin", "running"):
                 await node.__finish__()
@@ -328,7 +334,7 @@ class Incarnation:
             if parameter.name == "use_sim_time":
                 self.ros_time().use(parameter.value is True)
             elif parameter.name in self.declarations.rates:
-                self.timers.retime(parameter.name, parameter.value)
+                self.timers.retime(self.declarations, parameter.name, parameter.value)
             elif parameter.name in INTROSPECTION:
                 self.endpoints.introspect()
         with outside():
@@ -400,7 +406,7 @@ class Incarnation:
         if self._timers is None:
             runtime = self.runtime
             on_late = None if runtime.stalls is None else self._loop_late
-            self._timers = Timers(self.inbox, runtime.ticker, on_late, self.check_use)
+            self._timers = Timers(self.inbox, runtime.ticker, on_late)
         return self._timers
 
     def start_timers(self) -> None:
@@ -537,7 +543,7 @@ class Incarnation:
         record.life = None
         if self._timers is not None:
             self._timers.close()
-        for task in reversed(self.tasks):
+        for task in reversed(self.tasks.running):
             task.cancel()
         if self.sim is not None:
             self.sim.close()

@@ -297,7 +297,15 @@ class Node(Habits):
         label = f"{self.fqn} timer {name_of(callback)}"
         life = _life_of(self)
         return Timer(
-            life.timers, lambda: life.clock, callback, period, once=once, late=late, label=label, autostart=autostart
+            life.timers,
+            life.check_use,
+            lambda: life.clock,
+            callback,
+            period,
+            once=once,
+            late=late,
+            label=label,
+            autostart=autostart,
         )
 
     def create_rate(self, hz: float) -> Rate:

@@ -284,10 +284,8 @@ class Directory:
 
     def runner_of(self, one: asyncio.Task[Any] | Inbox) -> Runner | None:
         """The node of a task or of an inbox, for the stall watch."""
-        if isinstance(one, Inbox):
-            record = next((each for each in self.records.values() if each.inbox is one), None)
-        else:
-            record = self.owner_of(one)
+        of_inbox = (each for each in self.records.values() if each.inbox is one)
+        record = next(of_inbox, None) if isinstance(one, Inbox) else self.owner_of(one)
         return None if record is None else Runner(record.identity.fqn, record.incarnation, record.inbox)
 
     def below(self, path: tuple[str, ...]) -> list[NodeRecord]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Coroutine, Iterator
 from typing import TYPE_CHECKING, Any
 
 from actors.inbox.control import blame, in_task
@@ -11,46 +11,48 @@ from actors.places import awaited_in
 from actors.supervision.child_task import GRACE
 
 if TYPE_CHECKING:
+    from actors.actions.driver import Host
     from actors.logs import NodeLog
 
 __all__ = ["Tasks", "contained"]
 
 
 class Tasks:
-    """The tasks of one life that have not ended. `failed` is called with the error of a task and the name of the task."""
+    """The tasks of one life that have not ended. The failure of one is that of `host`."""
 
-    __slots__ = ("_failed", "_tasks")
+    __slots__ = ("_host", "running")
 
-    def __init__(self, failed: Callable[[BaseException, str], None]) -> None:
-        self._failed = failed
-        self._tasks: dict[asyncio.Task[Any], None] = {}
+    def __init__(self, host: Host) -> None:
+        self._host = host
+        self.running: dict[asyncio.Task[Any], None] = {}
+        """Those that have not ended, in the order in which they began."""
 
     def __iter__(self) -> Iterator[asyncio.Task[Any]]:
-        return iter(self._tasks)
+        return iter(self.running)
 
     def __reversed__(self) -> Iterator[asyncio.Task[Any]]:
-        return reversed(self._tasks)
+        return reversed(self.running)
 
     def __len__(self) -> int:
-        return len(self._tasks)
+        return len(self.running)
 
     def __contains__(self, task: object) -> bool:
-        return task in self._tasks
+        return task in self.running
 
     def add(self, task: asyncio.Task[Any]) -> None:
         """Own `task` until it ends."""
-        self._tasks[task] = None
+        self.running[task] = None
         task.add_done_callback(self._ended)
 
     def _ended(self, task: asyncio.Task[Any]) -> None:
-        self._tasks.pop(task, None)
+        self.running.pop(task, None)
         if not task.cancelled() and (error := task.exception()) is not None:
-            self._failed(error, task.get_name())
+            self._host.fail(error, task.get_name())
 
     async def cancel(self) -> None:
         """Cancel the tasks, the newest first, and wait until each has ended. The caller's own task is left out."""
         current = asyncio.current_task()
-        while tasks := [task for task in reversed(self._tasks) if task is not current]:
+        while tasks := [task for task in reversed(self.running) if task is not current]:
             for task in tasks:
                 task.cancel()
                 await asyncio.wait([task])
@@ -61,14 +63,14 @@ class Tasks:
         There is no timeout here: the supervisor abandons the node after `GRACE` seconds.
         """
         patience: float | None = GRACE / 2
-        while in_task() and self._tasks:
+        while in_task() and self.running:
             try:
-                done, _ = await asyncio.wait(list(self._tasks), timeout=patience)
+                done, _ = await asyncio.wait(list(self.running), timeout=patience)
             except asyncio.CancelledError:
                 continue
             if not done:
                 patience = None
-                refusing = [f"{task.get_name()} (waits at {awaited_in(task) or '?'})" for task in self._tasks]
+                refusing = [f"{task.get_name()} (waits at {awaited_in(task) or '?'})" for task in self.running]
                 log.error(
                     "refuses to be canceled", tasks=", ".join(refusing),
                     remedy="let CancelledError out of what it catches, or raise it again after the clean-up",

@@ -297,28 +297,25 @@ def _arguments(function: Callable[..., Any]) -> int:
 class Timers:
     """The timers of one life of a node: those that its class declares by `@every`, and those that it makes while it runs.
 
-    `ticker` gives the ticks until `use` names another source; `on_late` is called when the event loop was late for a tick by a period or more;
-    `check_use` raises what `tick` raises.
+    `ticker` gives the ticks until `use` names another source; `on_late` is called when the event loop was late for a tick by a period or more.
 
     Invariants: all timers tick by the same source, and show the time of its clock.
     """
 
-    __slots__ = ("_check_use", "_inbox", "_on_late", "_source", "_time", "declared", "made")
+    __slots__ = ("_inbox", "_on_late", "_source", "_time", "declared", "made")
 
     def __init__(
         self,
         inbox: Inbox,
         ticker: TickSource,
         on_late: Callable[[NodeTimer, float, int], None] | None,
-        check_use: Callable[[], None],
     ) -> None:
         self._inbox = inbox
         self._source = ticker
         self._time: Callable[[], float] | None = None
         self._on_late = on_late
-        self._check_use = check_use
-        self.declared: dict[NodeTimer, str | None] = {}
-        """The timers that the class declares, in that order, each with the parameter that sets its rate; none while a lifecycle node is inactive."""
+        self.declared: list[NodeTimer] = []
+        """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
         self.made: dict[NodeTimer, None] = {}
         """The timers that the node has made and not canceled."""
 
@@ -335,7 +332,6 @@ class Timers:
     ) -> None:
         """Start the timers that the class of `node` declares. `kept` holds their figures over all lives, by the name of the method."""
         for declared in declarations.timers:
-            parameter = declared.hz if isinstance(declared.hz, str) else None
             hz: float = parameters().value(declared.hz) if isinstance(declared.hz, str) else declared.hz
             record = kept.get(declared.attribute)
             if record is None:
@@ -343,12 +339,11 @@ class Timers:
             record.hz = hz
             handler, label = getattr(node, declared.attribute), declarations.labels[declared.attribute]
             timer = NodeTimer(self._inbox, handler, hz, declared.late, label, record, self._on_late)
-            self.declared[timer] = parameter
+            self.declared.append(timer)
             self._begin(timer)
 
     def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
         """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
-        self._check_use()
         timer = NodeTimer(self._inbox, handler, hz, late, label, TimerRecord(hz), self._on_late)
         self.made[timer] = None
         self._begin(timer)
@@ -359,10 +354,10 @@ class Timers:
         timer.stop()
         self.made.pop(timer, None)
 
-    def retime(self, parameter: str, hz: float) -> None:
+    def retime(self, declarations: Declarations, parameter: str, hz: float) -> None:
         """Change the rate of the timers that tick by this parameter, which has been set to `hz`."""
-        for timer, by in self.declared.items():
-            if by == parameter and timer.hz != hz:
+        for declared, timer in zip(declarations.timers, self.declared, strict=False):  # no timers in an inactive node
+            if declared.hz == parameter and timer.hz != hz:
                 timer.retime(hz, self._source)
 
     def use(self, source: TickSource, time: Callable[[], float] | None) -> None:
@@ -413,6 +408,7 @@ class Timer:
 
     __slots__ = (
         "_callback",
+        "_check_use",
         "_clock_of",
         "_label",
         "_late",
@@ -429,6 +425,7 @@ class Timer:
     def __init__(
         self,
         timers: Timers,
+        check_use: Callable[[], None],
         clock_of: Callable[[], Clock],
         callback: Callable[..., Awaitable[None] | None],
         period: float,
@@ -439,6 +436,7 @@ class Timer:
         autostart: bool,
     ) -> None:
         self._timers = timers
+        self._check_use = check_use
         self._clock_of = clock_of
         self._callback = callback
         self._takes_tick = takes_argument(callback)
@@ -491,6 +489,7 @@ class Timer:
     def reset(self) -> None:
         """Start, or start again: the next tick is due one period from now. Raises `Ended` after the end of the node."""
         self.cancel()
+        self._check_use()
         run = _Run(self)
         self._ticks = self._timers.tick(1.0 / self._period, run.tick, self._late, self._label)
         self._run = run
