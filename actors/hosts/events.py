@@ -17,9 +17,9 @@ from typing import Any, ClassVar, Final, Literal, Union, cast, get_args, get_ori
 from msgspec import Struct
 
 from actors.logs.levels import Level
-from actors.node.node import Node
 from actors.processes import messages
 from actors.processes.errors import RemoteError
+from actors.runtime.node import Node
 from actors.supervision import reasons
 from actors.supervision.child import Child
 from actors.supervision.policy import Backoff

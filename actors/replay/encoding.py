@@ -21,8 +21,8 @@ import msgspec
 from actors.errors import described
 from actors.interfaces.message import Message
 from actors.interfaces.registry import get_message
-from actors.node.node import Node
 from actors.replay.errors import ReplayError
+from actors.runtime.node import Node
 from actors.supervision.declarations import Child
 
 __all__ = ["frozen", "thawed"]

@@ -23,9 +23,9 @@ from actors.system import System
 
 if TYPE_CHECKING:
     from actors.logs import LogSink
-    from actors.node.node import Node
     from actors.replay.debugger import Break
     from actors.replay.tape import Start
+    from actors.runtime.node import Node
     from actors.supervision.declarations import Child
 
 __all__ = ["Verdict", "load", "replay"]

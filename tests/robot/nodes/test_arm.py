@@ -21,7 +21,7 @@ from actors import (
     publishes,
 )
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
-from actors.node.retry import retry
+from actors.runtime.retry import retry
 from actors.testing import Rig
 from robot.contracts import (
     ARM_JOINT_STATES,

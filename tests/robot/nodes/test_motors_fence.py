@@ -7,7 +7,7 @@ import pytest
 
 from actors import Child, Supervisor
 from actors.logs import WARN
-from actors.node.placement import Placement
+from actors.runtime.placement import Placement
 from actors.testing import Rig
 from robot.contracts import BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
 from robot.hardware import body as hardware
