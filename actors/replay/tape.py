@@ -17,7 +17,7 @@ from __future__ import annotations
 import platform
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Final, TypeAlias, TypeGuard
 
@@ -156,7 +156,7 @@ class Tape:
     def start(self) -> Start:
         """How the first life on the tape began. Raises `ReplayError` if there is none."""
         match self.entries[:1]:
-            case [("start", _, _, Start() as start, *_)]:
+            case [("start", _, _, Start() as start, *_)] if all(hasattr(start, one.name) for one in fields(Start)):
                 return start
             case _:
                 raise ReplayError(f"the journal of {self.node} does not begin with a start of the node")

@@ -26,6 +26,7 @@ from actors.replay.encoding import (
     frozen,
     message_named,
     object_filled,
+    object_made,
     scalar_made,
     thawed,
     tuple_made,
@@ -300,3 +301,9 @@ def test_the_parts_of_a_journal_share_what_they_may_become() -> None:
 def test_a_journal_whose_start_is_none_is_refused() -> None:
     with pytest.raises(ReplayError, match="does not begin with a start"):
         _ = Tape("/a", [("start", 1.0, 0, "x")]).start
+
+
+def test_a_journal_with_an_unfinished_start_is_refused() -> None:
+    begun = thawed(frozen(Called(object_made, (Start.__module__, "Start"))))
+    with pytest.raises(ReplayError, match="does not begin with a start"):
+        _ = Tape("/a", [("start", 1.0, 0, begun)]).start
