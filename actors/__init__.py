@@ -44,6 +44,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     suggest      did you mean
     waiting      lists of tasks that wait
     yaml_bounds  YAML of strangers, bounded before it is understood
+    pickle_bounds  pickles of strangers, of which nothing is executed
 
 Reading order: contracts, topics, inbox, then supervision and runtime. `docs/architecture.md` follows a message and a goal through them.
 """

@@ -50,6 +50,7 @@ FLOORS = (
     "suggest",
     "waiting",
     "yaml_bounds",
+    "pickle_bounds",
 )
 """The rooms from top to bottom. The face, ``actors/__init__.py``, stands above all of them, and nothing imports it."""
 
