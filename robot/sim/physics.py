@@ -16,7 +16,7 @@ import numpy as np
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats, Vector, rotation_of
-from robot.hardware.body import LEGS, ActuatorState, ImuSample, JointSample, MotorTargets, Truth
+from robot.hardware.body import LEGS, ActuatorState, ImuSample, JointSample, MotorTargets
 from robot.hardware.sensors import Sensors
 from robot.model.actuators import MOTOR_DELAY, ActuatorDesign
 from robot.model.kinematics import inverse
@@ -37,6 +37,7 @@ from robot.sim.mjcf import (
 )
 from robot.sim.physics_arm import PhysicsArm
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
+from robot.sim.simulation import Truth
 from robot.sim.spin import beam_directions
 from robot.sim.walkers import Walkers
 
@@ -59,7 +60,7 @@ class BackendMissing(RuntimeError):
 
 
 class PhysicsBody(BodyShell):
-    """One robot in one scene, in MuJoCo; implements `Body`.
+    """One robot in one scene, in MuJoCo; implements `Simulation`.
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `delay` (s) is how long motor targets
     travel to the drives, rounded up to a tick; the drives close their PD loop at every physics step, on the undelayed joint.

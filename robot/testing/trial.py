@@ -14,13 +14,13 @@ from robot.control.gait_controller import GaitController
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
-from robot.hardware.body import Truth
 from robot.hardware.sensors import Sensors
 from robot.model.actuators import ActuatorDesign
 from robot.model.modes import ON_ITS_FEET, Mode
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ground, Ice
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Truth
 from robot.testing.faults import FAULTS, Spoil
 
 __all__ = ["FLAT", "PERIOD", "Conditions", "Record", "Trial"]
