@@ -130,7 +130,7 @@ def _rates(group: Verbs) -> tuple[argparse.ArgumentParser, ...]:
         "-w", "--window", type=positive, default=10000, metavar="N", help="over the last N messages (10000)"
     )
     hz.add_argument("--filter", metavar="EXPRESSION", help="count only messages m for which this is true")
-    hz.add_argument("--wall-time", action="store_true", help="accepted for ros2's sake: it is always used")
+    hz.add_argument("--wall-time", action="store_true", help="the time of day, also with --use-sim-time")
     for parser in (hz, bw, delay):
         add_qos_options(parser, "subscription", "what fits the publishers")
     return hz, bw, delay
