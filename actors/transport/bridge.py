@@ -1,6 +1,6 @@
 """`Bridge`: connects the graph of one system with the processes that its transport reaches.
 
-It shows what this process has, by tokens, and lets a stand-in for each endpoint of another process take its place in the graph. Everything
+It shows what this process has, and lets a stand-in for each endpoint of another process take its place in the graph. Everything
 else, such as matching, QoS events and calls, is then done as within one process. Nothing is kept from the other processes: what is to stay
 in this one belongs into another domain.
 """
@@ -17,14 +17,12 @@ from actors.transport.cycles import Cycles
 from actors.transport.environment import domain_from_environment
 from actors.transport.figures import Teller
 from actors.transport.format.errors import WireFormatError
-from actors.transport.format.tokens import EndpointKind, EndpointToken, graph_of
 from actors.transport.local_actions import Actions
 from actors.transport.local_clients import Clients
 from actors.transport.local_services import Services
 from actors.transport.local_side import LocalSide
 from actors.transport.local_topics import LocalPublisher, Topics
-from actors.transport.protocol import Outlet, Transport, WireUnavailable
-from actors.transport.remote_graph import RemoteGraph
+from actors.transport.protocol import EndpointKind, Publisher, RemoteEndpoint, RemoteNode, Transport, WireUnavailable
 from actors.transport.standard_names import standard_publishers, standard_services
 
 if TYPE_CHECKING:
@@ -78,10 +76,11 @@ class Bridge:
         self._graph = runtime.graph
         self._transport = transport
         self._domain_id = domain_id
-        self._side = side = LocalSide(transport, domain_id, runtime)
-        self._remote = RemoteGraph()
-        self._endpoints: dict[str, EndpointToken] = {}
-        """The endpoints of other processes, by token."""
+        self._side = side = LocalSide(transport, runtime)
+        self._nodes: dict[RemoteNode, None] = {}
+        """Those of other processes."""
+        self._endpoints: dict[bytes, RemoteEndpoint] = {}
+        """Those of other processes, by GID."""
         self._topics = Topics(side)
         self._cycles = Cycles(side)
         self._clients = Clients(side, self._cycles)
@@ -91,19 +90,18 @@ class Bridge:
         self._begun = False
         """Whether the transport has to be closed."""
         self._open = False
-        self._early: list[tuple[Callable[[str], None], str]] = []
+        self._early: list[Callable[[], None]] = []
 
     async def open(self) -> None:
         """Open the transport, and show what is there. Logs it if that is not possible."""
         self._begun = True
         try:
-            await self._transport.open(graph_of(self._domain_id), self)
+            self._side.participant = await self._transport.join(self._domain_id, self)
         except WireUnavailable as error:
             self._begun = False
             self._runtime.log.error("no connection with other processes", because=str(error))
             return
         self._open = True
-        self._cycles.open()
         graph, observers = self._graph, self._runtime.observers
         for topic in list(graph.topics.values()):
             for publisher in topic.publishers:
@@ -121,21 +119,21 @@ class Bridge:
         graph.elsewhere, graph.links = self._nodes_elsewhere, self._transport.report
         observers.ready.append(self._ready)
         observers.dismissed.append(self._dismissed)
-        for tell, token in self._early:
-            tell(token)
+        for tell in self._early:
+            tell()
         self._teller.open()
 
     async def close(self) -> None:
         """Withdraw everything, and close the transport. The other processes learn of it at once."""
         if self._open:
             self._graph.watchers.remove(self)
-            self._cycles.close()
         self._open = False
         self._teller.close()
         if self._begun:
             await self._transport.close()
-        for token in list(self._endpoints):
-            self._gone(token)
+        for endpoint in list(self._endpoints.values()):
+            self._gone(endpoint)
+        self._nodes.clear()
         self._graph.elsewhere = self._graph.links = tuple
         if self._side.unreadable.count:
             self._runtime.log.warning("data of other processes could not be read", count=self._side.unreadable.count)
@@ -188,53 +186,61 @@ class Bridge:
 
     # -- other processes ----------------------------------------------------------------------------------------------------
 
-    def appeared(self, token: str) -> None:
+    def node(self, node: RemoteNode, there: bool) -> None:
+        """See `Events.node`."""
+        if there:
+            self._nodes[node] = None
+        else:
+            self._nodes.pop(node, None)
+        self._graph.changed()
+
+    def appeared(self, endpoint: RemoteEndpoint) -> None:
         """See `Events.appeared`."""
         if not self._open:
-            self._early.append((self.appeared, token))
+            self._early.append(lambda: self.appeared(endpoint))
             return
-        try:
-            node, endpoint = self._remote.appeared(token)
-        except WireFormatError as error:
-            self._side.unreadable.note("a token cannot be read", "", error, token=token)
-            return
-        if endpoint is None:
-            self._graph.changed()
-        else:
-            self._endpoints[token] = endpoint
-            part = self._topics if endpoint.kind in TOPICS else self._services
-            part.appeared(node, endpoint, token)
-            if endpoint.kind is EndpointKind.SERVER:
-                self._actions.appeared(node, endpoint)
+        self._endpoints[endpoint.gid] = endpoint
+        (self._topics if endpoint.kind in TOPICS else self._services).appeared(endpoint)
+        if endpoint.kind is EndpointKind.SERVER:
+            self._actions.appeared(endpoint)
 
-    def vanished(self, token: str) -> None:
+    def vanished(self, endpoint: RemoteEndpoint) -> None:
         """See `Events.vanished`."""
         if not self._open:
-            self._early.append((self.vanished, token))
+            self._early.append(lambda: self.vanished(endpoint))
         else:
-            self._gone(token)
+            self._gone(endpoint)
 
-    def _gone(self, token: str) -> None:
-        endpoint = self._endpoints.pop(token, None)
-        if endpoint is not None:
-            part = self._topics if endpoint.kind in TOPICS else self._services
-            part.vanished(endpoint, token)
-            if endpoint.kind is EndpointKind.SERVER:
-                self._actions.vanished(endpoint)
-        if self._remote.vanished(token):
-            self._graph.changed()
+    def _gone(self, endpoint: RemoteEndpoint) -> None:
+        del self._endpoints[endpoint.gid]
+        (self._topics if endpoint.kind in TOPICS else self._services).vanished(endpoint)
+        if endpoint.kind is EndpointKind.SERVER:
+            self._actions.vanished(endpoint)
 
-    def wanted(self, outlet: Outlet) -> None:
+    def wanted(self, publisher: Publisher) -> None:
         """See `Events.wanted`."""
-        self._topics.wanted(outlet)
-        self._teller.wanted(outlet)
+        self._topics.wanted(publisher)
+        self._teller.wanted(publisher)
 
     def link(self, session: str, up: bool) -> None:
         """See `Events.link`."""
         self._graph.changed()
 
+    def told(self, data: bytes) -> None:
+        """See `Events.told`."""
+        if self._open:
+            self._cycles.told(data)
+
+    def lost(self, taker: Any, messages: int) -> None:
+        """See `Events.lost`."""
+        self._topics.lost(taker, messages)
+
+    def unreadable(self, what: str, place: str, error: Exception, **fields: object) -> None:
+        """See `Events.unreadable`."""
+        self._side.unreadable.note(what, place, error, **fields)
+
     def _nodes_elsewhere(self) -> Iterator[NodeElsewhere]:
         links = {link.session: link for link in self._transport.report()}
-        for node in self._remote:
+        for node in tuple(self._nodes):
             link = links.get(node.session)
             yield NodeElsewhere(node.fqn, "" if link is None else link.host, 0 if link is None else link.process)

@@ -12,7 +12,7 @@ comes back, there is a cycle.
 from __future__ import annotations
 
 import secrets
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from actors.errors import CallCycle
 from actors.transport.chains import chain_of, waits_of
@@ -22,39 +22,23 @@ from actors.transport.format.extensions import Extension, Waiting, parse_extensi
 if TYPE_CHECKING:
     from actors.services.peers import Caller, OpenCall
     from actors.transport.local_side import LocalSide
-    from actors.transport.protocol import Handle, Query
 
 __all__ = ["Cycles"]
-
-_PATIENCE: Final = 5.0
-"""Seconds within which a question is answered; what the answer says is of no interest."""
 
 
 class Cycles:
     """The part of one system in finding them.
 
-    Invariants: between `open` and `close` it answers the questions of other processes about the nodes of this one. `_own` holds the secret
-    numbers of the questions about calls that are open.
+    Invariant: `_own` holds the secret numbers of the questions about calls that are open.
     """
 
     def __init__(self, side: LocalSide) -> None:
         self._side = side
-        self._handle: Handle | None = None
         self._own: dict[OpenCall, int] = {}
-
-    def open(self) -> None:
-        """Answer questions, from now on."""
-        self._handle = self._side.transport.serve(self._key(self._side.transport.session), self._arrived)
-
-    def close(self) -> None:
-        """Answer no more."""
-        assert self._handle is not None
-        self._handle.close()
 
     def identity(self, fqn: str) -> tuple[str, int]:
         """The session and the number of a node of this process."""
-        token = self._side.node(fqn)
-        return token.session, token.node_id
+        return self._side.session, self._side.node(fqn).number
 
     def find(self, fqn: str) -> Caller | None:
         """A node of this process, if it is running."""
@@ -88,12 +72,12 @@ class Cycles:
         question = Extension(
             chain=(*chain, Waiting(session=session, node_id=number, name=server.host)), reason=server.name
         )
-        self._side.transport.ask(self._key(session), write_extension(question), b"", _PATIENCE, _ignore)
+        self._side.participant.tell(session, write_extension(question))
 
-    def _arrived(self, query: Query) -> None:
-        query.drop()
+    def told(self, data: bytes) -> None:
+        """A question of another process has arrived. What answers it are the questions that follow from it."""
         try:
-            asked = parse_extension(query.payload)
+            asked = parse_extension(data)
         except WireFormatError as error:
             self._side.unreadable.note("a question about a cycle of calls cannot be read", "", error)
             return
@@ -113,7 +97,7 @@ class Cycles:
             return
         if not waits.cycle:
             self._follow((*chain, *waits.nodes), waits.last.server)
-        elif (chain[0].session, chain[0].node_id) == (self._side.transport.session, self._own.get(waits.last)):
+        elif (chain[0].session, chain[0].node_id) == (self._side.session, self._own.get(waits.last)):
             waits.last.future.set_exception(CallCycle(waits.cycle))
         else:
             reached: Any = waits.last.server.node if waits.nodes else node
@@ -128,12 +112,5 @@ class Cycles:
         if number is None:
             number = self._own[call] = secrets.randbits(64)
             call.future.add_done_callback(lambda _: self._own.pop(call))
-        head = Waiting(session=self._side.transport.session, node_id=number, name="")
+        head = Waiting(session=self._side.session, node_id=number, name="")
         self._follow((head, *waits.nodes), waits.last.server)
-
-    def _key(self, session: str) -> str:
-        return f"@robactor/{self._side.domain_id}/{session}/waits"
-
-
-def _ignore(answer: object) -> None:
-    """What counts is that the question has arrived."""

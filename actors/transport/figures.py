@@ -1,6 +1,6 @@
 """What a process tells of itself to those who watch: its CPU time, its memory, and the state of each of its nodes.
 
-It is put on the key of a topic, ``/_robactor/figures``, for which no token is shown: watching costs a subscription, and not to be watched
+It is published on a topic, ``/_robactor/figures``, by a publisher that is not shown: watching costs a subscription, and not to be watched
 costs nothing. While anybody subscribes, each process of this library sends its figures at once, and then every `PERIOD`.
 """
 
@@ -16,11 +16,7 @@ from actors.contracts.contracts import Topic
 from actors.interfaces.cdr import encode
 from actors.interfaces.message import Message
 from actors.interfaces.types import Many, default, uint32, uint64
-from actors.transport.format.attachments import attachment_writer
-from actors.transport.format.gids import gid_of
-from actors.transport.format.keys import DataKey, write_key
-from actors.transport.protocol import Delivery
-from actors.transport.types_here import described_type
+from actors.transport.types_here import type_info
 
 if TYPE_CHECKING:
     from asyncio import TimerHandle
@@ -28,7 +24,7 @@ if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
     from actors.transport.local_side import LocalSide
-    from actors.transport.protocol import Outlet
+    from actors.transport.protocol import Publisher
 
 __all__ = [
     "FIGURES",
@@ -141,7 +137,7 @@ class ProcessFigures(Message, frozen=True, kw_only=True):
 
 
 FIGURES: Final = Topic(ProcessFigures, "/_robactor/figures", 1000)
-"""For those who watch; each process has a publisher of it that shows no token."""
+"""For those who watch; each process has a publisher of it that is not shown."""
 
 
 class Teller:
@@ -153,46 +149,46 @@ class Teller:
     def __init__(self, side: LocalSide) -> None:
         self._side = side
         self._loop = side.runtime.loop
-        self._outlet: Outlet | None = None
+        self._publisher: Publisher | None = None
         self._timer: TimerHandle | None = None
-        self._write = attachment_writer(gid_of(f"{FIGURES.name}/{side.transport.session}"))
         self._sent = 0
 
     def open(self) -> None:
         """Tell those who watch, from now on. To be called when the transport is open."""
-        key = write_key(DataKey(self._side.domain_id, FIGURES.name, *described_type(ProcessFigures)))
-        self._outlet = self._side.transport.outlet(key, Delivery(depth=2, priority=7))
-        self.wanted(self._outlet)
+        publisher = self._side.participant.publisher(None, FIGURES.name, type_info(ProcessFigures), FIGURES.qos)
+        self._publisher = publisher
+        publisher.open()
+        self.wanted(publisher)
 
-    def wanted(self, outlet: Outlet) -> None:
+    def wanted(self, publisher: Publisher) -> None:
         """See `Events.wanted`."""
-        if outlet is not self._outlet:
+        if publisher is not self._publisher:
             return
-        if outlet.wanted and self._timer is None:
-            self._tell(outlet)
-        elif not outlet.wanted:
+        if publisher.wanted and self._timer is None:
+            self._tell(publisher)
+        elif not publisher.wanted:
             self._rest()
 
     def close(self) -> None:
         """Tell nobody any more."""
         self._rest()
-        outlet, self._outlet = self._outlet, None
-        if outlet is not None:
-            outlet.close()
+        publisher, self._publisher = self._publisher, None
+        if publisher is not None:
+            publisher.close()
 
     def _rest(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
 
-    def _tell(self, outlet: Outlet) -> None:
+    def _tell(self, publisher: Publisher) -> None:
         self._sent += 1
-        outlet.put(encode(self._figures()), self._write(self._sent, self._side.wall_ns()))
-        self._timer = self._loop.call_later(PERIOD, self._tell, outlet)
+        publisher.put(encode(self._figures()), self._sent, self._side.wall_ns())
+        self._timer = self._loop.call_later(PERIOD, self._tell, publisher)
 
     def _figures(self) -> ProcessFigures:
         side = self._side
-        return process_figures(side.runtime, side.transport.session, side.unreadable.count)
+        return process_figures(side.runtime, side.session, side.unreadable.count)
 
 
 def process_figures(runtime: Runtime, session: str = "", unreadable: int = 0) -> ProcessFigures:

@@ -25,12 +25,11 @@ if TYPE_CHECKING:
     from actors.actions.server import ActionServer
     from actors.graph.servers import ServerEntry
     from actors.transport.format.extensions import Waiting
-    from actors.transport.format.tokens import EndpointToken
     from actors.transport.local_clients import Clients
     from actors.transport.local_services import Asked, Services, Shown
     from actors.transport.local_side import LocalSide
     from actors.transport.local_topics import Topics
-    from actors.transport.remote_graph import RemoteNode
+    from actors.transport.protocol import RemoteEndpoint, RemoteNode
 
 __all__ = ["Actions"]
 
@@ -69,7 +68,7 @@ class _Parts(NamedTuple):
     """The services of one action in one node of another process, as far as they are known, by the last part of their names."""
 
     node: RemoteNode
-    tokens: dict[str, EndpointToken]
+    endpoints: dict[str, RemoteEndpoint]
 
 
 class Actions:
@@ -78,7 +77,7 @@ class Actions:
     Invariants:
 
     * `_followed` holds the goals of other processes that have been requested and have not been rejected or ended.
-    * An action of another process stands in the graph as long as the tokens of its three services are known.
+    * An action of another process stands in the graph as long as its three services are known.
     """
 
     def __init__(self, side: LocalSide, topics: Topics, services: Services, clients: Clients) -> None:
@@ -192,28 +191,29 @@ class Actions:
 
     # -- actions of other processes -----------------------------------------------------------------------------------------
 
-    def appeared(self, node: RemoteNode, token: EndpointToken) -> None:
+    def appeared(self, endpoint: RemoteEndpoint) -> None:
         """Take in a service of another process, which may be part of an action."""
-        action, found, part = token.name.rpartition(ACTION)
+        action, found, part = endpoint.name.rpartition(ACTION)
         if not found or part not in PARTS:
             return
+        node = endpoint.node
         key = *node.identity, action
         parts = self._parts.setdefault(key, _Parts(node, {}))
-        parts.tokens[part] = token
-        if len(parts.tokens) == len(PARTS) and key not in self._remote:
+        parts.endpoints[part] = endpoint
+        if len(parts.endpoints) == len(PARTS) and key not in self._remote:
             entry = self._graph.action(action)
-            server = self._remote[key] = RemoteActionServer(self._side, self._clients, node, action, parts.tokens)
+            server = self._remote[key] = RemoteActionServer(self._side, self._clients, node, action, parts.endpoints)
             entry.add_remote(server)
             self._services.beside(entry)
 
-    def vanished(self, token: EndpointToken) -> None:
+    def vanished(self, endpoint: RemoteEndpoint) -> None:
         """Undo `appeared`."""
-        action, _, part = token.name.rpartition(ACTION)
-        key = token.node.session, token.node.node_id, action
+        action, _, part = endpoint.name.rpartition(ACTION)
+        key = *endpoint.node.identity, action
         parts = self._parts.get(key)
-        if parts is None or parts.tokens.pop(part, None) is None:
+        if parts is None or parts.endpoints.pop(part, None) is None:
             return
-        if not parts.tokens:
+        if not parts.endpoints:
             del self._parts[key]
         server = self._remote.pop(key, None)
         if server is not None:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.qos import SERVICES
-from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.extensions import Extension, write_extension
-from actors.transport.format.tokens import EndpointKind, EndpointToken
+from actors.transport.protocol import TypeInfo
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.transport import protocol
     from actors.transport.cycles import Cycles
-    from actors.transport.local_side import Endpoint, LocalSide
-    from actors.transport.protocol import Transport
+    from actors.transport.local_side import LocalSide
+    from actors.transport.protocol import Answer, Handle, RemoteEndpoint
 
 __all__ = ["Client", "Clients"]
 
@@ -20,22 +22,23 @@ __all__ = ["Client", "Clients"]
 class Client:
     """One client of one node: its requests are numbered from 1."""
 
-    def __init__(self, side: LocalSide, endpoint: Endpoint) -> None:
+    def __init__(self, side: LocalSide, endpoint: protocol.Client) -> None:
         self._side = side
         self._endpoint = endpoint
         self._sent = 0
-        endpoint.show()
 
     @property
-    def last(self) -> tuple[bytes, int]:
-        """What identifies its newest request: its GID, and the number of the request."""
-        return self._endpoint.gid, self._sent
+    def next(self) -> tuple[bytes, int]:
+        """What identifies its next request: its GID, and the number of the request."""
+        return self._endpoint.gid, self._sent + 1
 
-    def attachment(self, extension: Extension) -> bytes:
-        """The attachment of the next request. It always has an extension, which says that errors can be read."""
+    def ask(
+        self, payload: bytes, extension: Extension, timeout: float | None, done: Callable[[Answer], None]
+    ) -> Handle:
+        """Send the next request. It always has an extension, which says that errors can be read."""
         self._sent += 1
         written = write_extension(extension)
-        return write_attachment(Attachment(self._sent, self._side.wall_ns(), self._endpoint.gid, written))
+        return self._endpoint.ask(payload, self._sent, self._side.wall_ns(), written, timeout, done)
 
     def close(self) -> None:
         self._endpoint.close()
@@ -46,19 +49,18 @@ class Clients:
     for good."""
 
     def __init__(self, side: LocalSide, cycles: Cycles) -> None:
-        self.transport: Transport = side.transport
         self.cycles = cycles
         self._side = side
         self._clients: dict[tuple[str, str, str, str], Client] = {}
 
-    def of(self, node: str, server: EndpointToken) -> Client:
+    def of(self, node: str, server: RemoteEndpoint) -> Client:
         """The client of a node of this process for a server."""
         key = node, server.name, server.type, server.type_hash
         client = self._clients.get(key)
         if client is None:
-            type = server.type, server.type_hash
-            endpoint = self._side.endpoint(node, EndpointKind.CLIENT, server.name, type, SERVICES)
-            client = self._clients[key] = Client(self._side, endpoint)
+            type, side = TypeInfo(server.type, server.type_hash), self._side
+            endpoint = side.participant.client(side.node(node), server.name, type, SERVICES)
+            client = self._clients[key] = Client(side, endpoint)
         return client
 
     def forget(self, node: str) -> None:

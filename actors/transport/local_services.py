@@ -13,26 +13,21 @@ from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.qos import SERVICES
 from actors.transport.chains import RemoteCaller
-from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
-from actors.transport.format.gids import gid_of
-from actors.transport.format.keys import write_key
 from actors.transport.format.replies import write_reply_error
-from actors.transport.format.tokens import EndpointKind
+from actors.transport.protocol import EndpointKind
 from actors.transport.remote_services import RemoteServer
-from actors.transport.types_here import described_type
+from actors.transport.types_here import type_info
 
 if TYPE_CHECKING:
     from actors.graph.servers import ServerEntry
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.services.server import Server
-    from actors.transport.format.tokens import EndpointToken
     from actors.transport.local_clients import Clients
-    from actors.transport.local_side import Endpoint, LocalSide
-    from actors.transport.protocol import Handle, Query
-    from actors.transport.remote_graph import RemoteNode
+    from actors.transport.local_side import LocalSide
+    from actors.transport.protocol import Endpoint, RemoteEndpoint, Request
 
 __all__ = ["Asked", "Services", "Shown"]
 
@@ -43,15 +38,14 @@ class Asked:
     It is answered once. An error reaches only a client that can read it; a client of ROS 2 gets no answer, as from a server of ROS 2.
     """
 
-    def __init__(self, side: LocalSide, query: Query, sent: Attachment, extension: Extension | None) -> None:
+    def __init__(self, side: LocalSide, request: Request, extension: Extension | None) -> None:
         self._side = side
-        self._query = query
-        self._sent = sent
+        self._request = request
         self._reads_errors = extension is not None
-        self.gid = sent.gid
-        self.number = sent.sequence_number
+        self.gid = request.gid
+        self.number = request.number
         self.extension = extension or Extension()
-        self.payload = query.payload
+        self.payload = request.payload
 
     def reply(self, server: str, response: Message, reason: str = "") -> None:
         """Answer it, as the node `server`."""
@@ -61,17 +55,16 @@ class Asked:
             self.fail(server, error)
             return
         extension = write_extension(Extension(reason=reason)) if reason else b""
-        sent = Attachment(self._sent.sequence_number, self._side.wall_ns(), self._sent.gid, extension)
-        self._query.reply(payload, write_attachment(sent))
+        self._request.reply(payload, self._side.wall_ns(), extension)
 
     def fail(self, server: str, error: BaseException) -> None:
         """Answer it with an error, as the node `server`."""
         if not self._reads_errors:
-            self._query.drop()
+            self._request.drop()
             return
         if not isinstance(error, (CallCycle, NodeRestarting, NotRunning, ServiceFailed)):
             error = ServiceFailed(server, type(error).__name__, str(error))
-        self._query.fail(write_reply_error(error))
+        self._request.fail(write_reply_error(error))
 
 
 class Shown(NamedTuple):
@@ -80,11 +73,9 @@ class Shown(NamedTuple):
     node: str
     type: Any
     endpoint: Endpoint
-    handle: Handle
 
     def close(self) -> None:
         self.endpoint.close()
-        self.handle.close()
 
 
 class Services:
@@ -94,7 +85,7 @@ class Services:
 
     * A service that a node declares is shown from its first start until its node has ended for good: in between, who calls it is told that
       the node is being restarted. Standard services are shown by `promise`, and opened by the first request.
-    * Each server of another process stands in the graph as long as its token is known.
+    * Each server of another process stands in the graph as long as it is known.
     """
 
     def __init__(self, side: LocalSide, clients: Clients) -> None:
@@ -103,7 +94,8 @@ class Services:
         self._graph = side.runtime.graph
         self._shown: dict[str, Shown] = {}
         self._promised: dict[str, Shown] = {}
-        self._remote: dict[str, RemoteServer] = {}
+        self._remote: dict[bytes, RemoteServer] = {}
+        """By GID."""
         self._callers: dict[bytes, str] = {}
         """GID of a client of another process -> its node."""
 
@@ -134,20 +126,17 @@ class Services:
             self._promised.pop(name).close()
 
     def show(self, node: str, name: str, type: Any, qos: QoS, take: Callable[[Shown, str, Asked], None]) -> Shown:
-        endpoint = self._side.endpoint(node, EndpointKind.SERVER, name, described_type(type), qos)
-
-        def arrived(query: Query) -> None:
+        def arrived(request: Request) -> None:
             try:
-                sent = parse_attachment(query.attachment)
-                extension = parse_extension(sent.extension)
+                extension = parse_extension(request.extension)
             except WireFormatError as error:
                 self._side.unreadable.note("a request has no attachment that can be read", name, error, service=name)
-                query.drop()  # as in ROS 2
+                request.drop()
             else:
-                take(shown, name, Asked(self._side, query, sent, extension))
+                take(shown, name, Asked(self._side, request, extension))
 
-        shown = Shown(node, type, endpoint, self._side.transport.serve(write_key(endpoint.token.key), arrived))
-        endpoint.show()
+        side = self._side
+        shown = Shown(node, type, side.participant.server(side.node(node), name, type_info(type), qos, arrived))
         return shown
 
     def answer(self, shown: Shown, name: str, asked: Asked) -> None:
@@ -205,27 +194,27 @@ class Services:
 
     # -- servers and clients of other processes -----------------------------------------------------------------------------
 
-    def appeared(self, node: RemoteNode, token: EndpointToken, text: str) -> None:
+    def appeared(self, endpoint: RemoteEndpoint) -> None:
         """Add a server or a client of another process to the graph."""
-        entry = self._graph.service(token.name)
-        if token.kind is EndpointKind.CLIENT:
-            self._callers[gid_of(text)] = node.fqn
-            entry.clients.setdefault(node.fqn, 0)
+        entry = self._graph.service(endpoint.name)
+        if endpoint.kind is EndpointKind.CLIENT:
+            self._callers[endpoint.gid] = endpoint.node.fqn
+            entry.clients.setdefault(endpoint.node.fqn, 0)
             self._graph.changed()
             return
-        server = RemoteServer(node, token, ForeignType(token.type, token.type_hash), self._clients)
-        self._remote[text] = server
+        server = RemoteServer(endpoint, ForeignType(endpoint.type, endpoint.type_hash), self._clients)
+        self._remote[endpoint.gid] = server
         entry.add_remote(server)
         self.beside(entry)
 
-    def vanished(self, token: EndpointToken, text: str) -> None:
+    def vanished(self, endpoint: RemoteEndpoint) -> None:
         """Undo `appeared`."""
-        entry = self._graph.service(token.name)
-        server = self._remote.pop(text, None)
+        entry = self._graph.service(endpoint.name)
+        server = self._remote.pop(endpoint.gid, None)
         if server is not None:
             server.gone = True
             entry.remove_remote(server, server.host)
             entry.forget(server.host)
         else:
-            entry.forget(self._callers.pop(gid_of(text)))
+            entry.forget(self._callers.pop(endpoint.gid))
             self._graph.changed()

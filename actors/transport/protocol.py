@@ -1,22 +1,21 @@
-"""The Protocol of a transport: keys and bytes between the processes of one ROS 2 domain.
+"""The Protocol of a transport: the nodes and endpoints of one process in a domain of ROS 2, and those of the other processes.
 
-A transport knows neither nodes nor messages. It announces texts (the liveliness tokens of `actors.transport.format.tokens`), carries payloads
-by key, and asks questions by key. `actors.transport.bridge` connects it with the graph, so that everything about ROS 2 is done once, above
-this Protocol, and every implementation carries it: `actors.transport.zenoh` over a network, `actors.transport.simulated` on a virtual loop.
+`actors.transport.bridge` connects a transport with the graph of a system, so that everything about matching, queues, QoS events and calls is
+done once, above this Protocol. `actors.transport.keyed` makes a transport of keys and bytes, such as Zenoh, one of these, in the format of
+``rmw_zenoh``; `actors.transport.dds` speaks the wire of ``rmw_cyclonedds``.
 
-**Calls.** All methods and all callbacks run on the event loop's thread. No method but `open` and `close` waits. None raises because of
-the network: what cannot be sent is lost, as the `Delivery` permits, and counted in `report`. No callback is called from within a method;
-callbacks come from the loop, and must not raise. After the `close` of a handle its callback is not called again.
+**Calls.** All methods and all callbacks run on the event loop's thread. No method but `join` and `close` waits. None raises because of
+the network: what cannot be sent is lost, as its quality of service permits, and counted in `report`. Methods that take a name raise
+`WireFormatError` if the wire cannot represent it. No callback is called from within a method; callbacks come from the loop, and must not
+raise. After the `close` of a handle its callback is not called again.
 
-**Order.** The samples of one outlet reach one subscription in the order of their `put`, each at most once. `Events.appeared` comes before
-`Events.vanished` for a token, each once in a life of the token. A sample may arrive before the token of its sender has appeared. What a
-process declares becomes known elsewhere in the order in which it is declared: whoever a token has appeared to reaches the subscriptions and
-servers that its process declared before it.
+**Order.** The messages of one publisher reach one subscription in the order of their `put`, each at most once. `Events.appeared` comes before
+`Events.vanished` for an endpoint, each once in its life. A message may arrive before its publisher has appeared.
 
-**Own traffic.** What this transport announces, puts, serves and asks never comes back to itself.
+**Own traffic.** What this process has does not appear to itself, and what it sends does not come back.
 
-**Loss of a process.** When a process has ended, has been cut off, or is silent for longer than its lease, `Events.link` is called first,
-then `Events.vanished` for each of its tokens, and then its unanswered questions end.
+**Loss of a process.** When a process has ended, has been cut off, or is silent for longer than its lease, its endpoints vanish, then its nodes, and
+then the questions that only it could answer end.
 """
 
 from __future__ import annotations
@@ -24,42 +23,43 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, NamedTuple, Protocol, TypeAlias
+from typing import Any, Final, NamedTuple, Protocol, TypeAlias
+
+from actors.qos.policies import QoS
+from actors.transport.format.tokens import EndpointKind
 
 __all__ = [
-    "BULK",
-    "NORMAL",
     "PATIENCE",
     "Answer",
-    "Delivery",
+    "Client",
+    "Endpoint",
+    "EndpointKind",
     "Events",
     "Failed",
     "Handle",
     "Link",
     "NoAnswer",
-    "Outlet",
-    "Query",
+    "NodeHere",
+    "Participant",
+    "Publisher",
+    "RemoteEndpoint",
+    "RemoteNode",
     "Replied",
-    "Sample",
+    "Request",
+    "Take",
     "Transport",
+    "TypeInfo",
     "WireUnavailable",
     "next_look",
 ]
 
 
-NORMAL: Final = 5
-"""The priority of what is not said otherwise, questions and answers among it."""
-
-BULK: Final = 6
-"""The priority of what may be large."""
-
-
 PATIENCE: Final = 1 / 60
-"""For how long a sample may wait for others that is shown to somebody, in seconds: one picture of a screen."""
+"""For how long a message may wait for others that is shown to somebody, in seconds: one picture of a screen."""
 
 
 def next_look(now: float, patience: float = PATIENCE) -> float:
-    """When samples that may wait so long are looked at next: at whole multiples of it, in seconds on the loop's clock."""
+    """When messages that may wait so long are looked at next: at whole multiples of it, in seconds on the loop's clock."""
     return (math.floor(now / patience) + 1) * patience
 
 
@@ -67,69 +67,86 @@ class WireUnavailable(Exception):
     """The transport cannot be opened; the text is one line that says why and what to do. The local system can go on without it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Delivery:
-    """What a transport must know of a quality of service."""
+class TypeInfo(NamedTuple):
+    """What a transport must know of a type."""
 
-    reliable: bool = True
-    """Send again what was lost on the link. Without it, a sample may be lost anywhere."""
-
-    keep_all: bool = False
-    """A full queue holds the sender back instead of dropping the oldest sample. Only with `reliable`."""
-
-    depth: int = 1
-    """How many samples a queue keeps for one subscription, at least 1."""
-
-    history: int = 0
-    """How many samples are kept for subscriptions that come later (an outlet), or are wanted of those kept (a subscription); 0: none.
-    A subscription that comes back after its process was lost is a later one, too; it gets what it has missed."""
-
-    priority: int = NORMAL
-    """1 (real time) to 7 (background), as in Zenoh: a sample of a lower number overtakes those of higher numbers on every link."""
-
-    express: bool = False
-    """Send at once, instead of together with what comes within the next moment."""
-
-    patience: float = 0.0
-    """For how long the samples of a subscription may wait, seconds, so that the loop is woken for many of them at once. The transport may
-    pass them on earlier."""
+    name: str
+    """``package/kind/Name``; for the parts of an action ``package/action/Name_SendGoal`` and so on."""
+    hash: str
+    """``RIHS01_`` and 64 hex digits."""
+    bulk: bool = False
+    """Messages may be as large as what they contain: an image, a cloud of points. They let all others pass."""
+    buffers: bool = False
+    """It has an unbounded ``uint8[]`` field, which newer distributions of ROS 2 send apart; see `actors.transport.format.buffers`."""
 
 
-class Sample(NamedTuple):
-    """One message of a topic, as it has arrived."""
+class RemoteNode:
+    """A node of another process. For the graph it is the node of its endpoints."""
 
-    key: str
-    payload: bytes
-    attachment: bytes
-    since: float | None = None
-    """When it arrived, in seconds on the loop's clock, if it has waited since then; None: now."""
+    def __init__(self, fqn: str, session: str, number: int, domain_id: int, *, checks_qos: bool = True) -> None:
+        self.fqn = fqn
+        """Its full name."""
+        self.session = session
+        """The identity of its process on the network."""
+        self.number = number
+        self.domain_id = domain_id
+        self.checks_qos = checks_qos
+        """Whether endpoints of this node exchange nothing if what one requests exceeds what the other offers, as in DDS."""
+
+    def __repr__(self) -> str:
+        return f"<node {self.fqn} of {self.session}>"
+
+    @property
+    def identity(self) -> tuple[str, int]:
+        """What distinguishes it from all other nodes, also from those of its name."""
+        return self.session, self.number
+
+    def warn(self, event: str, **fields: object) -> None:
+        """Do nothing: its own process logs the same."""
+
+
+class RemoteEndpoint(NamedTuple):
+    """An endpoint of another process."""
+
+    node: RemoteNode
+    kind: EndpointKind
+    name: str
+    """The full name of its topic or service."""
+    type: str
+    type_hash: str
+    qos: QoS
+    gid: bytes
+    """What identifies it on the network, 16 bytes."""
+    number: int = 0
+    """By which the endpoints of a process are listed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Replied:
-    """A question was answered."""
+    """A request was answered."""
 
     payload: bytes
-    attachment: bytes
+    extension: bytes
+    """What this library adds to a reply; empty from others."""
 
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """A question was answered with an error."""
+    """A request was answered with an error."""
 
     payload: bytes
 
 
 @dataclass(frozen=True, slots=True)
 class NoAnswer:
-    """A question was not answered: nobody serves its key, who served it has gone or dropped it, or its time is over."""
+    """A request was not answered: nobody serves it, who served it has gone or dropped it, or its time is over."""
 
     timed_out: bool
     """Whether its time is over; otherwise nobody is left who could answer."""
 
 
 Answer: TypeAlias = Replied | Failed | NoAnswer
-"""What becomes of a question."""
+"""What becomes of a request."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +166,12 @@ class Link:
     received_bytes: int
 
     dropped: int
-    """The number of samples for it or from it that this side has dropped."""
+    """The number of messages for it or from it that this side has dropped."""
+
+
+Take: TypeAlias = Callable[[tuple[Any, ...], bytes, int, int, bytes, float | None], None]
+"""What is called with a message: the takers for whom it is, the GID of its publisher, its number among the messages of that publisher from 1, when it
+was sent (nanoseconds since 1970), its payload, and when it arrived, in seconds on the loop's clock, if it has waited since then."""
 
 
 class Handle(Protocol):
@@ -160,58 +182,176 @@ class Handle(Protocol):
         ...
 
 
-class Outlet(Handle, Protocol):
-    """The sending end of one key."""
+class NodeHere(Handle, Protocol):
+    """A node of this process, shown from its making until it is closed."""
+
+    @property
+    def number(self) -> int:
+        """What distinguishes it from the other nodes of this process."""
+        ...
+
+
+class Endpoint(Handle, Protocol):
+    """An endpoint of this process, shown from its making until it is closed."""
+
+    @property
+    def gid(self) -> bytes:
+        """What identifies it on the network, 16 bytes."""
+        ...
+
+
+class Publisher(Endpoint, Protocol):
+    """A publisher of this process. It is shown by `show`, and can be used from `open` on; each is harmless the second time."""
+
+    def show(self) -> None:
+        """Show it to the others. One that is shown only is opened when somebody subscribes."""
+        ...
+
+    def open(self) -> None:
+        """Open its sending end."""
+        ...
 
     @property
     def wanted(self) -> bool:
-        """Whether a subscription of another process is known for the key. Reading it costs nothing."""
+        """Whether a subscription of another process is known. Reading it costs nothing; False until it is open."""
         ...
 
-    def put(self, payload: bytes, attachment: bytes) -> None:
-        """Send one sample to all subscriptions of the key in other processes. With `Delivery.history`, keep it for later ones."""
+    @property
+    def put(self) -> Callable[[bytes, int, int], None]:
+        """Send a message to all matching subscriptions of other processes: its payload, its number from 1, and the time, in nanoseconds since 1970.
+
+        A transient local publisher keeps it for later ones."""
         ...
 
 
-class Query(Protocol):
-    """A question that has arrived. It must be ended by exactly one of its methods; ending it again does nothing."""
+class Client(Endpoint, Protocol):
+    """A client of this process."""
+
+    def ask(
+        self,
+        payload: bytes,
+        number: int,
+        source_time: int,
+        extension: bytes,
+        timeout: float | None,
+        done: Callable[[Answer], None],
+    ) -> Handle:
+        """Send a request, numbered from 1; the first answer counts. `done` is called exactly once, unless the handle is closed first.
+
+        `extension` is for servers of this library, which others do not read. `timeout` is in seconds of the loop's clock; None: until it is
+        answered or nobody is left who could.
+        """
+        ...
+
+
+class Request(Protocol):
+    """A request that has arrived. It must be ended by exactly one of its methods; ending it again does nothing."""
 
     @property
     def payload(self) -> bytes: ...
 
     @property
-    def attachment(self) -> bytes: ...
+    def gid(self) -> bytes:
+        """What identifies the client."""
+        ...
 
-    def reply(self, payload: bytes, attachment: bytes) -> None:
+    @property
+    def number(self) -> int:
+        """The number of the request among those of the client."""
+        ...
+
+    @property
+    def extension(self) -> bytes:
+        """What the client adds to it for servers of this library; empty from others."""
+        ...
+
+    def reply(self, payload: bytes, source_time: int, extension: bytes) -> None:
         """Answer it."""
         ...
 
     def fail(self, payload: bytes) -> None:
-        """Answer it with an error."""
+        """Answer it with an error. Only a client of this library can read it."""
         ...
 
     def drop(self) -> None:
-        """Leave it without an answer: whoever asked gets `NoAnswer` if nobody else answers."""
+        """Leave it without an answer."""
         ...
 
 
 class Events(Protocol):
     """What a transport tells its owner."""
 
-    def appeared(self, token: str) -> None:
-        """A token has been announced by another process, now or before the transport was opened."""
+    def node(self, node: RemoteNode, there: bool) -> None:
+        """A node of another process has appeared, or has vanished."""
         ...
 
-    def vanished(self, token: str) -> None:
-        """A token that had appeared has been withdrawn, or its process is lost."""
+    def appeared(self, endpoint: RemoteEndpoint) -> None:
+        """Another process has an endpoint, now or since before this one joined."""
         ...
 
-    def wanted(self, outlet: Outlet) -> None:
-        """`Outlet.wanted` has changed."""
+    def vanished(self, endpoint: RemoteEndpoint) -> None:
+        """An endpoint that had appeared has been withdrawn, or its process is lost."""
+        ...
+
+    def wanted(self, publisher: Publisher) -> None:
+        """`Publisher.wanted` has changed."""
         ...
 
     def link(self, session: str, up: bool) -> None:
         """Another process has been found, or is lost."""
+        ...
+
+    def told(self, data: bytes) -> None:
+        """Another process of this library has told this one something; see `Participant.tell`."""
+        ...
+
+    def lost(self, taker: object, messages: int) -> None:
+        """So many messages for a taker are lost, which their numbers do not show."""
+        ...
+
+    def unreadable(self, what: str, place: str, error: Exception, **fields: object) -> None:
+        """Something has come that cannot be read: `what` in words, and `place`, the topic or service where it has come."""
+        ...
+
+
+class Participant(Protocol):
+    """What this process has in a domain, until its transport is closed."""
+
+    def node(self, fqn: str) -> NodeHere:
+        """Show a node."""
+        ...
+
+    def publisher(self, node: NodeHere | None, name: str, type: TypeInfo, qos: QoS) -> Publisher:
+        """A publisher, not shown and not open. One without a node is never shown: those find it who know its topic."""
+        ...
+
+    def subscription(
+        self,
+        node: NodeHere | None,
+        name: str,
+        type: TypeInfo,
+        qos: QoS,
+        take: Take,
+        taker: object,
+        patience: float = 0.0,
+    ) -> Endpoint:
+        """Receive what other processes publish, what is kept for later subscriptions first.
+
+        Volatile subscriptions with the same `take` and the same demands share what arrives: `take` is called once for all their takers. Their
+        messages may wait for `patience` seconds, so that the loop is woken for many of them at once. One without a node is not shown.
+        """
+        ...
+
+    def server(self, node: NodeHere, name: str, type: TypeInfo, qos: QoS, take: Callable[[Request], None]) -> Endpoint:
+        """Call `take` with each request of other processes."""
+        ...
+
+    def client(self, node: NodeHere, name: str, type: TypeInfo, qos: QoS) -> Client:
+        """What asks the servers of other processes."""
+        ...
+
+    def tell(self, session: str, data: bytes) -> None:
+        """Let `Events.told` be called in one other process of this library, if it is there."""
         ...
 
 
@@ -220,44 +360,20 @@ class Transport(Protocol):
 
     @property
     def session(self) -> str:
-        """The identity of this process on the network: lower-case hexadecimal digits, without leading zeros. Known before `open`."""
+        """The identity of this process on the network: lower-case hexadecimal digits, without leading zeros. Known before `join`."""
         ...
 
-    async def open(self, tokens: str, events: Events) -> None:
-        """Connect, and watch for all tokens that match the key expression `tokens`, beginning with those that are there already.
+    async def join(self, domain_id: int, events: Events, *, beyond: bool = False) -> Participant:
+        """Connect, and tell of all nodes and endpoints of a domain, beginning with those that are there already; with `beyond`, of those of other
+        domains, too, if the wire shows them.
 
-        Returns when declarations can be made; other processes may be found later, in any order. Raises `WireUnavailable` if it cannot
+        Returns when this process can declare something; other processes may be found later, in any order. Raises `WireUnavailable` if it cannot
         be opened at all. A router or peer that is lost or not there is no error: it is looked for until `close`.
         """
         ...
 
     async def close(self) -> None:
         """Withdraw everything and disconnect; other processes learn of it at once. No callback is called afterwards. Never raises."""
-        ...
-
-    def announce(self, token: str) -> Handle:
-        """Show `token` to all other processes for as long as the handle is open and this process lives."""
-        ...
-
-    def outlet(self, key: str, delivery: Delivery) -> Outlet:
-        """Open the sending end of `key`."""
-        ...
-
-    def subscribe(self, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> Handle:
-        """Call `take` with each sample that other processes put on `key`, those kept for later subscriptions first."""
-        ...
-
-    def serve(self, key: str, take: Callable[[Query], None]) -> Handle:
-        """Call `take` with each question that other processes ask on `key`."""
-        ...
-
-    def ask(
-        self, key: str, payload: bytes, attachment: bytes, timeout: float | None, done: Callable[[Answer], None]
-    ) -> Handle:
-        """Ask the other processes a question; the first answer counts. `done` is called exactly once, unless the handle is closed first.
-
-        `timeout` is in seconds of the transport's clock; None: until it is answered or nobody is left who could.
-        """
         ...
 
     def report(self) -> tuple[Link, ...]:

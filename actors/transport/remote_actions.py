@@ -20,25 +20,19 @@ from actors.interfaces.hashes import type_hash
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.qos import ACTION_FEEDBACK, ACTION_STATUS
 from actors.time.values import nanoseconds_of
-from actors.transport.format.attachments import parse_attachment
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension
-from actors.transport.format.keys import DataKey, write_key
-from actors.transport.format.tokens import EndpointKind
-from actors.transport.local_topics import delivery_of
-from actors.transport.protocol import Answer, NoAnswer, Replied, Sample
+from actors.transport.protocol import Answer, NoAnswer, Replied
 from actors.transport.remote_services import failure_of
-from actors.transport.types_here import described_type
+from actors.transport.types_here import type_info
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.services.peers import Caller
-    from actors.transport.format.tokens import EndpointToken
     from actors.transport.local_clients import Clients
-    from actors.transport.local_side import Endpoint, LocalSide
-    from actors.transport.protocol import Handle
-    from actors.transport.remote_graph import RemoteNode
+    from actors.transport.local_side import LocalSide
+    from actors.transport.protocol import Endpoint, RemoteEndpoint, RemoteNode, Take
 
 __all__ = ["RemoteActionServer"]
 
@@ -49,23 +43,24 @@ class RemoteActionServer:
     Invariants:
 
     * `_goals` holds the goals that have been sent there and have neither been rejected nor ended.
-    * Its status and feedback are subscribed to from the first goal on. Each node that has sent a goal is shown as a subscriber.
+    * Each node that has sent a goal subscribes to its status and feedback. They share what arrives.
     """
 
     node = None
 
     def __init__(
-        self, side: LocalSide, clients: Clients, node: RemoteNode, name: str, tokens: Mapping[str, EndpointToken]
+        self, side: LocalSide, clients: Clients, node: RemoteNode, name: str, endpoints: Mapping[str, RemoteEndpoint]
     ) -> None:
         self.name = name
         self.goals = 0
         self._side = side
         self._clients = clients
         self._node = node
-        self._tokens = dict(tokens)
+        self._endpoints = dict(endpoints)
         self._goals: dict[bytes, RemoteGoal] = {}
-        self._handles: list[Handle] = []
         self._shown: dict[str, list[Endpoint]] = {}
+        self._takes: dict[str, Take] = {}
+        """What takes status and feedback, for all nodes."""
         self.gone = False
 
     def __repr__(self) -> str:
@@ -82,8 +77,8 @@ class RemoteActionServer:
 
     @property
     def type(self) -> Any:
-        """The action type. Tokens give the types of its parts only, so one with another hash is named by that of its goals."""
-        goals = self._tokens["send_goal"]
+        """The action type. Endpoints give the types of its parts only, so one with another hash is named by that of its goals."""
+        goals = self._endpoints["send_goal"]
         name = goals.type.removesuffix("_SendGoal")
         known = registry.known(name)
         if known is not None and type_hash(derived.send_goal_service(known)) == goals.type_hash:
@@ -136,9 +131,7 @@ class RemoteActionServer:
         self._ask("get_result", node, payload, done, Extension())
 
     def _ask(self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], extension: Extension) -> None:
-        token = self._tokens[part]
-        attachment = self._clients.of(node, token).attachment(extension)
-        self._clients.transport.ask(write_key(token.key), payload, attachment, None, done)
+        self._clients.of(node, self._endpoints[part]).ask(payload, extension, None, done)
 
     def over(self, goal_id: bytes) -> None:
         """Forget a goal that was not accepted, or has ended."""
@@ -153,8 +146,6 @@ class RemoteActionServer:
         """Unsubscribe, because the server has gone. The questions about its goals are ended by the transport."""
         for node in list(self._shown):
             self.forget(node)
-        for handle in self._handles:
-            handle.close()
 
     def _follow(self, node: str) -> None:
         if node in self._shown:
@@ -164,24 +155,18 @@ class RemoteActionServer:
             ("status", GoalStatusArray, ACTION_STATUS, self._status),
             ("feedback", message, ACTION_FEEDBACK, self._feedback),
         )
-        subscribe = not self._handles
+        participant, of_node = self._side.participant, self._side.node(node)
         shown: list[Endpoint] = []
         self._shown[node] = shown
         for part, type, qos, take in topics:
             name = f"{self.name}/_action/{part}"
-            endpoint = self._side.endpoint(node, EndpointKind.SUBSCRIPTION, name, described_type(type), qos)
-            if subscribe:
-                key = write_key(DataKey(self._side.domain_id, name, *described_type(type)))
-                self._handles.append(
-                    self._side.transport.subscribe(key, delivery_of(qos, type), self._decoding(name, type, take))
-                )
-            endpoint.show()
-            shown.append(endpoint)
+            taking = self._takes.setdefault(part, self._decoding(name, type, take))
+            shown.append(participant.subscription(of_node, name, type_info(type), qos, taking, node))
 
-    def _decoding(self, name: str, kind: Any, take: Callable[[Any], None]) -> Callable[[Sample], None]:
-        def arrived(sample: Sample) -> None:
+    def _decoding(self, name: str, kind: Any, take: Callable[[Any], None]) -> Take:
+        def arrived(takers: object, gid: bytes, number: int, sent: int, payload: bytes, since: float | None) -> None:
             try:
-                message = decode(kind, sample.payload)
+                message = decode(kind, payload)
             except CdrError as error:  # of another publisher of this name: the server's own messages have its types
                 self._side.unreadable.note("a message cannot be decoded", name, error, topic=name)
                 return
@@ -291,9 +276,7 @@ class RemoteGoal:
 def _reason_in(answer: Answer) -> str:
     """The reason that one of our peers has given; empty from others."""
     try:
-        extension = (
-            parse_extension(parse_attachment(answer.attachment).extension) if isinstance(answer, Replied) else None
-        )
+        extension = parse_extension(answer.extension) if isinstance(answer, Replied) else None
     except WireFormatError:
         extension = None
     return "" if extension is None else extension.reason

@@ -13,17 +13,14 @@ from actors.interfaces.cdr import decode, encode
 from actors.interfaces.errors import CdrError
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension
-from actors.transport.format.keys import write_key
 from actors.transport.format.replies import TIMED_OUT, parse_reply_error
-from actors.transport.protocol import Answer, Failed, Handle, NoAnswer, Replied
+from actors.transport.protocol import Answer, Failed, Handle, NoAnswer, RemoteEndpoint, Replied
 
 if TYPE_CHECKING:
     from actors.interfaces.foreign import ForeignType
     from actors.interfaces.message import Message
     from actors.services.peers import Caller
-    from actors.transport.format.tokens import EndpointToken
     from actors.transport.local_clients import Clients
-    from actors.transport.remote_graph import RemoteNode
 
 __all__ = ["RemoteServer", "Server", "failure_of"]
 
@@ -46,7 +43,7 @@ class Server(Protocol):
 
     @property
     def gone(self) -> bool:
-        """Whether its token has vanished."""
+        """Whether it has vanished."""
         ...
 
 
@@ -59,13 +56,12 @@ class RemoteServer:
     node = None
     concurrent = 0  # what it serves at once is known there; the chain of a request tells it who waits
 
-    def __init__(self, node: RemoteNode, token: EndpointToken, type: ForeignType, clients: Clients) -> None:
+    def __init__(self, endpoint: RemoteEndpoint, type: ForeignType, clients: Clients) -> None:
         self.type: Any = type
-        self.name = token.name
+        self.name = endpoint.name
         self.calls = 0
-        self._node = node
-        self._token = token
-        self._key = write_key(token.key)
+        self._node = endpoint.node
+        self._endpoint = endpoint
         self._clients = clients
         self._open: dict[RemoteCall, None] = {}
         self.gone = False
@@ -92,14 +88,14 @@ class RemoteServer:
     def submit(self, message: Message, caller: Caller, timeout: float) -> RemoteCall:
         """Send a request. Raises CdrError for a message that cannot be encoded."""
         payload = encode(message)
-        client = self._clients.of(caller.fqn, self._token)
-        attachment = client.attachment(Extension(chain=self._clients.cycles.chain_of(caller)))
-        call = RemoteCall(self, asyncio.get_running_loop().create_future(), client.last)
+        client = self._clients.of(caller.fqn, self._endpoint)
+        chain = self._clients.cycles.chain_of(caller)
+        call = RemoteCall(self, asyncio.get_running_loop().create_future(), client.next)
         caller.deadlines.watch(call, timeout)
         self.calls += 1
         self._open[call] = None
         limit = None if timeout == math.inf else timeout
-        call.sent(self._clients.transport.ask(self._key, payload, attachment, limit, call.done))
+        call.sent(client.ask(payload, Extension(chain=chain), limit, call.done))
         return call
 
     def ended(self, call: RemoteCall) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from bisect import insort
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.inbox.expiring import ExpiringMessage
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, PublisherPeer, SubscriptionPeer, Target, TopicRegistry
-    from actors.transport.format.attachments import Attachment
     from actors.transport.local_side import LocalSide
 
 __all__ = ["RemotePublisher", "RemoteSubscription"]
@@ -121,15 +120,14 @@ class RemotePublisher:
 
     def arrived(
         self,
-        sent: Attachment,
+        number: int,
+        source_time: int,
         payload: bytes,
-        kind: MessageType,
-        subscriptions: Iterable[SubscriptionPeer],
+        subscriptions: tuple[SubscriptionPeer, ...],
         since: float | None = None,
     ) -> None:
-        """Deliver a message to those of `subscriptions` that are matched."""
+        """Deliver a message to those of `subscriptions`, which have the same type, that are matched."""
         # Called for every message of other processes: what only some of them need is asked for first.
-        number = sent.sequence_number
         self.carried_bytes += len(payload)
         if self._shows_itself:
             self._show_alive()
@@ -140,7 +138,7 @@ class RemotePublisher:
         ]
         if not takers:
             return
-        arrival = self._arrival(number, payload, kind, sent.source_time, since)
+        arrival = self._arrival(number, payload, subscriptions[0].type, source_time, since)
         message: Any = None
         if self._taps or self.qos.transient_local or any(match.undecoded is None for _, match in takers):
             try:
@@ -151,7 +149,7 @@ class RemotePublisher:
                 takers = self._not_decoded(takers, error)
                 if not takers:
                     return
-        wrapped = message if self._lifespan is None else self._expiring(message, sent.source_time)
+        wrapped = message if self._lifespan is None else self._expiring(message, source_time)
         self.arrival = arrival
         for subscription, match in takers:
             if (lost := match.numbers.take(number)) > match.unread:

@@ -1,26 +1,19 @@
-"""Types of this process, as tokens name them."""
+"""Types of this process, as transports know them."""
 
 from __future__ import annotations
 
 from typing import Any, Final
 
 from actors.interfaces.hashes import type_hash
+from actors.transport.protocol import TypeInfo
 
-__all__ = ["described_type", "is_buffer_aware", "is_bulk"]
+__all__ = ["type_info"]
 
 _BYTES: Final = ("uint8", "int8", "byte", "char")
 
 
-def described_type(cls: Any) -> tuple[str, str]:
-    """The name and the hash of a type of this process."""
-    return cls.__ros_type__, type_hash(cls)
-
-
-def is_buffer_aware(cls: Any) -> bool:
-    """Whether newer distributions of ROS 2 may send messages of this type on the additional keys of `format.buffers`."""
-    return any(field.type.base == "uint8" and field.type.array == "unbounded" for field in cls.__ros_fields__)
-
-
-def is_bulk(cls: Any) -> bool:
-    """Whether messages of this type are as large as what they contain: an image, a cloud of points, a map."""
-    return any(field.type.base in _BYTES and field.type.array == "unbounded" for field in cls.__ros_fields__)
+def type_info(cls: Any) -> TypeInfo:
+    """What a transport must know of a type of this process."""
+    fields = getattr(cls, "__ros_fields__", ())  # a service has none
+    unbounded = {field.type.base for field in fields if field.type.array == "unbounded"}
+    return TypeInfo(cls.__ros_type__, type_hash(cls), any(each in unbounded for each in _BYTES), "uint8" in unbounded)

@@ -1,6 +1,6 @@
 """The graph of a domain as its processes announce it: nodes and endpoints, without taking part in it.
 
-A command that only lists needs no node of its own: it reads the tokens of the others. That is quick, and it leaves no trace in what it lists.
+A command that only lists needs no node of its own: it reads what the others announce. That is quick, and it leaves no trace in what it lists.
 """
 
 from __future__ import annotations
@@ -15,10 +15,7 @@ from typing import NamedTuple
 from actors.names.names import InvalidName, is_hidden, validate_full_name
 from actors.transport import WireUnavailable, transport_from_environment
 from actors.transport.environment import domain_from_environment
-from actors.transport.format.errors import WireFormatError
-from actors.transport.format.gids import gid_of
-from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, graph_of, parse_token
-from actors.transport.protocol import Outlet, Transport
+from actors.transport.protocol import EndpointKind, Participant, Publisher, RemoteEndpoint, RemoteNode, Transport
 from cli.command import CommandFailed
 from cli.graph.looking import late, settle
 
@@ -30,7 +27,6 @@ __all__ = [
     "Endpoint",
     "GraphView",
     "absolute",
-    "fqn_of",
     "look",
     "transport_of",
     "watching",
@@ -44,55 +40,56 @@ _FEEDBACK = "/_action/feedback"
 class Endpoint(NamedTuple):
     """An endpoint of another process."""
 
-    token: EndpointToken
-    gid: bytes
+    about: RemoteEndpoint
 
     @property
     def node(self) -> str:
         """The full name of its node."""
-        return fqn_of(self.token.node)
-
-
-def fqn_of(node: NodeToken) -> str:
-    """The full name of a node."""
-    return f"{node.namespace.rstrip('/')}/{node.name}"
+        return self.about.node.fqn
 
 
 class GraphView:
     """The nodes and endpoints that the processes of a domain announce. It is told by a transport, as its `Events`.
 
-    Invariant: `endpoints` holds those whose token has appeared and not vanished. A node is known as long as one of its tokens is.
+    Invariant: it holds what has appeared and not vanished.
     """
 
     def __init__(self) -> None:
-        self._nodes: dict[str, NodeToken] = {}
-        self._endpoints: dict[str, Endpoint] = {}
+        self._nodes: dict[RemoteNode, None] = {}
+        self._endpoints: dict[bytes, Endpoint] = {}
         self._news = asyncio.Event()
 
     # -- what the transport tells -------------------------------------------------------------------------------------------
 
-    def appeared(self, token: str) -> None:
-        try:
-            parsed = parse_token(token)
-        except WireFormatError:
-            return
-        if isinstance(parsed, EndpointToken):
-            self._endpoints[token] = Endpoint(parsed, gid_of(token))
-            self._nodes[token] = parsed.node
+    def node(self, node: RemoteNode, there: bool) -> None:
+        if there:
+            self._nodes[node] = None
         else:
-            self._nodes[token] = parsed
+            self._nodes.pop(node, None)
         self._news.set()
 
-    def vanished(self, token: str) -> None:
-        self._nodes.pop(token, None)
-        self._endpoints.pop(token, None)
+    def appeared(self, endpoint: RemoteEndpoint) -> None:
+        self._endpoints[endpoint.gid] = Endpoint(endpoint)
         self._news.set()
 
-    def wanted(self, outlet: Outlet) -> None:
+    def vanished(self, endpoint: RemoteEndpoint) -> None:
+        self._endpoints.pop(endpoint.gid, None)
+        self._news.set()
+
+    def wanted(self, publisher: Publisher) -> None:
         """Do nothing: a view publishes nothing."""
 
     def link(self, session: str, up: bool) -> None:
         self._news.set()
+
+    def told(self, data: bytes) -> None:
+        """Do nothing: nobody of this process waits."""
+
+    def lost(self, taker: object, messages: int) -> None:
+        """Do nothing: who listens counts what arrives."""
+
+    def unreadable(self, what: str, place: str, error: Exception, **fields: object) -> None:
+        """Do nothing: it is not shown."""
 
     # -- what commands ask --------------------------------------------------------------------------------------------------
 
@@ -111,17 +108,16 @@ class GraphView:
 
     def nodes(self, hidden: bool = True) -> list[str]:
         """The full names of all nodes, sorted; one that several nodes share is there several times."""
-        each = {(node.session, node.node_id): fqn_of(node) for node in self._nodes.values()}
-        return sorted(name for name in each.values() if hidden or not is_hidden(name))
+        return sorted(node.fqn for node in self._nodes if hidden or not is_hidden(node.fqn))
 
     def endpoints(self, *kinds: EndpointKind, name: str | None = None, node: str | None = None) -> list[Endpoint]:
         """The endpoints of these kinds, of one topic or service, or of one node, by the number that their process gave them."""
         found = [
             end
             for end in self._endpoints.values()
-            if end.token.kind in kinds and name in (None, end.token.name) and node in (None, end.node)
+            if end.about.kind in kinds and name in (None, end.about.name) and node in (None, end.node)
         ]
-        return sorted(found, key=lambda end: (end.node, end.token.node.session, end.token.endpoint_id))
+        return sorted(found, key=lambda end: (end.node, end.about.node.session, end.about.number))
 
     def topics(self, hidden: bool = True) -> dict[str, list[str]]:
         """Each topic with its types, sorted."""
@@ -152,8 +148,8 @@ class GraphView:
 def _typed(ends: Iterable[Endpoint], hidden: bool) -> dict[str, list[str]]:
     found: dict[str, set[str]] = {}
     for end in ends:
-        if hidden or not is_hidden(end.token.name):
-            found.setdefault(end.token.name, set()).add(end.token.type)
+        if hidden or not is_hidden(end.about.name):
+            found.setdefault(end.about.name, set()).add(end.about.type)
     return {name: sorted(types) for name, types in sorted(found.items())}
 
 
@@ -203,15 +199,15 @@ async def look(
 
 
 @asynccontextmanager
-async def watching(options: argparse.Namespace) -> AsyncGenerator[tuple[GraphView, Transport]]:
-    """A view of the graph from its beginning, and the transport that tells it. Raises `CommandFailed` if it cannot be reached."""
+async def watching(options: argparse.Namespace) -> AsyncGenerator[tuple[GraphView, Participant]]:
+    """A view of the graph from its beginning, and what this process may have in it. Raises `CommandFailed` if it cannot be reached."""
     transport = transport_of(options)
     view = GraphView()
     try:
-        await transport.open(graph_of(domain_from_environment(os.environ)), view)
+        participant = await transport.join(domain_from_environment(os.environ), view)
     except (WireUnavailable, ValueError) as error:
         raise CommandFailed(str(error)) from error
     try:
-        yield view, transport
+        yield view, participant
     finally:
         await transport.close()

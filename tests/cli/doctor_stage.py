@@ -16,7 +16,7 @@ from actors.transport.figures import (
     ServedFigures,
     TimerFigures,
 )
-from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken
+from actors.transport.protocol import EndpointKind, RemoteEndpoint, RemoteNode
 from cli.graph.view import Endpoint
 from cli.verbs.doctor.observation import Observation, Told
 
@@ -26,21 +26,20 @@ STRING = "std_msgs/msg/String"
 SESSION = "a" * 32
 
 
-def node(name: str, *, session: str = SESSION, domain: int = 0, number: int = 0) -> NodeToken:
-    namespace, _, last = name.rpartition("/")
-    return NodeToken(domain, session, number, last, namespace or "/")
+def node(name: str, *, session: str = SESSION, domain: int = 0, number: int = 0) -> RemoteNode:
+    return RemoteNode(name, session, number, domain)
 
 
 def end(
     of: str, kind: EndpointKind, name: str, qos: QoS = DEFAULT, type: str = STRING, type_hash: str = "RIHS01_1"
 ) -> Endpoint:
     """An end of the node `of`."""
-    return Endpoint(EndpointToken(node(of), 1, kind, name, type, type_hash, qos), b"")
+    return Endpoint(RemoteEndpoint(node(of), kind, name, type, type_hash, qos, b""))
 
 
 def graph(*ends: Endpoint, **more: Any) -> Observation:
     """These ends and their nodes, and whatever else is seen."""
-    nodes = tuple(dict.fromkeys(one.token.node for one in ends))
+    nodes = tuple({one.node: one.about.node for one in ends}.values())
     return replace(Observation(ends=ends, nodes=nodes), **more)
 
 

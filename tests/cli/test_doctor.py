@@ -9,9 +9,7 @@ import pytest
 from actors import QoS, qos
 from actors.interfaces import encode
 from actors.transport.figures import LeaseFigures, ProcessFigures
-from actors.transport.format.attachments import attachment_writer
-from actors.transport.format.tokens import write_token
-from actors.transport.protocol import Sample
+from actors.transport.protocol import RemoteEndpoint
 from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION
 from cli.verbs.doctor import Result, examined, lines, tally
 from cli.verbs.doctor.clocks import offsets, simulated_time
@@ -525,40 +523,42 @@ def test_the_times_in_the_messages_of_a_topic_are_compared_unless_they_are_kept_
 
 async def test_the_least_difference_of_the_reports_of_a_process_counts() -> None:
     told, reports = process([figures("/a")], [figures("/a")]), Reports()
-    write = attachment_writer(b"g" * 16)
     for seconds in (7, 3, 90):
         sent = time.time_ns() - seconds * 10**9
-        reports.take(Sample("key", encode(told.last), write(1, sent)))
+        reports.take((), b"g" * 16, 1, sent, encode(told.last), None)
     assert reports.lags == {told.last.session: pytest.approx(3.0, abs=0.5)}
 
 
-async def test_what_cannot_be_read_is_neither_a_node_nor_a_report() -> None:
-    graphs, reports = AllDomains(0), Reports()
-    graphs.appeared("@ros2_lv/0/nonsense")
-    reports.take(Sample("key", b"\x00", b""))
-    assert graphs.nodes() == ()
+async def test_what_cannot_be_read_is_no_report() -> None:
+    reports = Reports()
+    reports.take((), b"g" * 16, 1, 0, b"\x00", None)
     assert reports.twice() == ()
 
 
 async def test_the_nodes_of_all_domains_are_known_and_the_ends_of_one() -> None:
     graphs = AllDomains(7)
-    tokens = [write_token(node(name, domain=number)) for name, number in (("/a", 7), ("/b", 8))]
-    for token in tokens:
-        graphs.appeared(token)
-    assert [(one.name, one.domain_id) for one in graphs.nodes()] == [("a", 7), ("b", 8)]
-    assert graphs.view.nodes() == ["/a"]
-    for token in tokens:
-        graphs.vanished(token)
-    assert graphs.nodes() == ()
-    assert graphs.view.nodes() == []
+    nodes = [node(name, domain=number) for name, number in (("/a", 7), ("/b", 8))]
+    ends = [
+        RemoteEndpoint(one, PUBLISHER, "/data", "pkg/msg/T", "RIHS01_0", QoS(depth=1), one.fqn.encode())
+        for one in nodes
+    ]
+    for one, its in zip(nodes, ends, strict=True):
+        graphs.node(one, True)
+        graphs.appeared(its)
+    assert [(one.fqn, one.domain_id) for one in graphs.everywhere()] == [("/a", 7), ("/b", 8)]
+    assert (graphs.nodes(), [one.node for one in graphs.endpoints(PUBLISHER)]) == (["/a"], ["/a"])
+    for one, its in zip(nodes, ends, strict=True):
+        graphs.vanished(its)
+        graphs.node(one, False)
+    assert (graphs.everywhere(), graphs.nodes(), graphs.endpoints(PUBLISHER)) == ((), [], [])
 
 
 async def test_a_process_that_has_told_once_has_not_told_twice() -> None:
     told = process([figures("/a")], [figures("/a", handled=5)])
     reports = Reports()
-    reports.take(Sample("key", encode(told.before), b""))
+    reports.take((), b"g" * 16, 1, 0, encode(told.before), None)
     assert (reports.twice(), list(reports.last)) == ((), [told.before.session])
-    reports.take(Sample("key", encode(told.last), b""))
+    reports.take((), b"g" * 16, 2, 0, encode(told.last), None)
     assert reports.twice() == (told,)
 
 

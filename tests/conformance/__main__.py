@@ -17,7 +17,7 @@ def main() -> int:
     parser.add_argument("folder", type=Path, nargs="?", default=Path(__file__).parent / "vectors")
     parser.add_argument(
         "--over",
-        choices=("simulated", "zenoh"),
+        choices=("simulated", "zenoh", "dds"),
         help="run the families with a client and a server in two systems that are joined by this transport",
     )
     options = parser.parse_args()

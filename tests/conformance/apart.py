@@ -52,15 +52,17 @@ class ClientProcess:
 class Remote:
     """A client in that process, called by its port; see `tests.conformance.client.Told`."""
 
-    def __init__(self, process: ClientProcess, gossip_port: int) -> None:
+    def __init__(self, process: ClientProcess, place: int, wire: str = "zenoh") -> None:
+        """`place` is where it meets the server: a gossip port, or over `dds` a domain."""
         self._process = process
-        self._gossip_port = gossip_port
+        self._place = place
+        self._wire = wire
 
     async def _do(self, verb: str, *arguments: Any) -> Any:
-        return await self._process.do(verb, self._gossip_port, *arguments)
+        return await self._process.do(verb, self._place, *arguments)
 
     async def open(self, name: str) -> None:
-        await self._do("make", self._gossip_port)
+        await self._do("make", self._wire)
         await self._do("open", name)
 
     async def wait_for_nodes(self, names: Collection[str]) -> None:

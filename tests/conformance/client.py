@@ -20,13 +20,13 @@ from actors.runtime.incarnation import incarnation_of
 from actors.system import System
 from actors.testing import Probe
 from actors.transport.bridge import connect
-from actors.transport.protocol import Transport
+from actors.transport.protocol import Participant, Transport
 
 __all__ = ["FOUND_WITHIN", "Client", "Counted", "News", "SentGoal", "Told", "until"]
 
 FOUND_WITHIN: Final = 10.0
 """Seconds in which two systems have to find each other."""
-_NOT_COUNTED: Final = ("/rosout/", "/parameter_events/")
+_NOT_COUNTED: Final = ("/rosout", "/parameter_events")
 
 
 class Counted:
@@ -39,19 +39,33 @@ class Counted:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._transport, name)
 
-    def subscribe(self, key: str, delivery: Any, take: Callable[[Any], None]) -> Any:
-        def counted(sample: Any) -> None:
-            self._counts["messages"] += not any(name in f"/{key}" for name in _NOT_COUNTED)
-            take(sample)
+    async def join(self, domain_id: int, events: Any, *, beyond: bool = False) -> Any:
+        return _CountedParticipant(await self._transport.join(domain_id, events, beyond=beyond), self._counts)
 
-        return self._transport.subscribe(key, delivery, counted)
 
-    def serve(self, key: str, take: Callable[[Any], None]) -> Any:
-        def counted(query: Any) -> None:
-            self._counts["goals" if "/_action/send_goal/" in key else "calls"] += not key.startswith("@")
-            take(query)
+class _CountedParticipant:
+    def __init__(self, participant: Participant, counts: Counter[str]) -> None:
+        self._participant = participant
+        self._counts = counts
+        self._takes: dict[Any, Any] = {}
 
-        return self._transport.serve(key, counted)
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._participant, name)
+
+    def subscription(self, node: Any, name: str, type: Any, qos: Any, take: Any, *more: Any) -> Any:
+        def counted(*arrived: Any) -> None:
+            self._counts["messages"] += name not in _NOT_COUNTED
+            take(*arrived)
+
+        shared = self._takes.setdefault((name, take), counted)  # subscriptions with the same one share what arrives
+        return self._participant.subscription(node, name, type, qos, shared, *more)
+
+    def server(self, node: Any, name: str, type: Any, qos: Any, take: Callable[[Any], None]) -> Any:
+        def counted(request: Any) -> None:
+            self._counts["goals" if name.endswith("/_action/send_goal") else "calls"] += 1
+            take(request)
+
+        return self._participant.server(node, name, type, qos, counted)
 
 
 class SentGoal(NamedTuple):

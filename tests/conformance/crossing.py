@@ -44,7 +44,7 @@ __all__ = [
 ]
 
 M = TypeVar("M", bound=Message)
-Wire: TypeAlias = Literal["simulated", "zenoh"]
+Wire: TypeAlias = Literal["simulated", "zenoh", "dds"]
 counts: Final = Counter[str]()
 """How many messages, calls and goals have crossed since `over` began."""
 SETTLING: Final = 0.1
@@ -214,7 +214,7 @@ class _Over:
         self._runner = asyncio.Runner(loop_factory=self.loops)
         self._pair: Pair | None = None
         self.elsewhere: ClientProcess | None = None
-        """Over `zenoh`, the process of the clients, made when it is first needed."""
+        """Over a network, the process of the clients, made when it is first needed."""
         self._lines: dict[type[Message], tuple[Any, int]] = {}
         """For each type, the publisher by which messages are told, and the number of the listener."""
         self._answers: dict[Any, Callable[[Any], Any]] = {}
@@ -226,13 +226,14 @@ class _Over:
             for host in hosts:
                 network.add_host(host)
             return Pair(network.transport("server"), Client(network.transport("client")))
-        from actors.transport.zenoh import ZenohConfig, ZenohTransport
+        from tests.actors.transport.dds.meeting import free_domain
         from tests.actors.transport.zenoh.wires import free_port
         from tests.conformance.apart import ClientProcess, Remote
+        from tests.conformance.elsewhere import transport_at
 
         self.elsewhere = self.elsewhere or ClientProcess()
-        port = free_port()
-        return Pair(ZenohTransport(ZenohConfig(gossip_port=port)), Remote(self.elsewhere, port))
+        place = free_domain() if self._wire == "dds" else free_port()
+        return Pair(transport_at(self._wire, place), Remote(self.elsewhere, place, self._wire))
 
     def ask(self, type: Any, answer: Callable[[Any], Any], request: Any) -> Any:
         return self._runner.run(self._ask(type, answer, request))

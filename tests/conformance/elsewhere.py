@@ -7,11 +7,21 @@ import pickle
 import sys
 from typing import Any
 
+from actors.transport.protocol import Transport
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.conformance.client import Client
 from tests.conformance.pickled import dumps
 
-__all__: list[str] = []
+__all__ = ["transport_at"]
+
+
+def transport_at(wire: str, place: int) -> Transport:
+    """A transport that meets only those of the same place: of a gossip port, or over ``dds`` of a domain."""
+    if wire == "dds":
+        from tests.actors.transport.dds.meeting import MeetingTransport
+
+        return MeetingTransport(place)
+    return ZenohTransport(ZenohConfig(gossip_port=place))
 
 
 class Program:
@@ -31,7 +41,7 @@ class Program:
 
     async def _do(self, verb: str, client: int, arguments: tuple[Any, ...]) -> Any:
         if verb == "make":
-            self._clients[client] = Client(ZenohTransport(ZenohConfig(gossip_port=arguments[0])))
+            self._clients[client] = Client(transport_at(arguments[0], client))
             return None
         return await getattr(self._clients[client], verb)(*arguments)
 

@@ -11,7 +11,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
 from actors.logs import LogRecord
 from actors.qos import LATCHED, Reliability
-from actors.transport.protocol import Outlet
+from actors.transport.keyed.protocol import Outlet
 from tests.stage import ADD, COUNT, result, step, total
 
 __all__ = ["BUILT", "ORACLE", "WORDS", "Honest", "Logs", "Stranger", "Tokens", "Victim"]

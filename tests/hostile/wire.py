@@ -15,7 +15,8 @@ from actors import ActorError, Child, run
 from actors.transport.format.gids import gid_of
 from actors.transport.format.keys import write_key
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, parse_token, write_token
-from actors.transport.protocol import Delivery, Handle, Outlet, Query
+from actors.transport.keyed.protocol import Delivery, Outlet, Query
+from actors.transport.protocol import Handle
 from actors.transport.simulated.network import Network
 from actors.transport.simulated.session import SimulatedTransport
 from tests.hostile import bytes as hostile

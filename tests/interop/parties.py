@@ -17,6 +17,7 @@ from actors.interfaces import from_plain, get_message, to_plain
 from actors.interfaces.message import Message
 from actors.logs import LogRecord
 from actors.system import System
+from actors.transport import Transport
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 
 __all__ = ["PATIENCE", "Ours", "Program", "deliver", "our_system", "until"]
@@ -156,11 +157,13 @@ class Ours:
 
 
 @asynccontextmanager
-async def our_system(port: int, *nodes: Child, **environment: Any) -> AsyncIterator[Ours]:
-    """A system of ours whose processes and peers meet at a port of the loopback interface."""
+async def our_system(
+    port: int, *nodes: Child, transport: Transport | None = None, **environment: Any
+) -> AsyncIterator[Ours]:
+    """A system of ours whose processes and peers meet by this transport, or by Zenoh at a port of the loopback interface."""
     logs: list[LogRecord] = []
     tree = (Child(Node, name="robot", namespace="/ours"), *nodes)
-    transport = ZenohTransport(ZenohConfig(gossip_port=port, **environment))
+    transport = transport or ZenohTransport(ZenohConfig(gossip_port=port, **environment))
     async with run(*tree, transport=transport, signals=False, sinks=(logs.append,)) as system:
         yield Ours(system, port, logs)
 

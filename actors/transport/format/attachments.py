@@ -22,10 +22,11 @@ from typing import Final, NamedTuple
 from actors.transport.format.errors import refuse
 from actors.transport.format.gids import GID_SIZE
 
-__all__ = ["ATTACHMENT_SIZE", "Attachment", "attachment_writer", "parse_attachment", "write_attachment"]
+__all__ = ["ATTACHMENT_SIZE", "Attachment", "attached", "attaching", "parse_attachment", "write_attachment"]
 
 _LAYOUT: Final = struct.Struct("<qqB16s")
 _NUMBERS: Final = struct.Struct("<qq")
+_WITHOUT_SIZE: Final = struct.Struct("<qqx16s")
 ATTACHMENT_SIZE: Final = _LAYOUT.size
 """The size of an attachment without extension, in bytes."""
 
@@ -54,25 +55,28 @@ def write_attachment(attachment: Attachment) -> bytes:
         raise refuse(attachment, "an attachment", f"its numbers have 64 bits ({error})") from None
 
 
-def attachment_writer(gid: bytes) -> Callable[[int, int], bytes]:
-    """What writes the attachments of one publisher, from the number and the time of each message. Raises WireFormatError."""
+def attaching(gid: bytes, put: Callable[[bytes, bytes], None]) -> Callable[[bytes, int, int], None]:
+    """What calls `put` with each payload of one publisher and its attachment, from the number and the time of the message. Raises WireFormatError."""
     if len(gid) != GID_SIZE:
         raise refuse(gid, "a GID", f"it has {GID_SIZE} bytes")
     end = bytes((GID_SIZE,)) + gid
     pack = _NUMBERS.pack
 
-    def write(sequence_number: int, source_time: int) -> bytes:
-        return pack(sequence_number, source_time) + end
+    def put_attached(payload: bytes, sequence_number: int, source_time: int) -> None:
+        put(payload, pack(sequence_number, source_time) + end)
 
-    return write
+    return put_attached
 
 
-def parse_attachment(data: bytes) -> Attachment:
-    """Parse an attachment. Raises WireFormatError."""
+def attached(data: bytes) -> tuple[int, int, bytes]:
+    """The sequence number, the source time and the GID in the attachment of a message. Raises WireFormatError."""
     if len(data) < ATTACHMENT_SIZE or data[16] != GID_SIZE:
         raise refuse(
             data, "an attachment", f"it has at least {ATTACHMENT_SIZE} bytes, of which number 16 is {GID_SIZE}"
         )
-    number, time, _, gid = _LAYOUT.unpack_from(data)
-    extension = data[ATTACHMENT_SIZE:] if len(data) > ATTACHMENT_SIZE else b""
-    return Attachment(number, time, gid, extension)
+    return _WITHOUT_SIZE.unpack_from(data)  # type: ignore[return-value]
+
+
+def parse_attachment(data: bytes) -> Attachment:
+    """Parse an attachment. Raises WireFormatError."""
+    return Attachment(*attached(data), data[ATTACHMENT_SIZE:])

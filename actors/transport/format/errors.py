@@ -6,7 +6,7 @@ __all__ = ["WireFormatError", "refuse"]
 
 
 class WireFormatError(ValueError):
-    """A text or bytes from the network are not in the format of `rmw_zenoh`, or a value cannot be written in it."""
+    """A text or bytes from the network are not in the format of a middleware of ROS 2, or a value cannot be written in it."""
 
 
 def refuse(found: object, wanted: str, reason: str) -> WireFormatError:

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import TypeAlias
 
-from actors.transport.protocol import Delivery, Query, Sample
+from actors.transport.keyed.protocol import Delivery, Query, Sample
 from actors.transport.simulated.link import Flow, Message, Stream
 
 __all__ = ["Announcement", "Declared", "Outlet", "Server", "Subscription"]

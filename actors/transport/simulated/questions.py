@@ -6,7 +6,8 @@ import asyncio
 from collections import Counter
 from collections.abc import Callable
 
-from actors.transport.protocol import Answer, Failed, NoAnswer, Replied
+from actors.transport.keyed.protocol import Answer, Replied
+from actors.transport.protocol import Failed, NoAnswer
 from actors.transport.simulated.link import Stream
 
 __all__ = ["IncomingQuestion", "Question"]

@@ -9,7 +9,9 @@ from functools import partial
 from typing import Protocol, TypeVar
 
 from actors.transport import protocol
-from actors.transport.protocol import Answer, Delivery, Events, Failed, Handle, Query, Replied, Sample
+from actors.transport.keyed import protocol as keyed
+from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Query, Replied, Sample
+from actors.transport.protocol import Failed, Handle
 from actors.transport.simulated.endpoints import Announcement, Declared, Outlet, Server, Subscription
 from actors.transport.simulated.keys import matcher
 from actors.transport.simulated.link import Message, Stream
@@ -51,7 +53,7 @@ class _Nobody:
     def vanished(self, token: str) -> None:
         """Nothing."""
 
-    def wanted(self, outlet: protocol.Outlet) -> None:
+    def wanted(self, outlet: keyed.Outlet) -> None:
         """Nothing."""
 
     def link(self, session: str, up: bool) -> None:
@@ -83,8 +85,8 @@ class _Peer:
         self.servers: dict[str, list[Server]] = {}
 
 
-class SimulatedTransport:
-    """One process on a simulated network (`protocol.Transport`). `Network.transport` makes it; it is opened once.
+class SimulatedTransport(KeyTransport):
+    """One process on a simulated network (`keyed.KeyTransport`). `Network.transport` makes it; it is opened once.
 
     Invariants: the peers are those to which it is connected, by their incoming stream; what it knows of a peer came on that stream. Only
     messages and timers call back. Once `closed`, there are no peers, no open questions and no callbacks. What is declared, put or asked

@@ -3,7 +3,7 @@
 * `transport`: `ZenohTransport`, which opens, joins and closes everything else,
 * `connection`: what the transport offers while it is open; `outlets`, `subscriptions`, `questions`, `queries`, `history`: its parts,
 * `presence`: which tokens and processes are there; `heartbeat`: which processes still run their loops; `traffic`: what was exchanged,
-* `wakeup`: from Zenoh's threads to the loop; `worker`: from the loop to a thread that may wait,
+* `actors.transport.wakeup`: from Zenoh's threads to the loop; `actors.transport.worker`: from the loop to a thread that may wait,
 * `config`: where to listen and connect; `gossip_point`: how processes of one host find each other without a daemon,
 * `library`: the import of the `zenoh` package, which is late because it takes long.
 

@@ -14,7 +14,10 @@ from typing import Any, Final
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.keys import write_key
 from actors.transport.format.tokens import EndpointKind, EndpointToken, parse_token
-from actors.transport.protocol import BULK, Answer, Delivery, Events, Link, NoAnswer, Query, Sample
+from actors.transport.keyed.protocol import BULK, Answer, Delivery, Events, Query, Sample
+from actors.transport.protocol import Link, NoAnswer
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Source
 from actors.transport.zenoh.heartbeat import Heartbeat
@@ -26,8 +29,6 @@ from actors.transport.zenoh.queries import Server
 from actors.transport.zenoh.questions import Question
 from actors.transport.zenoh.subscriptions import Subscription
 from actors.transport.zenoh.traffic import Traffic
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
 
 __all__ = ["Connection"]
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Final
 
-from actors.transport.protocol import BULK, Delivery
+from actors.transport.keyed.protocol import BULK, Delivery
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Source
 from actors.transport.zenoh.library import direct, import_ext, import_zenoh

@@ -7,13 +7,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Final, NamedTuple
 
-from actors.transport.protocol import Delivery
+from actors.transport.keyed.protocol import Delivery
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
 from actors.transport.zenoh.memory import LARGE
 from actors.transport.zenoh.traffic import Traffic
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
 
 __all__ = ["Outlet", "Publishers"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 from actors.transport.format.sessions import is_ours
-from actors.transport.protocol import Events
+from actors.transport.keyed.protocol import Events
 
 __all__ = ["Presence", "Process", "scope_of", "session_of"]
 

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from actors.transport.protocol import Query
+from actors.transport.keyed.protocol import Query
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
 
 __all__ = ["Server"]
 

@@ -7,11 +7,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
 
-from actors.transport.protocol import Answer, Failed, NoAnswer, Replied
+from actors.transport.keyed.protocol import Answer, Replied
+from actors.transport.protocol import Failed, NoAnswer
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
 
 __all__ = ["Question"]
 

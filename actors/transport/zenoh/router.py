@@ -6,9 +6,9 @@ from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 
 from actors.transport.security import Security
+from actors.transport.worker import Worker
 from actors.transport.zenoh.config import router_settings, write_config
 from actors.transport.zenoh.library import cannot_listen, import_zenoh
-from actors.transport.zenoh.worker import Worker
 
 __all__ = ["router"]
 

@@ -7,11 +7,11 @@ from collections import deque
 from collections.abc import Callable
 from typing import Final
 
-from actors.transport.protocol import Delivery, Sample
+from actors.transport.keyed.protocol import Delivery, Sample
+from actors.transport.wakeup import Wakeup
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Contacts, Source
 from actors.transport.zenoh.traffic import Traffic
-from actors.transport.zenoh.wakeup import Wakeup
 
 __all__ = ["Subscription"]
 

@@ -10,14 +10,15 @@ from functools import partial
 from typing import Final
 
 from actors.transport.format.sessions import new_session
-from actors.transport.protocol import Answer, Delivery, Events, Handle, Link, Outlet, Query, Sample, WireUnavailable
+from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Outlet, Query, Sample
+from actors.transport.protocol import Handle, Link, WireUnavailable
+from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.config import ZenohConfig, session_settings, write_config
 from actors.transport.zenoh.connection import Connection
 from actors.transport.zenoh.gossip_point import GossipPoint
 from actors.transport.zenoh.library import cannot_listen, import_zenoh, one_line
 from actors.transport.zenoh.memory import keep_freed_memory, leave_no_segments
-from actors.transport.zenoh.worker import Worker
 
 __all__ = ["ZenohTransport"]
 
@@ -53,7 +54,7 @@ class _Running:
         self._timer = self._loop.call_later(_LOOKING, self._look)
 
 
-class ZenohTransport:
+class ZenohTransport(KeyTransport):
     """A `Transport` by a Zenoh session in the format of ROS 2's `rmw_zenoh`.
 
     Invariant: it is opened at most once. Methods that declare something raise RuntimeError unless it is open.

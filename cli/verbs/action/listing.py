@@ -23,7 +23,7 @@ async def info(options: argparse.Namespace) -> Exit:
     async with look(options, lambda view: any(view.action_nodes(name))) as view:
         clients, servers = view.action_nodes(name)
     ends = {
-        word: [(end.node, end.token.type.removesuffix("_FeedbackMessage")) for end in found]
+        word: [(end.node, end.about.type.removesuffix("_FeedbackMessage")) for end in found]
         for word, found in (("clients", clients), ("servers", servers))
     }
     if options.json:

@@ -39,7 +39,7 @@ def simulated_time(seen: Observation) -> Iterator[Finding]:
             measured,
             "let one of them publish it",
         )
-    others = sorted({f"{node.namespace.rstrip('/')}/{node.name}" for node in seen.here()} - {*takers, *givers})
+    others = sorted({node.fqn for node in seen.here()} - {*takers, *givers})
     if takers and givers and others:
         yield Finding(
             CLOCK,
@@ -57,7 +57,7 @@ def offsets(seen: Observation) -> Iterator[Finding]:
             subject = f"process {process.process} of {process.host}"
             yield from _judged(subject, seen.lags[process.session], "between sending and arrival of its reports")
     for name, heard in seen.listened.items():
-        latched = any(end.token.qos.transient_local for end in seen.of(PUBLISHER, name))
+        latched = any(end.about.qos.transient_local for end in seen.of(PUBLISHER, name))
         if heard.lag is not None and not latched:  # latched messages may be old
             yield from _judged(name, heard.lag, "between sending and arrival of its messages")
 

@@ -162,8 +162,8 @@ def _state(queue: QueueFigures, node: NodeFigures) -> str:
 
 
 def _profiles(seen: Observation, queue: QueueFigures, node: NodeFigures) -> str:
-    offered = {repr(end.token.qos) for end in seen.of(PUBLISHER, queue.topic)}
-    requested = {repr(end.token.qos) for end in seen.of(SUBSCRIPTION, queue.topic) if end.node == node.name}
+    offered = {repr(end.about.qos) for end in seen.of(PUBLISHER, queue.topic)}
+    requested = {repr(end.about.qos) for end in seen.of(SUBSCRIPTION, queue.topic) if end.node == node.name}
     return f"offered {' or '.join(sorted(offered)) or 'by nobody'}, requested {' or '.join(sorted(requested)) or 'unknown'}"
 
 

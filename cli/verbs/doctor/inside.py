@@ -13,9 +13,9 @@ from actors.qos.policies import QoS
 from actors.qos.profiles import SERVICES
 from actors.transport.environment import domain_from_environment
 from actors.transport.figures import PERIOD, ProcessFigures, process_figures
-from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken
+from actors.transport.protocol import EndpointKind, RemoteEndpoint, RemoteNode
 from actors.transport.standard_names import standard_services
-from actors.transport.types_here import described_type
+from actors.transport.types_here import type_info
 from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, Endpoint
 from cli.verbs.doctor.observation import Observation, Told
 
@@ -84,18 +84,17 @@ class Inside:
             lags={session: one.lag for session, one in self._reports.items() if one.lag is not None},
         )
 
-    def _nodes(self) -> Iterator[NodeToken]:
+    def _nodes(self) -> Iterator[RemoteNode]:
         for number, view in enumerate(self._system.snapshot().nodes):
             if view.state != "stopped":
                 yield self._node(view.name, f"{view.host} {view.process}", number)
 
-    def _node(self, fqn: str, session: str = "", number: int = 0) -> NodeToken:
-        namespace, _, name = fqn.rpartition("/")
-        return NodeToken(self._domain, session, number, name, namespace or "/")
+    def _node(self, fqn: str, session: str = "", number: int = 0) -> RemoteNode:
+        return RemoteNode(fqn, session, number, self._domain)
 
     def _end(self, kind: EndpointKind, node: str, name: str, type: Any, qos: QoS) -> Endpoint:
-        described = (type.__ros_type__, type.type_hash) if isinstance(type, ForeignType) else described_type(type)
-        return Endpoint(EndpointToken(self._node(node), 0, kind, name, *described, qos), b"")
+        described = (type.__ros_type__, type.type_hash) if isinstance(type, ForeignType) else type_info(type)[:2]
+        return Endpoint(RemoteEndpoint(self._node(node), kind, name, *described, qos, b""))
 
     def _ends_of_topics(self) -> Iterator[Endpoint]:
         for name, entry in self._system.graph.topics.items():

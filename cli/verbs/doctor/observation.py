@@ -8,7 +8,7 @@ from typing import Final, Literal
 
 from actors.names.names import is_hidden
 from actors.transport.figures import NodeFigures, ProcessFigures
-from actors.transport.format.tokens import EndpointKind, NodeToken
+from actors.transport.protocol import EndpointKind, RemoteNode
 from cli.graph.view import PUBLISHER, SERVER, SUBSCRIPTION, Endpoint
 
 __all__ = ["Finding", "Listened", "Observation", "Told", "Word"]
@@ -72,7 +72,7 @@ class Observation:
     """A graph, and the process that looks at it, at one time."""
 
     domain: int = 0
-    nodes: tuple[NodeToken, ...] = ()
+    nodes: tuple[RemoteNode, ...] = ()
     """Of all domains."""
     ends: tuple[Endpoint, ...] = ()
     """The endpoints of this domain."""
@@ -94,9 +94,9 @@ class Observation:
     wanted: str = ""
     """The type that the asked topic or service should have; empty if none was given."""
 
-    def here(self) -> list[NodeToken]:
+    def here(self) -> list[RemoteNode]:
         """The nodes of this domain that tools show."""
-        return [node for node in self.nodes if node.domain_id == self.domain and not is_hidden(node.name)]
+        return [node for node in self.nodes if node.domain_id == self.domain and not is_hidden(node.fqn)]
 
     def asks_for(self, word: Word, name: str) -> bool:
         """Whether exactly this was asked for."""
@@ -104,18 +104,18 @@ class Observation:
 
     def names(self, *kinds: EndpointKind) -> list[str]:
         """The topics or services with ends of these kinds that are to be looked at, sorted; without hidden ones, unless asked for."""
-        found = {end.token.name for end in self.ends if end.token.kind in kinds}
+        found = {end.about.name for end in self.ends if end.about.kind in kinds}
         return sorted(name for name in found if self._concerns(name, kinds))
 
     def all_names(self, *kinds: EndpointKind) -> list[str]:
         """The names of all ends of these kinds that tools show, sorted."""
         return sorted(
-            {end.token.name for end in self.ends if end.token.kind in kinds and not is_hidden(end.token.name)}
+            {end.about.name for end in self.ends if end.about.kind in kinds and not is_hidden(end.about.name)}
         )
 
     def of(self, kind: EndpointKind, name: str) -> list[Endpoint]:
         """The ends of one kind and name."""
-        return [end for end in self.ends if end.token.kind is kind and end.token.name == name]
+        return [end for end in self.ends if end.about.kind is kind and end.about.name == name]
 
     def figures(self) -> Iterator[tuple[Told, NodeFigures, NodeFigures]]:
         """Each node to be looked at that tells of itself, before and now."""
@@ -133,13 +133,13 @@ class Observation:
         if word == "node":
             return frozenset({name})
         kinds = (PUBLISHER, SUBSCRIPTION) if word == "topic" else (SERVER,)
-        return frozenset(end.node for end in self.ends if end.token.name == name and end.token.kind in kinds)
+        return frozenset(end.node for end in self.ends if end.about.name == name and end.about.kind in kinds)
 
     def _concerns(self, name: str, kinds: tuple[EndpointKind, ...]) -> bool:
         if self.asked is None:
             return not is_hidden(name)
         word, asked = self.asked
         if word == "node":
-            return any(end.node == asked and end.token.name == name for end in self.ends if end.token.kind in kinds)
+            return any(end.node == asked and end.about.name == name for end in self.ends if end.about.kind in kinds)
         of_topics = PUBLISHER in kinds or SUBSCRIPTION in kinds
         return name == asked and of_topics == (word == "topic")

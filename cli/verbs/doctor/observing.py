@@ -8,7 +8,7 @@ import os
 import sys
 import time
 from collections.abc import Generator, Iterable
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Final
 
@@ -16,13 +16,8 @@ from actors.interfaces.cdr import decode
 from actors.interfaces.errors import InterfaceError
 from actors.transport.environment import domain_from_environment, security_from_environment
 from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
-from actors.transport.format.attachments import parse_attachment
-from actors.transport.format.errors import WireFormatError
-from actors.transport.format.keys import DataKey, write_key
-from actors.transport.format.tokens import ALL_GRAPHS, EndpointToken, NodeToken, parse_token
-from actors.transport.local_topics import delivery_of
-from actors.transport.protocol import Outlet, Sample, Transport, WireUnavailable
-from actors.transport.types_here import described_type
+from actors.transport.protocol import Participant, RemoteEndpoint, RemoteNode, WireUnavailable
+from actors.transport.types_here import type_info
 from cli.command import CommandFailed
 from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, GraphView, transport_of
 from cli.quality import add_qos_options
@@ -35,37 +30,29 @@ PATIENCE: Final = 1.5 * PERIOD
 """Seconds for which a process that has told its figures once is waited for to tell them again."""
 
 
-class AllDomains:
-    """The graphs of all domains: the nodes of each, and a view of one. It is told by a transport, as its `Events`."""
+class AllDomains(GraphView):
+    """The graph of one domain, and the nodes of all others that the transport shows."""
 
     def __init__(self, domain: int) -> None:
+        super().__init__()
         self.domain: Final = domain
-        self.view = GraphView()
-        self._nodes: dict[str, NodeToken] = {}
+        self._everywhere: dict[RemoteNode, None] = {}
 
-    def appeared(self, token: str) -> None:
-        try:
-            parsed = parse_token(token)
-        except WireFormatError:
-            return
-        node = parsed.node if isinstance(parsed, EndpointToken) else parsed
-        self._nodes[token] = node
+    def node(self, node: RemoteNode, there: bool) -> None:
+        if there:
+            self._everywhere[node] = None
+        else:
+            self._everywhere.pop(node, None)
         if node.domain_id == self.domain:
-            self.view.appeared(token)
+            super().node(node, there)
 
-    def vanished(self, token: str) -> None:
-        self._nodes.pop(token, None)
-        self.view.vanished(token)
+    def appeared(self, endpoint: RemoteEndpoint) -> None:
+        if endpoint.node.domain_id == self.domain:
+            super().appeared(endpoint)
 
-    def wanted(self, outlet: Outlet) -> None:
-        """Do nothing: nothing is published."""
-
-    def link(self, session: str, up: bool) -> None:
-        self.view.link(session, up)
-
-    def nodes(self) -> tuple[NodeToken, ...]:
-        """All nodes, each once."""
-        return tuple({(node.domain_id, node.session, node.node_id): node for node in self._nodes.values()}.values())
+    def everywhere(self) -> tuple[RemoteNode, ...]:
+        """The nodes of all domains."""
+        return tuple(self._everywhere)
 
 
 class Reports:
@@ -79,17 +66,18 @@ class Reports:
         self.lags: dict[str, float] = {}
         """By the session of a process: the least time from sending to arrival, seconds; negative if its clock is ahead."""
 
-    def take(self, sample: Sample) -> None:
+    def take(
+        self, takers: object, gid: bytes, number: int, source_time: int, payload: bytes, since: float | None
+    ) -> None:
         """A process has told its figures. What cannot be read is no report."""
         try:
-            figures = decode(ProcessFigures, sample.payload)
+            figures = decode(ProcessFigures, payload)
         except InterfaceError:
             return
         self.first.setdefault(figures.session, figures)
         self.last[figures.session] = figures
-        with suppress(WireFormatError):
-            lag = _lag(parse_attachment(sample.attachment).source_time)
-            self.lags[figures.session] = min(lag, self.lags.get(figures.session, lag), key=abs)
+        lag = _lag(source_time)
+        self.lags[figures.session] = min(lag, self.lags.get(figures.session, lag), key=abs)
         self.news.set()
 
     def twice(self) -> tuple[Told, ...]:
@@ -103,21 +91,21 @@ async def observe(options: argparse.Namespace, asked: tuple[Word, str] | None, w
     """Look at the graph for `options.seconds` at least. Raises `CommandFailed` if the network cannot be reached."""
     security = _security_shown(options)
     transport = transport_of(options)
-    graphs, reports = AllDomains(domain_from_environment(os.environ)), Reports()
+    view, reports = AllDomains(domain_from_environment(os.environ)), Reports()
     try:
-        await transport.open(ALL_GRAPHS, graphs)
+        participant = await transport.join(view.domain, view, beyond=True)
     except (WireUnavailable, ValueError) as error:
         raise CommandFailed(str(error)) from error
     try:
-        with _watched(transport, graphs.domain, reports):
-            await graphs.view.settle(options.spin_time)
-            ends = tuple(graphs.view.endpoints(PUBLISHER, SUBSCRIPTION, SERVER, CLIENT))
+        with _watched(participant, reports):
+            await view.settle(options.spin_time)
+            ends = tuple(view.endpoints(PUBLISHER, SUBSCRIPTION, SERVER, CLIENT))
             topic = asked[1] if asked is not None and asked[0] == "topic" else None
-            listened = await _listen(graphs.view, transport, topic, options.seconds)
+            listened = await _listen(view, participant, topic, options.seconds)
             await _told_twice(reports)
         return Observation(
-            domain=graphs.domain,
-            nodes=graphs.nodes(),
+            domain=view.domain,
+            nodes=view.everywhere(),
             ends=ends,
             told=reports.twice(),
             processes=tuple(reports.last.values()),
@@ -134,24 +122,23 @@ async def observe(options: argparse.Namespace, asked: tuple[Word, str] | None, w
 
 
 @contextmanager
-def _watched(transport: Transport, domain: int, reports: Reports) -> Generator[None]:
+def _watched(participant: Participant, reports: Reports) -> Generator[None]:
     """Let the processes of a domain tell their figures, for as long as the block lasts."""
-    key = write_key(DataKey(domain, FIGURES.name, *described_type(ProcessFigures)))
-    told = transport.subscribe(key, delivery_of(FIGURES.qos, ProcessFigures), reports.take)
+    told = participant.subscription(None, FIGURES.name, type_info(ProcessFigures), FIGURES.qos, reports.take, reports)
     try:
         yield
     finally:
         told.close()
 
 
-async def _listen(view: GraphView, transport: Transport, name: str | None, seconds: float) -> dict[str, Listened]:
+async def _listen(view: GraphView, participant: Participant, name: str | None, seconds: float) -> dict[str, Listened]:
     """Wait, and meanwhile listen to a topic if it has ends."""
     ends = [] if name is None else view.endpoints(PUBLISHER, SUBSCRIPTION, name=name)
     if name is None or not ends:
         await asyncio.sleep(seconds)
         return {}
     lags: list[float] = []
-    ear = Ear(view, transport, f"_robactor_cli_{os.getpid()}")
+    ear = Ear(view, participant, f"_robactor_cli_{os.getpid()}")
     begun = asyncio.get_running_loop().time()
     with ear.node(), ear.subscribe(name, ends, _any_quality(), lambda arrival: lags.append(_lag(arrival.source_time))):
         await asyncio.sleep(seconds)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from actors.suggest import did_you_mean, nearest
-from cli.graph.view import CLIENT, SERVER, fqn_of
+from cli.graph.view import CLIENT, SERVER
 from cli.parsing import count
 from cli.verbs.doctor.observation import Finding, Observation
 from cli.verbs.doctor.topics import different_types
@@ -76,10 +76,10 @@ def polling(seen: Observation) -> Iterator[Finding]:
 
 def twins(seen: Observation) -> Iterator[Finding]:
     """Each name that several nodes have."""
-    counted = Counter(map(fqn_of, seen.here()))
+    counted = Counter(node.fqn for node in seen.here())
     for name, number in sorted(counted.items()):
         if number > 1 and (seen.asked is None or seen.asks_for("node", name)):
-            processes = {node.session for node in seen.here() if fqn_of(node) == name}
+            processes = {node.session for node in seen.here() if node.fqn == name}
             yield Finding(
                 name,
                 "several nodes have this name: parameters and services of it reach any of them",
@@ -93,9 +93,9 @@ def node_is_there(seen: Observation) -> Iterator[Finding]:
     if seen.asked is None or seen.asked[0] != "node":
         return
     name = seen.asked[1]
-    known = sorted({fqn_of(node) for node in seen.here()})
-    if name not in known and not any(fqn_of(node) == name for node in seen.nodes if node.domain_id == seen.domain):
-        elsewhere = sorted({node.domain_id for node in seen.nodes if fqn_of(node) == name})
+    known = sorted({node.fqn for node in seen.here()})
+    if name not in known and not any(node.fqn == name for node in seen.nodes if node.domain_id == seen.domain):
+        elsewhere = sorted({node.domain_id for node in seen.nodes if node.fqn == name})
         hint = f"; it is in domain {elsewhere[0]}" if elsewhere else did_you_mean(name, known)
         remedy = (
             f"export ROS_DOMAIN_ID={elsewhere[0]}" if elsewhere else "start it; robactor log tells whether it has ended"

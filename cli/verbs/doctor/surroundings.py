@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from actors.names.names import is_hidden
 from actors.transport.figures import ProcessFigures
 from cli.parsing import count
 from cli.verbs.doctor.observation import Finding, Observation
@@ -32,7 +33,7 @@ def domain(seen: Observation) -> Iterator[Finding]:
     else:
         help = (
             "start one by spin(Node) or robactor run (the nodes of run(tree) are found only with transport=); those of ROS 2 are found only "
-            "with RMW_IMPLEMENTATION=rmw_zenoh_cpp and a router (ros2 run rmw_zenoh_cpp rmw_zenohd), "
+            "with the same RMW_IMPLEMENTATION, and with rmw_zenoh_cpp only by a router (ros2 run rmw_zenoh_cpp rmw_zenohd), "
             "those of another machine with --connect, those with security with --security, and ROBACTOR_GOSSIP_PORT must be the same"
         )
         yield Finding("domain", "no nodes are found", f"{measured}; no other domain is seen", help)
@@ -41,7 +42,7 @@ def domain(seen: Observation) -> Iterator[Finding]:
 def transport(seen: Observation) -> Iterator[Finding]:
     """The transport in use."""
     if seen.implementation:
-        cause, measured = ZENOH, f"RMW_IMPLEMENTATION={seen.implementation}"
+        cause, measured = seen.implementation, f"RMW_IMPLEMENTATION={seen.implementation}"
     else:
         cause, measured = f"{ZENOH}, the default transport", "RMW_IMPLEMENTATION is empty"
     yield Finding("transport", cause, measured, level="info")
@@ -64,11 +65,11 @@ def processes(seen: Observation) -> Iterator[Finding]:
     counted: dict[tuple[int, str], int] = {}
     for node in seen.nodes:
         place = node.domain_id, node.session
-        counted[place] = counted.get(place, 0) + (not node.name.startswith("_"))
+        counted[place] = counted.get(place, 0) + (not is_hidden(node.fqn))
     for (number, session), nodes in sorted(counted.items()):
         if nodes:
             name = _name_of(figures.get(session), session)
-            yield Finding(name, f"domain {number}, {ZENOH}", count(nodes, "node"), level="info")
+            yield Finding(name, f"domain {number}, {seen.implementation or ZENOH}", count(nodes, "node"), level="info")
 
 
 def _name_of(figures: ProcessFigures | None, session: str) -> str:

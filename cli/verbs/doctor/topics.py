@@ -30,7 +30,7 @@ def quality(seen: Observation) -> Iterator[Finding]:
     for name in seen.names(PUBLISHER, SUBSCRIPTION):
         for publisher in seen.of(PUBLISHER, name):
             for subscription in seen.of(SUBSCRIPTION, name):
-                offered, requested = publisher.token.qos, subscription.token.qos
+                offered, requested = publisher.about.qos, subscription.about.qos
                 verdict = compatible(offered, requested)
                 if not verdict:
                     yield Finding(
@@ -52,7 +52,7 @@ def different_types(name: str, ends: Iterable[Endpoint], wanted: str) -> Iterato
     """A finding if the ends of a name do not all have one type, and the wanted one if one is wanted."""
     users: dict[tuple[str, str], list[str]] = {}
     for end in ends:
-        users.setdefault((end.token.type, end.token.type_hash), []).append(end.node)
+        users.setdefault((end.about.type, end.about.type_hash), []).append(end.node)
     shown = {
         kind: kind[0] if len({other[1] for other in users if other[0] == kind[0]}) == 1 else f"{kind[0]} ({kind[1]})"
         for kind in users
@@ -110,11 +110,11 @@ def _asked(seen: Observation, name: str) -> Iterator[Finding]:
 
 def _meant(seen: Observation, name: str) -> str:
     """The topic of the same type that is published for nobody, and is named almost like this one; empty if there is none."""
-    kinds = {end.token.type for end in seen.of(SUBSCRIPTION, name)}
+    kinds = {end.about.type for end in seen.of(SUBSCRIPTION, name)}
     unread = [
         each
         for each in seen.all_names(PUBLISHER)
-        if not seen.of(SUBSCRIPTION, each) and kinds & {end.token.type for end in seen.of(PUBLISHER, each)}
+        if not seen.of(SUBSCRIPTION, each) and kinds & {end.about.type for end in seen.of(PUBLISHER, each)}
     ]
     return next(iter(nearest(name, unread, cutoff=ALMOST)), "")
 
@@ -154,10 +154,10 @@ def best_effort_commands(seen: Observation) -> Iterator[Finding]:
         if not COMMAND_WORDS & set(re.split(r"[_\d]+", name.rpartition("/")[2].lower())):
             continue
         ends = [*seen.of(PUBLISHER, name), *seen.of(SUBSCRIPTION, name)]
-        weak = [end for end in ends if end.token.qos.reliability.value == "best_effort"]
+        weak = [end for end in ends if end.about.qos.reliability.value == "best_effort"]
         if weak:
             sides = ", ".join(
-                f"{end.node} ({'publisher' if end.token.kind is PUBLISHER else 'subscription'})" for end in weak
+                f"{end.node} ({'publisher' if end.about.kind is PUBLISHER else 'subscription'})" for end in weak
             )
             yield Finding(
                 name,

@@ -73,22 +73,23 @@ def unknown(what: str, name: str, known: Iterable[str]) -> str:
 
 def endpoint_lines(end: Endpoint) -> Iterator[str]:
     """All that is known of one endpoint."""
-    kind = "Service" if end.token.kind in (SERVER, CLIENT) else "Topic"
-    yield f"Node name: {end.token.node.name}"
-    yield f"Node namespace: {end.token.node.namespace}"
-    yield f"{kind} type: {end.token.type}"
-    yield f"{kind} type hash: {end.token.type_hash}"
-    yield f"Endpoint type: {_WORDS[end.token.kind]}"
+    kind = "Service" if end.about.kind in (SERVER, CLIENT) else "Topic"
+    namespace, _, name = end.node.rpartition("/")
+    yield f"Node name: {name}"
+    yield f"Node namespace: {namespace or '/'}"
+    yield f"{kind} type: {end.about.type}"
+    yield f"{kind} type hash: {end.about.type_hash}"
+    yield f"Endpoint type: {_WORDS[end.about.kind]}"
     if kind == "Service":
         yield "Endpoint count: 1"
-    yield f"GID: {'.'.join(f'{byte:02x}' for byte in end.gid)}"
+    yield f"GID: {'.'.join(f'{byte:02x}' for byte in end.about.gid)}"
     yield "QoS profile:"
     for title, value in _quality(end).items():
         yield f"  {title}: {value}"
 
 
 def _quality(end: Endpoint) -> dict[str, str]:
-    offered = end.token.qos
+    offered = end.about.qos
     history = offered.history.name + (f" ({offered.depth})" if offered.history.name == "KEEP_LAST" else "")
     return {
         "Reliability": offered.reliability.name,
@@ -107,12 +108,12 @@ def _duration(seconds: float | None) -> str:
 
 def endpoint_json(end: Endpoint) -> dict[str, object]:
     """The same as `endpoint_lines`, as data."""
-    offered = end.token.qos
+    offered = end.about.qos
     return {
         "node": end.node,
-        "type": end.token.type,
-        "type_hash": end.token.type_hash,
-        "gid": end.gid.hex(),
+        "type": end.about.type,
+        "type_hash": end.about.type_hash,
+        "gid": end.about.gid.hex(),
         "qos": {
             "reliability": offered.reliability.value,
             "history": offered.history.value,

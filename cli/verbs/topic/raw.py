@@ -8,23 +8,15 @@ import os
 import time
 from collections.abc import AsyncGenerator, Callable, Generator, Sequence
 from contextlib import ExitStack, asynccontextmanager, contextmanager
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from actors.suggest import did_you_mean
-from actors.transport.environment import domain_from_environment
-from actors.transport.format.attachments import parse_attachment
-from actors.transport.format.errors import WireFormatError
-from actors.transport.format.keys import write_key
-from actors.transport.format.tokens import EndpointToken, NodeToken, write_token
-from actors.transport.protocol import Delivery, Sample, Transport
+from actors.transport.protocol import NodeHere, Participant, TypeInfo
 from cli.command import CommandFailed, Exit
 from cli.graph.view import PUBLISHER, SUBSCRIPTION, Endpoint, GraphView, absolute, watching
 from cli.output import clear_screen, print_json
 from cli.parsing import complain
 from cli.quality import fitting_qos, objections
-
-if TYPE_CHECKING:
-    from actors import QoS
 
 __all__ = ["Arrival", "Ear", "echo_raw", "listening", "topic_names"]
 
@@ -44,23 +36,24 @@ class Arrival(NamedTuple):
 class Ear:
     """Subscriptions of this command to topics, of whatever type these are.
 
-    Each is shown by a token, as that of a node would be, so that publishers that look for listeners find one.
+    Each is shown, as that of a node would be, so that publishers that look for listeners find one.
     """
 
-    def __init__(self, view: GraphView, transport: Transport, name: str) -> None:
+    _node: NodeHere
+
+    def __init__(self, view: GraphView, participant: Participant, name: str) -> None:
         self._view = view
-        self._transport = transport
-        self._node = NodeToken(domain_from_environment(os.environ), transport.session, 0, name)
-        self._numbers = 0
+        self._participant = participant
+        self._name = name
 
     @contextmanager
     def node(self) -> Generator[None]:
         """Show the node, for as long as the block lasts."""
-        handle = self._transport.announce(write_token(self._node))
+        self._node = self._participant.node(f"/{self._name}")
         try:
             yield
         finally:
-            handle.close()
+            self._node.close()
 
     async def ends(self, name: str) -> list[Endpoint]:
         """The ends of a topic; if there are none, wait until there are, and say so."""
@@ -77,40 +70,27 @@ class Ear:
         self, name: str, ends: Sequence[Endpoint], options: argparse.Namespace, take: Callable[[Arrival], None]
     ) -> ExitStack:
         """Call `take` with each message of a topic until the stack is closed. Messages of all its types are taken."""
-        publishers = [end for end in ends if end.token.kind is PUBLISHER]
-        quality = fitting_qos([end.token.qos for end in publishers], options)
-        for line in objections([(end.node, end.token.qos) for end in publishers], quality):
+        publishers = [end for end in ends if end.about.kind is PUBLISHER]
+        quality = fitting_qos([end.about.qos for end in publishers], options)
+        for line in objections([(end.node, end.about.qos) for end in publishers], quality):
             complain(f"{name}: {line}")
 
-        def arrived(sample: Sample) -> None:
-            try:
-                sent = parse_attachment(sample.attachment)
-            except WireFormatError:
-                return  # as in ROS 2
-            take(Arrival(sample.payload, sent.source_time, sent.sequence_number, sent.gid))
+        def arrived(takers: object, gid: bytes, number: int, sent: int, payload: bytes, since: float | None) -> None:
+            take(Arrival(payload, sent, number, gid))
 
         stack = ExitStack()
-        for kind, type_hash in dict.fromkeys((end.token.type, end.token.type_hash) for end in ends):
-            self._numbers += 1
-            token = EndpointToken(self._node, self._numbers, SUBSCRIPTION, name, kind, type_hash, quality)
-            handle = self._transport.subscribe(write_key(token.key), _delivery(quality), arrived)
-            stack.callback(handle.close)
-            stack.callback(self._transport.announce(write_token(token)).close)
+        for kind, type_hash in dict.fromkeys((end.about.type, end.about.type_hash) for end in ends):
+            type = TypeInfo(kind, type_hash)
+            stack.callback(self._participant.subscription(self._node, name, type, quality, arrived, self).close)
         return stack
-
-
-def _delivery(wanted: QoS) -> Delivery:
-    """What a transport must know of the quality of service of a subscription. Its priority is that of the sender."""
-    history = wanted.limit if wanted.transient_local else 0
-    return Delivery(reliable=wanted.reliable, keep_all=False, depth=wanted.limit, history=history)
 
 
 @asynccontextmanager
 async def listening(options: argparse.Namespace) -> AsyncGenerator[tuple[GraphView, Ear]]:
     """The graph, and an ear for its topics."""
-    async with watching(options) as (view, transport):
+    async with watching(options) as (view, participant):
         await view.settle(options.spin_time)
-        ear = Ear(view, transport, getattr(options, "node_name", None) or f"_robactor_cli_{os.getpid()}")
+        ear = Ear(view, participant, getattr(options, "node_name", None) or f"_robactor_cli_{os.getpid()}")
         with ear.node():
             yield view, ear
 

@@ -6,7 +6,8 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
-from actors.transport.protocol import Delivery, Handle, Sample
+from actors.transport.keyed.protocol import Delivery, Sample
+from actors.transport.protocol import Handle
 from actors.transport.simulated.network import Network
 from tests.actors.transport.contract.parties import ALL_OF_IT, Changes, Party
 

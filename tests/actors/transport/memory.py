@@ -10,17 +10,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from actors.transport.protocol import (
-    Answer,
-    Delivery,
-    Events,
-    Failed,
-    Link,
-    NoAnswer,
-    Replied,
-    Sample,
-    WireUnavailable,
-)
+from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Replied, Sample
+from actors.transport.protocol import Failed, Link, NoAnswer, WireUnavailable
 
 
 class Network:
@@ -76,8 +67,10 @@ class Network:
         end.outlets.clear()
 
 
-class End:
+class End(KeyTransport):
     """The transport of one process."""
+
+    session = ""
 
     def __init__(self, network: Network, session: str) -> None:
         self.network = network

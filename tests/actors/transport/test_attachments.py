@@ -11,7 +11,7 @@ from actors.errors import CallCycle, NodeRestarting, NotRunning, ServiceFailed
 from actors.transport.format.attachments import (
     ATTACHMENT_SIZE,
     Attachment,
-    attachment_writer,
+    attaching,
     parse_attachment,
     write_attachment,
 )
@@ -56,11 +56,12 @@ def test_an_attachment_of_ros_has_33_bytes() -> None:
 
 
 def test_the_attachments_of_one_publisher_are_written_as_single_ones_are() -> None:
-    write = attachment_writer(GID)
+    written: list[tuple[bytes, bytes]] = []
+    attaching(GID, lambda *put: written.append(put))(b"payload", 7, 1_700_000_000_000_000_000)
 
-    assert write(7, 1_700_000_000_000_000_000) == write_attachment(Attachment(7, 1_700_000_000_000_000_000, GID))
+    assert written == [(b"payload", write_attachment(Attachment(7, 1_700_000_000_000_000_000, GID)))]
     with pytest.raises(WireFormatError, match="it has 16 bytes"):
-        attachment_writer(GID[:-1])
+        attaching(GID[:-1], lambda *put: None)
 
 
 def test_an_extension_stands_behind_the_33_bytes_and_changes_none_of_them() -> None:

@@ -12,7 +12,7 @@ from actors.interfaces.message import make_message
 from actors.testing import Rig
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
-from actors.transport.protocol import Delivery, Events
+from actors.transport.keyed.protocol import Delivery, Events
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.actors.transport.memory import End, Network
 from tests.actors.transport.test_bridge_actions import Counter

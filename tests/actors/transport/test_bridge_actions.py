@@ -36,7 +36,7 @@ from actors.interfaces.std_srvs.srv import Trigger
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.types import write_type
-from actors.transport.protocol import Answer, Delivery, Replied
+from actors.transport.keyed.protocol import Answer, Delivery, Replied
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.stage import COUNT, events, order, result, step
 

@@ -18,7 +18,7 @@ from actors.topics import arrival
 from actors.topics.arrival import Arrival
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
-from actors.transport.protocol import Delivery, Sample
+from actors.transport.keyed.protocol import Delivery, Sample
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.stage import NUMBERS, events, number, values
 

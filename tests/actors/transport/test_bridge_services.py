@@ -33,7 +33,8 @@ from actors.transport.format.attachments import Attachment, parse_attachment, wr
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
 from actors.transport.format.gids import gid_of
 from actors.transport.format.replies import parse_reply_error
-from actors.transport.protocol import Answer, Failed, NoAnswer, Replied
+from actors.transport.keyed.protocol import Answer, Replied
+from actors.transport.protocol import Failed, NoAnswer
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.stage import ADD, events, total, two
 

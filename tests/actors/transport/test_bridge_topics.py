@@ -19,7 +19,7 @@ from actors.testing import Rig
 from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.gids import gid_of
 from actors.transport.format.sessions import new_session
-from actors.transport.protocol import Delivery, Sample
+from actors.transport.keyed.protocol import Delivery, Sample
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.stage import NUMBERS, WORDS, events, number, values, word
 

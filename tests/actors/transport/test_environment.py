@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from actors.transport import WireUnavailable
+from actors.transport.dds import DdsTransport
 from actors.transport.environment import domain_from_environment, transport_from_environment
 from actors.transport.zenoh import ZenohTransport
 
@@ -25,9 +26,22 @@ def test_another_implementation_is_refused_with_the_nearest_name() -> None:
     with pytest.raises(WireUnavailable) as refused:
         transport_from_environment({"RMW_IMPLEMENTATION": "rmw_zenoh"})
     assert str(refused.value) == (
-        "RMW_IMPLEMENTATION is rmw_zenoh: this library speaks rmw_zenoh_cpp, the default, or stays in_process; "
-        "did you mean 'rmw_zenoh_cpp'?"
+        "RMW_IMPLEMENTATION is rmw_zenoh: this library speaks rmw_zenoh_cpp, the default, rmw_cyclonedds_cpp and rmw_fastrtps_cpp, "
+        "or stays in_process; did you mean 'rmw_zenoh_cpp'?"
     )
+
+
+@pytest.mark.parametrize("value", ["rmw_cyclonedds_cpp", "rmw_fastrtps_cpp"])
+def test_the_middlewares_of_dds_are_dds_without_endpoints_and_security(value: str) -> None:
+    chosen = {"RMW_IMPLEMENTATION": value}
+    assert isinstance(transport_from_environment(chosen), DdsTransport)
+    with pytest.raises(
+        WireUnavailable, match="neither listens nor connects at endpoints: name other hosts in ROS_STATIC"
+    ):
+        transport_from_environment(chosen, listen=("tcp/0.0.0.0:7448",))
+    for refused in ({"security": "robot.toml"}, {}):
+        with pytest.raises(WireUnavailable, match="for which this library has no security: use rmw_zenoh_cpp"):
+            transport_from_environment({**chosen, "ROBACTOR_SECURITY": "robot.toml"}, **refused)
 
 
 @pytest.mark.parametrize("value", ["233", "-1", "home", "٣"])

@@ -16,7 +16,7 @@ from actors import Child, Node, QoS, Service, every
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
 from actors.transport.figures import FIGURES, NodeFigures, ProcessFigures
-from actors.transport.protocol import Delivery
+from actors.transport.keyed.protocol import Delivery
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.actors.transport.test_bridge_topics import NUMBERS_KEY, Listener, Talker
 from tests.stage import NUMBERS

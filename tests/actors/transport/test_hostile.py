@@ -12,7 +12,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
-from actors.transport.protocol import Delivery
+from actors.transport.keyed.protocol import Delivery
 from actors.transport.unreadable import Unreadable
 from tests.actors.transport.hosts import Hosts, hosts
 from tests.actors.transport.test_bridge_actions import Counter

@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from actors.transport.protocol import Delivery, Outlet
+from actors.transport.keyed.protocol import Delivery, Outlet
 from actors.transport.simulated.conditions import LAN, Conditions
 from actors.transport.simulated.keys import matcher
 from tests.actors.transport.contract.parties import ALL_OF_IT

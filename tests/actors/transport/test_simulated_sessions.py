@@ -7,7 +7,8 @@ import asyncio
 import pytest
 
 from actors.time.virtual_loop import Deadlock, VirtualLoop
-from actors.transport.protocol import NoAnswer, Replied
+from actors.transport.keyed.protocol import Replied
+from actors.transport.protocol import NoAnswer
 from actors.transport.simulated.topology import Host
 from tests.actors.transport.contract.parties import ALL_OF_IT, token
 from tests.actors.transport.lab import KEY, Lab, Timed, numbered

@@ -13,11 +13,11 @@ import rclpy
 import rclpy.lifecycle
 import rclpy.node
 from lines import obey, say
+from plain import message_to_ordereddict, set_message_fields
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rosidl_runtime_py import message_to_ordereddict, set_message_fields
 
 rclpy.init()
 kind = rclpy.lifecycle.LifecycleNode if sys.argv[2:] == ["lifecycle"] else rclpy.node.Node

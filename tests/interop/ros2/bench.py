@@ -1,21 +1,25 @@
-"""What a check works with: a system of ours, programs of ROS 2, and the command ``ros2``, all at one port of the loopback interface."""
+"""What a check works with: a system of ours, programs of ROS 2, and the command ``ros2``, all on the loopback interface, out of the way of others."""
 
 from __future__ import annotations
 
 import asyncio
 import os
+import random
 import shutil
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from actors import Child
+from actors.transport import transport_from_environment
 from tests.actors.transport.zenoh.wires import free_port
 from tests.interop.parties import PATIENCE, Ours, Program, our_system
 
-__all__ = ["Bench", "Check", "NoRos", "Ros", "bench", "find_ros"]
+__all__ = ["MIDDLEWARES", "Bench", "Check", "NoRos", "Ros", "bench", "find_ros"]
+
+MIDDLEWARES: Final = {"zenoh": "rmw_zenoh_cpp", "cyclonedds": "rmw_cyclonedds_cpp", "fastrtps": "rmw_fastrtps_cpp"}
 
 
 class NoRos(Exception):
@@ -27,28 +31,31 @@ class Ros:
     """An installed ROS 2, whose environment this process has."""
 
     command: str
-    """The path of ``ros2``."""
+    """The path of ``ros2``; empty with the wheels of PyPI, which lack it."""
     python: str
     """The interpreter that has rclpy."""
-    router: str
+    middleware: str = "zenoh"
+    """One of `MIDDLEWARES`."""
+    router: str = ""
     """The path of ``rmw_zenohd``."""
 
 
-def find_ros() -> Ros:
+def find_ros(middleware: str = "zenoh") -> Ros:
     """The ROS 2 of AMENT_PREFIX_PATH. ROBACTOR_ROS2_PYTHON names its interpreter, if that of ``ros2`` is not it. Raises NoRos."""
+    package = MIDDLEWARES[middleware]
     folders = [Path(folder) for folder in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if folder]
     if not folders:
         raise NoRos("AMENT_PREFIX_PATH is not set: source /opt/ros/DISTRO/setup.bash first")
     command = shutil.which("ros2")
     if command is None:
         raise NoRos("there is no command ros2 on PATH: install ros2cli")
-    routers = [found for folder in folders if (found := folder / "lib" / "rmw_zenoh_cpp" / "rmw_zenohd").exists()]
-    if not routers:
-        raise NoRos("rmw_zenoh_cpp is not installed: install ros-DISTRO-rmw-zenoh-cpp")
+    homes = [folder for folder in folders if (folder / "share" / package).is_dir()]
+    if not homes:
+        raise NoRos(f"{package} is not installed: install ros-DISTRO-{package.replace('_', '-')}")
     first = Path(command).read_text(encoding="utf-8", errors="replace").splitlines()[0]
     own = first.removeprefix("#!").split()[-1]
     python = os.environ.get("ROBACTOR_ROS2_PYTHON") or (shutil.which(own) or "/usr/bin/python3")
-    return Ros(command, python, str(routers[0]))
+    return Ros(command, python, middleware, str(homes[0] / "lib" / package / "rmw_zenohd"))
 
 
 @dataclass
@@ -56,6 +63,9 @@ class Bench:
     ros: Ros
     ours: Ours
     environment: dict[str, str]
+    """What programs of ROS 2 need to meet our system."""
+    own: dict[str, str]
+    """What our own programs need."""
     unclosed: int = 0
     """How often ``ros2`` could not close its session."""
     _programs: dict[str, Program] = field(default_factory=dict[str, Program])
@@ -124,21 +134,26 @@ Check: TypeAlias = Callable[[Bench], Awaitable[None]]
 async def bench(ros: Ros, *nodes: Child, with_router: bool = False) -> AsyncIterator[Bench]:
     """A bench with a system of ours that has these nodes, besides ``/ours/robot``. Nothing of the user's own network is touched.
 
-    All meet at our gossip point, or, `with_router`, at the router of ROS 2.
+    With Zenoh all meet at our gossip point, or, `with_router`, at the router of ROS 2; with DDS in a domain of their own.
     """
     port = free_port()
-    environment = {
-        "RMW_IMPLEMENTATION": "rmw_zenoh_cpp",
-        "ZENOH_CONFIG_OVERRIDE": f'connect/endpoints=["tcp/127.0.0.1:{port}"];listen/endpoints=["tcp/127.0.0.1:0"]',
-        "ROS_DOMAIN_ID": "0",
-        "RUST_LOG": "off",
-        "PYTHONUNBUFFERED": "1",
-    }
+    shared = {"RMW_IMPLEMENTATION": MIDDLEWARES[ros.middleware], "ROS_DOMAIN_ID": "0"}
+    theirs, transport = {"RUST_LOG": "off", "PYTHONUNBUFFERED": "1"}, None
+    if ros.middleware == "zenoh":
+        theirs["ZENOH_CONFIG_OVERRIDE"] = (
+            f'connect/endpoints=["tcp/127.0.0.1:{port}"];listen/endpoints=["tcp/127.0.0.1:0"]'
+        )
+        own = {**shared, "ROBACTOR_GOSSIP_PORT": str(port)}
+    else:
+        shared |= {"ROS_DOMAIN_ID": str(random.randrange(1, 100)), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        own = shared
+        transport = transport_from_environment(own)
+    os.environ["ROS_DOMAIN_ID"] = shared["ROS_DOMAIN_ID"]  # of our own system, too
     async with AsyncExitStack() as stack:
         if with_router:
             await stack.enter_async_context(_router(ros, port))
-        ours = await stack.enter_async_context(our_system(port, *nodes))
-        one = Bench(ros, ours, environment)
+        ours = await stack.enter_async_context(our_system(port, *nodes, transport=transport))
+        one = Bench(ros, ours, {**shared, **theirs}, own)
         stack.push_async_callback(one.end)
         yield one
 

@@ -56,6 +56,23 @@ def checks() -> Iterator[tuple[str, Check]]:
     yield "the nodes of both are in both graphs, and go with their process", graphs
 
 
+def unanswered() -> Iterator[tuple[str, Check]]:
+    yield "a call to a server that cannot answer us ends with the reason and the remedy", no_answer
+
+
+async def no_answer(bench: Bench) -> None:
+    there = await bench.peer()
+    await there.do("server", service="/ros/deaf", type=SetBool.__ros_type__, answers={})
+    await until(lambda: bench.ours.services().get("/ros/deaf"), "its server is known")
+    try:
+        await bench.ours.node.call(Service(SetBool, "/ros/deaf"), SetBool.Request(data=True), timeout=10.0)
+    except Exception as error:
+        told = [str(error), *(f"{record.event} {record.fields}" for record in bench.ours.logs)]
+    else:
+        raise AssertionError("there was an answer")
+    assert any("RMW_IMPLEMENTATION=rmw_cyclonedds_cpp" in line for line in told), told[-5:]
+
+
 async def their_client(bench: Bench) -> None:
     async def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
         return AddTwoInts.Response(sum=request.a + request.b)

@@ -37,7 +37,7 @@ def fits(offered: tuple[str, str], wanted: tuple[str, str]) -> bool:
     )
 
 
-def checks() -> Iterator[tuple[str, Check]]:
+def checks(middleware: str = "zenoh") -> Iterator[tuple[str, Check]]:
     for offered, wanted in product(PROFILES, PROFILES):
         if fits(offered, wanted):
             names = f"{'-'.join(offered).lower()} to {'-'.join(wanted).lower()}"
@@ -49,7 +49,10 @@ def checks() -> Iterator[tuple[str, Check]]:
     for reliability in ("RELIABLE", "BEST_EFFORT"):
         yield f"their late joiner gets what we keep, {reliability.lower()}", their_late_joiner(reliability)
         yield f"our late joiner gets what they keep, {reliability.lower()}", our_late_joiner(reliability)
-    yield "what DDS would refuse is exchanged in both directions", incompatible
+    if middleware == "zenoh":
+        yield "what DDS would refuse is exchanged in both directions", incompatible
+    else:
+        yield "what DDS refuses is not exchanged, and both sides are told", refused
     yield "keep all: 2000 messages at once arrive in order", in_order
     yield "a type known from its definition only", unknown_type
 
@@ -131,6 +134,25 @@ async def incompatible(bench: Bench) -> None:
     got = bench.ours.listen(Topic(String, back), ours_is(("RELIABLE", "TRANSIENT_LOCAL")))
     await there.do("publisher", topic=back, type=TYPE, qos=theirs(("BEST_EFFORT", "VOLATILE")))
     await deliver(lambda one: there.do("publish", topic=back, message=one), lambda: got, TYPE, SOME)
+
+
+async def refused(bench: Bench) -> None:
+    topic, back, there = fresh(), fresh(), await bench.peer()
+    publisher = bench.ours.node.publisher(Topic(String, topic), qos=ours_is(("BEST_EFFORT", "VOLATILE")))
+    await there.do("subscription", topic=topic, type=TYPE, qos=theirs(("RELIABLE", "VOLATILE")))
+    await until(lambda: publisher.status.incompatible_qos, "our publisher is told")
+    got = bench.ours.listen(Topic(String, back), ours_is(("RELIABLE", "TRANSIENT_LOCAL")))
+    await there.do("publisher", topic=back, type=TYPE, qos=theirs(("RELIABLE", "VOLATILE")))
+    await until(
+        lambda: any(back in f"{record.event} {record.fields}" for record in bench.ours.logs), "our subscription is told"
+    )
+    await our_talker(PROFILES[0], PROFILES[0])(bench)  # what fits is exchanged meanwhile
+    assert publisher.subscription_count == 0
+    publisher(String(data="unheard"))
+    await there.do("publish", topic=back, message={"data": "unheard"})
+    await their_talker(PROFILES[0], PROFILES[0])(bench)
+    assert not got
+    assert not there.heard(topic)
 
 
 async def in_order(bench: Bench) -> None:

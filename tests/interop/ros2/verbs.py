@@ -107,11 +107,10 @@ async def peers(bench: Bench) -> None:
 
 async def ours(bench: Bench, *words: str, enough: str = "") -> str:
     """What our command writes."""
-    own = {"ROBACTOR_GOSSIP_PORT": str(bench.ours.port), "RMW_IMPLEMENTATION": "rmw_zenoh_cpp", "ROS_DOMAIN_ID": "0"}
     kept = {name: value for name, value in os.environ.items() if name != "AMENT_PREFIX_PATH"}
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "robot", *words, "--ros2-exit-codes",
-        stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT, env={**kept, **own, "PYTHONPATH": str(ROOT)},
+        stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT, env={**kept, **bench.own, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     assert process.stdout is not None
     text = ""

@@ -11,7 +11,8 @@ from typing import NamedTuple, Protocol
 
 import pytest
 
-from actors.transport.protocol import Answer, Delivery, Handle, Outlet, Query, Sample, Transport
+from actors.transport.keyed.protocol import Answer, Delivery, KeyTransport, Outlet, Query, Sample
+from actors.transport.protocol import Handle
 
 __all__ = [
     "ALL_OF_IT",
@@ -48,7 +49,7 @@ def token(name: str) -> str:
 class Wire(Protocol):
     """Where the transports under test meet."""
 
-    def transport(self) -> Transport:
+    def transport(self) -> KeyTransport:
         """A further transport, not open yet, as of a process of its own. Once open, it and all the others find each other."""
         ...
 
@@ -56,7 +57,7 @@ class Wire(Protocol):
 class Mortal(Wire, Protocol):
     """A wire whose processes can end without a farewell."""
 
-    def kill(self, transport: Transport) -> None:
+    def kill(self, transport: KeyTransport) -> None:
         """End the process of a transport of this wire, or whatever makes it silent for ever. The others lose it in a few seconds."""
         ...
 
@@ -64,11 +65,11 @@ class Mortal(Wire, Protocol):
 class Breakable(Wire, Protocol):
     """A wire that can be cut between two of its transports."""
 
-    def cut(self, one: Transport, other: Transport) -> None:
+    def cut(self, one: KeyTransport, other: KeyTransport) -> None:
         """Let nothing pass between the two any more, so that they lose each other in a few seconds."""
         ...
 
-    def heal(self, one: Transport, other: Transport) -> None:
+    def heal(self, one: KeyTransport, other: KeyTransport) -> None:
         """Let everything pass again, so that they find each other in a few seconds."""
         ...
 
@@ -117,7 +118,7 @@ class Heard:
 class Party:
     """A transport under test. It is the `Events` of that transport, and writes down everything in the order in which it comes."""
 
-    def __init__(self, transport: Transport, changes: Changes) -> None:
+    def __init__(self, transport: KeyTransport, changes: Changes) -> None:
         self.transport = transport
         self.session = transport.session
         self.log: list[Happened] = []

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from actors.transport.protocol import Failed, NoAnswer, Query, Replied
+from actors.transport.keyed.protocol import Query, Replied
+from actors.transport.protocol import Failed, NoAnswer
 from tests.actors.transport.contract.parties import Wire, parties
 
 

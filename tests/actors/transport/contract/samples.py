@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from actors.transport.protocol import Delivery, NoAnswer
+from actors.transport.keyed.protocol import Delivery
+from actors.transport.protocol import NoAnswer
 from tests.actors.transport.contract.parties import ALL_OF_IT, Happened, Wire, kept, parties, token
 
 

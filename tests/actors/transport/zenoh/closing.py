@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import sys
 
-from actors.transport.protocol import Delivery
+from actors.transport.keyed.protocol import Delivery
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.transport.contract.parties import Changes, Party
 

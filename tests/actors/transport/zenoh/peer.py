@@ -12,7 +12,7 @@ import sys
 import time
 from contextlib import suppress
 
-from actors.transport.protocol import Delivery, Outlet, Query, Sample
+from actors.transport.keyed.protocol import Delivery, Outlet, Query, Sample
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 
 

@@ -9,7 +9,7 @@ import asyncio
 import os
 import sys
 
-from actors.transport.protocol import Delivery
+from actors.transport.keyed.protocol import Delivery
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.transport.contract.parties import Changes, Party
 

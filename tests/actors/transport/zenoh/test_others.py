@@ -12,13 +12,14 @@ import pytest
 import zenoh
 import zenoh.ext
 
-from actors.transport.protocol import Delivery, Link, NoAnswer, Query, Replied
+from actors.transport.keyed.protocol import Delivery, Query, Replied
+from actors.transport.protocol import Link, NoAnswer
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from actors.transport.zenoh.history import ask_history
 from actors.transport.zenoh.queries import Server
 from actors.transport.zenoh.questions import Question
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
 from tests.actors.transport.contract.parties import TOKENS, Changes, Party
 from tests.actors.transport.zenoh.fakes import FakeQuery, FakeSession
 from tests.actors.transport.zenoh.wires import free_port

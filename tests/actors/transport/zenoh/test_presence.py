@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.transport.protocol import Outlet
+from actors.transport.keyed.protocol import Outlet
 from actors.transport.zenoh.presence import Presence, Process, scope_of, session_of
 
 A = Process("dom", "a1", 41, "lab")

@@ -10,12 +10,13 @@ from typing import Any
 import pytest
 import zenoh
 
-from actors.transport.protocol import PATIENCE, Delivery, Sample
+from actors.transport.keyed.protocol import Delivery, Sample
+from actors.transport.protocol import PATIENCE
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 from actors.transport.zenoh.outlets import Outlet, Publishers
 from actors.transport.zenoh.subscriptions import Subscription
 from actors.transport.zenoh.traffic import Traffic
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
 from tests.actors.transport.zenoh.fakes import FakePublisher, FakeSample, sample
 
 LARGE = bytes(64 * 1024)

@@ -13,7 +13,7 @@ from tests.actors.transport.zenoh.wires import free_port
 
 PROGRAM = """
 import asyncio, sys
-from actors.transport.protocol import Delivery
+from actors.transport.keyed.protocol import Delivery
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 
 KEPT = Delivery(reliable=True, depth=5, history=5)

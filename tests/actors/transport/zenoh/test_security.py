@@ -17,7 +17,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.transport import WireUnavailable
-from actors.transport.protocol import Delivery
+from actors.transport.keyed.protocol import Delivery
 from actors.transport.security import Secret, Security
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.transport.contract.parties import Changes, Party

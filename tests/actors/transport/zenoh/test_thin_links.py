@@ -12,7 +12,7 @@ import zenoh
 
 from actors.interfaces import decode, encode
 from actors.interfaces.sensor_msgs.msg import Image
-from actors.transport.protocol import BULK, Delivery
+from actors.transport.keyed.protocol import BULK, Delivery
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from actors.transport.zenoh.history import declare_publishers
 from tests.actors.transport.contract.parties import Changes, Party

@@ -6,7 +6,7 @@ import asyncio
 import socket
 from contextlib import suppress
 
-from actors.transport.protocol import Transport
+from actors.transport.keyed.protocol import KeyTransport
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 
 __all__ = ["CutWire", "PeerWire", "Relay", "free_port"]
@@ -108,13 +108,13 @@ class CutWire:
             task.add_done_callback(lambda done: self._servers.append(done.result()))
         return transport
 
-    def kill(self, transport: Transport) -> None:
+    def kill(self, transport: KeyTransport) -> None:
         for pair, relay in self._relays.items():
             if transport.session in pair:
                 relay.cut()
 
-    def cut(self, one: Transport, other: Transport) -> None:
+    def cut(self, one: KeyTransport, other: KeyTransport) -> None:
         self._relays[frozenset((one.session, other.session))].cut()
 
-    def heal(self, one: Transport, other: Transport) -> None:
+    def heal(self, one: KeyTransport, other: KeyTransport) -> None:
         self._relays[frozenset((one.session, other.session))].is_cut = False

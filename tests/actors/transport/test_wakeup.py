@@ -13,8 +13,8 @@ import pytest
 
 from actors.time.real_loop import new_event_loop
 from actors.transport.protocol import PATIENCE
-from actors.transport.zenoh.wakeup import Wakeup
-from actors.transport.zenoh.worker import Worker
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 
 
 class CountingLoop(asyncio.SelectorEventLoop):

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from actors.transport.zenoh.worker import Worker
+from actors.transport.worker import Worker
 
 
 async def test_calls_are_made_in_order_and_their_errors_reach_the_one_who_waits() -> None:

@@ -1,0 +1,270 @@
+"""The nodes and endpoints of other participants, from the discovery data of DDS and from ``ros_discovery_info``. Pure: nothing here waits or sends.
+
+DDS tells of readers and writers, and ``ros_discovery_info`` which node has them; either may come first. What a participant of ROS has is shown when
+its node is known. What others have, which know no nodes, is shown at once, as of one node with the name that ROS 2 gives them.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, field
+from hashlib import blake2b
+from typing import TYPE_CHECKING, Any, Final
+
+from actors.interfaces import registry
+from actors.interfaces.errors import InterfaceError
+from actors.interfaces.hashes import type_hash
+from actors.transport.dds.format.names import Role, RosNames, parse_names
+from actors.transport.dds.format.qos import INFINITE, DdsQos, parse_qos
+from actors.transport.dds.format.user_data import (
+    EndpointData,
+    Process,
+    parse_endpoint_data,
+    parse_participant_data,
+    parse_process,
+)
+from actors.transport.format.errors import WireFormatError
+from actors.transport.format.types import NO_TYPE_HASH
+from actors.transport.protocol import EndpointKind, RemoteEndpoint, RemoteNode
+
+if TYPE_CHECKING:
+    from actors.qos.policies import QoS
+    from actors.transport.dds import discovery
+    from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
+    from actors.transport.dds.qos import EndpointQos
+    from actors.transport.protocol import Events
+
+__all__ = ["BARE", "Known", "Peer", "number_of"]
+
+BARE: Final = "/_CREATED_BY_BARE_DDS_APP_"
+"""The node of endpoints of programs that are none of ROS."""
+_MOST_EARLY: Final = 1000
+"""So many participants are remembered that have told of their nodes before they were found."""
+_SECOND: Final = 10**9
+
+
+def number_of(fqn: str) -> int:
+    """The number of a node among those of its process. DDS sends none, so it follows from the name."""
+    return int.from_bytes(blake2b(fqn.encode(errors="replace"), digest_size=8).digest(), "big")
+
+
+@dataclass(eq=False, slots=True)
+class Shown:
+    """A reader or writer of another participant."""
+
+    of_dds: discovery.RemoteEndpoint
+    ros: RosNames
+    data: EndpointData
+    endpoint: RemoteEndpoint | None = None
+    """As it is shown; None while its node is not known, or if it is the other end of a service."""
+
+
+@dataclass(eq=False, slots=True)
+class Peer:
+    """Another participant."""
+
+    guid: bytes
+    is_ros: bool
+    process: Process | None
+    """What a process of this library tells of itself."""
+    nodes: dict[str, RemoteNode] = field(default_factory=dict[str, RemoteNode])
+    owners: dict[bytes, RemoteNode] = field(default_factory=dict[bytes, RemoteNode])
+    """GID -> the node that has it."""
+    ends: dict[bytes, Shown] = field(default_factory=dict[bytes, Shown])
+    gid_size: int = 0
+    """That of its ``ros_discovery_info``; 0 if nothing has come."""
+
+    @property
+    def session(self) -> str:
+        return self.process.session if self.process is not None else self.guid.hex().lstrip("0") or "0"
+
+
+class Known:
+    """All that is known of others.
+
+    Invariants: an endpoint is shown exactly while it is discovered and its node is known; `services` holds both ends of all services that are
+    discovered, by role and name.
+    """
+
+    def __init__(self, domain_id: int, events: Events) -> None:
+        self._domain_id = domain_id
+        self._events = events
+        self.peers: dict[bytes, Peer] = {}
+        """By the GUID of the participant."""
+        self.services: dict[tuple[Role, str], dict[bytes, Shown]] = {}
+        self._early: dict[bytes, ParticipantEntities] = {}
+
+    def of(self, guid: bytes) -> Peer | None:
+        """The participant that a reader or writer belongs to."""
+        return self.peers.get(guid[:12] + _PARTICIPANT)
+
+    def ours(self, guid: bytes) -> bool:
+        """Whether a reader or writer is one of this library."""
+        peer = self.of(guid)
+        return peer is not None and peer.process is not None
+
+    # -- what DDS tells -----------------------------------------------------------------------------------------------------
+
+    def participant_appeared(self, found: discovery.RemoteParticipant) -> Peer:
+        data = found.user_data
+        peer = Peer(found.guid, parse_participant_data(data) is not None, parse_process(data))
+        self.peers[found.guid] = peer
+        self._events.link(peer.session, True)
+        if (early := self._early.pop(found.guid, None)) is not None:
+            self._nodes_of(peer, early)
+        return peer
+
+    def participant_vanished(self, guid: bytes) -> None:
+        peer = self.peers.pop(guid, None)
+        self._early.pop(guid, None)
+        if peer is None:
+            return
+        for end in tuple(peer.ends.values()):
+            self._drop(peer, end)
+        self._events.link(peer.session, False)
+        for node in peer.nodes.values():
+            self._events.node(node, False)
+
+    def endpoint_appeared(self, found: discovery.RemoteEndpoint) -> None:
+        peer = self.peers.get(found.participant)
+        if peer is None or found.guid in peer.ends:
+            return
+        try:
+            ros = parse_names(found.topic, found.type)
+        except WireFormatError as error:
+            self._events.unreadable("a topic of DDS cannot be read", "", error, topic=found.topic)
+            return
+        if ros.role is Role.OTHER:
+            return
+        end = peer.ends[found.guid] = Shown(found, ros, parse_endpoint_data(found.qos.user_data))
+        if ros.role is not Role.TOPIC:
+            self.services.setdefault((ros.role, ros.name), {})[found.guid] = end
+        if (owner := self._owner(peer, found.guid)) is not None:
+            self._show(end, owner)
+
+    def endpoint_changed(self, found: discovery.RemoteEndpoint) -> None:
+        self.endpoint_vanished(found)
+        self.endpoint_appeared(found)
+
+    def endpoint_vanished(self, found: discovery.RemoteEndpoint) -> None:
+        peer = self.peers.get(found.participant)
+        if peer is not None and (end := peer.ends.get(found.guid)) is not None:
+            self._drop(peer, end)
+
+    def _drop(self, peer: Peer, end: Shown) -> None:
+        guid = end.of_dds.guid
+        del peer.ends[guid]
+        role = end.ros.role, end.ros.name
+        if (ends := self.services.get(role)) is not None:
+            ends.pop(guid, None)
+            if not ends:
+                del self.services[role]
+        self._hide(end)
+
+    # -- what ros_discovery_info tells --------------------------------------------------------------------------------------
+
+    def told(self, told: ParticipantEntities) -> None:
+        """A participant has told of its nodes."""
+        peer = self.peers.get(told.gid)
+        if peer is not None:
+            self._nodes_of(peer, told)
+        elif len(self._early) < _MOST_EARLY:
+            self._early[told.gid] = told
+
+    def _nodes_of(self, peer: Peer, told: ParticipantEntities) -> None:
+        peer.is_ros, peer.gid_size = True, told.gid_size
+        nodes = {_fqn(node): node for node in told.nodes}
+        owners: dict[bytes, RemoteNode] = {}
+        for fqn, node in nodes.items():
+            known = peer.nodes.get(fqn)
+            if known is None:
+                known = peer.nodes[fqn] = RemoteNode(fqn, peer.session, number_of(fqn), self._domain_id)
+                self._events.node(known, True)
+            owners.update(dict.fromkeys((*node.readers, *node.writers), known))
+        peer.owners = owners
+        for guid, end in tuple(peer.ends.items()):
+            owner = owners.get(guid)
+            if end.endpoint is not None and end.endpoint.node is not owner:
+                self._hide(end)
+            if end.endpoint is None and owner is not None:
+                self._show(end, owner)
+        for fqn in [fqn for fqn in peer.nodes if fqn not in nodes]:
+            self._events.node(peer.nodes.pop(fqn), False)
+
+    def _owner(self, peer: Peer, guid: bytes) -> RemoteNode | None:
+        owner = peer.owners.get(guid)
+        if owner is None and not peer.is_ros:
+            owner = peer.owners[guid] = RemoteNode(BARE, peer.session, number_of(BARE), self._domain_id)
+        return owner
+
+    # -- what is shown ------------------------------------------------------------------------------------------------------
+
+    def _show(self, end: Shown, node: RemoteNode) -> None:
+        found, kind = end.of_dds, _kind(end)
+        if kind is None:
+            return
+        number = int.from_bytes(found.guid[12:], "big")
+        end.endpoint = RemoteEndpoint(
+            node, kind, end.ros.name, end.ros.type, _hash(end), _qos(found.qos), found.guid, number
+        )
+        self._events.appeared(end.endpoint)
+
+    def _hide(self, end: Shown) -> None:
+        endpoint, end.endpoint = end.endpoint, None
+        if endpoint is not None:
+            self._events.vanished(endpoint)
+
+
+_PARTICIPANT: Final = bytes.fromhex("000001c1")
+
+
+def _fqn(node: NodeEntities) -> str:
+    return f"{node.namespace.rstrip('/')}/{node.name}"
+
+
+def _kind(end: Shown) -> EndpointKind | None:
+    """A service is shown by the end of its requests."""
+    if end.ros.role is Role.TOPIC:
+        return EndpointKind.PUBLISHER if end.of_dds.writes else EndpointKind.SUBSCRIPTION
+    if end.ros.role is Role.REQUEST:
+        return EndpointKind.CLIENT if end.of_dds.writes else EndpointKind.SERVER
+    return None
+
+
+def _hash(end: Shown) -> str:
+    """The hash of the type of a topic or service. On DDS a service has those of its messages, and Humble none: then names have to do."""
+    told = end.data.type_hash
+    if end.ros.role is Role.TOPIC and told != NO_TYPE_HASH:
+        return told
+    here: Any = _type_here(end.ros.type)
+    if here is None:
+        return told
+    message = here if end.ros.role is Role.TOPIC else getattr(here, "Request", here)
+    return type_hash(here) if told in (NO_TYPE_HASH, type_hash(message)) else told
+
+
+def _type_here(name: str) -> Any:
+    """The type of this name that this process has, or can load; None if there is none that can be read."""
+    known = registry.known(name)
+    if known is None:
+        with suppress(InterfaceError, ImportError):
+            known = registry.find(name)
+    return known
+
+
+def _qos(qos: EndpointQos) -> QoS:
+    return parse_qos(
+        DdsQos(
+            qos.reliable,
+            qos.transient_local,
+            None if qos.keep_all else qos.depth,
+            _nanoseconds(qos.deadline),
+            _nanoseconds(qos.lifespan),
+            qos.manual_liveliness,
+            _nanoseconds(qos.lease),
+        )
+    )
+
+
+def _nanoseconds(seconds: float | None) -> int:
+    return INFINITE if seconds is None else round(seconds * _SECOND)

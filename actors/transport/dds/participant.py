@@ -1,0 +1,226 @@
+"""A participant: the process in one domain of DDS."""
+
+from __future__ import annotations
+
+import asyncio
+import ctypes as c
+import threading
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+from actors.transport.dds.config import DdsConfig, domain_settings
+from actors.transport.dds.discovery import Discovery, Events, RemoteParticipant
+from actors.transport.dds.endpoints import Reader, Sample, Status, Writer
+from actors.transport.dds.library import Library, load, reason
+from actors.transport.dds.qos import EndpointQos
+from actors.transport.dds.reading import Reading, Report
+from actors.transport.dds.sending import Sending
+from actors.transport.protocol import WireUnavailable
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
+
+__all__ = ["Participant", "Traffic", "Within"]
+
+_PRECONDITION: Final = -4
+
+
+@dataclass
+class Within:
+    """What the endpoints of a participant share."""
+
+    library: Library
+    participant: int
+    wakeup: Wakeup
+    reading: Reading
+    sending: Sending
+    worker: Worker
+    report: Report
+    guids: dict[int, bytes] = field(default_factory=dict)
+    """The GUID of each endpoint of others, by its instance handle."""
+    endpoints: set[Reader | Writer] = field(default_factory=set)
+
+    def forget(self, endpoint: Reader | Writer) -> None:
+        """It is being closed."""
+        self.endpoints.discard(endpoint)
+
+    def delete(self, entity: int) -> None:
+        """Delete an entity of the library, which may wait. From any thread."""
+        self.worker.do(lambda: self.library.dds_delete(entity))
+
+
+class Traffic(NamedTuple):
+    """What has been exchanged with another participant, in bytes of samples."""
+
+    participant: RemoteParticipant
+    sent_bytes: int
+    received_bytes: int
+
+
+class Participant:
+    """Readers, writers and discovery in one domain. Everything is called on the loop, and calls back on it.
+
+    It has three threads: one reads, one writes what has to wait, one opens and closes. Cyclone DDS has its own, which last until the last
+    participant of its domain in this process is closed.
+    """
+
+    def __init__(self, config: DdsConfig, user_data: bytes = b"") -> None:
+        """`user_data` is told to all other participants."""
+        self._config = config
+        self._user_data = user_data
+        self._within: Within | None = None
+        self._discovery: Discovery | None = None
+        self.guid = b""
+        """16 bytes; known after `open`."""
+
+    async def open(self, events: Events) -> None:
+        """Enter the domain, and begin to tell `events` who is there. Raises WireUnavailable."""
+        library = load()
+        worker = Worker("dds worker")
+        try:
+            participant, self.guid = await worker.result(lambda: _entered(library, self._config, self._user_data))
+        except BaseException:
+            worker.close()
+            raise
+        wakeup = Wakeup(asyncio.get_running_loop())
+        report = Report()
+        reading = Reading(library, participant, report)
+        within = self._within = Within(library, participant, wakeup, reading, Sending(), worker, report)
+        self._discovery = discovery = Discovery(
+            library, participant, self.guid, events, wakeup.post, within.guids, report
+        )
+        discovery.attach(reading.attach)
+
+    async def close(self) -> None:
+        """Withdraw everything and leave the domain; what waits to be written is written within a second. Never raises."""
+        within, self._within = self._within, None
+        if within is None:
+            return
+        within.wakeup.close()
+        for endpoint in list(within.endpoints):
+            endpoint.close()
+
+        def leave() -> None:
+            within.reading.close()
+            within.sending.end()
+            within.worker.do(lambda: _leave(within.library, within.participant, self._config))
+
+        await within.worker.result(leave)
+        await within.worker.result(lambda: None)
+        within.worker.close()
+
+    @property
+    def unreadable(self) -> int:
+        """How much was dropped because it was malformed or too large."""
+        return 0 if self._within is None else self._within.report.count
+
+    def writer(
+        self,
+        topic: str,
+        type_name: str,
+        qos: EndpointQos,
+        on_status: Callable[[Status], None] | None = None,
+    ) -> Writer:
+        """Open a writer of `topic`, as DDS names it. Raises ValueError if Cyclone DDS refuses the name or the quality of service."""
+        within = self._open_within()
+        writer = Writer(within, topic, type_name, qos, on_status)
+        within.endpoints.add(writer)
+        return writer
+
+    def reader(
+        self,
+        topic: str,
+        type_name: str,
+        qos: EndpointQos,
+        take: Callable[[list[Sample]], None],
+        *,
+        patience: float = 0.0,
+        on_status: Callable[[Status], None] | None = None,
+    ) -> Reader:
+        """Open a reader of `topic`, as DDS names it. `take` gets what has arrived. Raises ValueError as `writer` does."""
+        within = self._open_within()
+        reader = Reader(within, topic, type_name, qos, take, patience, on_status)
+        within.endpoints.add(reader)
+        return reader
+
+    def report(self) -> tuple[Traffic, ...]:
+        """What the endpoints that are open now have exchanged with each participant that is there."""
+        if self._within is None or self._discovery is None:
+            return ()
+        sent, received = Counter[bytes](), Counter[bytes]()
+        for endpoint in self._within.endpoints:
+            into, counts = (sent, endpoint.sent()) if isinstance(endpoint, Writer) else (received, endpoint.received)
+            for guid, count in counts.items():
+                into[guid[:12]] += count
+        return tuple(
+            Traffic(participant, sent[participant.guid[:12]], received[participant.guid[:12]])
+            for participant in self._discovery.participants
+        )
+
+    def _open_within(self) -> Within:
+        if self._within is None:
+            raise RuntimeError("the participant is not open")
+        return self._within
+
+
+@dataclass
+class _Domain:
+    handle: int
+    settings: str
+    users: int = 0
+
+
+_domains: Final[dict[int, _Domain]] = {}
+_lock: Final = threading.Lock()
+
+
+def _entered(library: Library, config: DdsConfig, user_data: bytes) -> tuple[int, bytes]:
+    """The participant and its GUID. Raises WireUnavailable."""
+    settings = domain_settings(config)
+    with _lock:
+        domain = _domains.get(config.domain) or _opened_domain(library, config, settings)
+        if domain.settings != settings:
+            raise WireUnavailable(
+                f"this process is in DDS domain {config.domain} with another discovery range, peers or CYCLONEDDS_URI:"
+                " give both the same, or use another domain"
+            )
+        qos = library.dds_create_qos()
+        library.dds_qset_userdata(qos, user_data, len(user_data))
+        participant: int = library.dds_create_participant(config.domain, qos, None)
+        library.dds_delete_qos(qos)
+        if participant < 0:
+            if not domain.users:
+                _close_domain(library, config.domain)
+            raise WireUnavailable(f"Cyclone DDS cannot enter domain {config.domain} ({reason(participant)})")
+        domain.users += 1
+    guid = (c.c_ubyte * 16)()
+    library.dds_get_guid(participant, guid)
+    return participant, bytes(guid)
+
+
+def _opened_domain(library: Library, config: DdsConfig, settings: str) -> _Domain:
+    handle: int = library.dds_create_domain(config.domain, settings.encode())
+    if handle < 0 and handle != _PRECONDITION:  # then somebody else in this process has opened it
+        check = f"CYCLONEDDS_URI={config.uri}" if config.uri else "the network interfaces"
+        raise WireUnavailable(
+            f"Cyclone DDS cannot open domain {config.domain}, for the reason that it has written above: check {check},"
+            " and whether more than 32 participants run on this host"
+        )
+    domain = _domains[config.domain] = _Domain(handle, settings)
+    return domain
+
+
+def _leave(library: Library, participant: int, config: DdsConfig) -> None:
+    with _lock, suppress(KeyError):
+        library.dds_delete(participant)
+        _domains[config.domain].users -= 1
+        if not _domains[config.domain].users:
+            _close_domain(library, config.domain)
+
+
+def _close_domain(library: Library, number: int) -> None:
+    domain = _domains.pop(number)
+    if domain.handle >= 0:
+        library.dds_delete(domain.handle)
