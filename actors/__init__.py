@@ -22,8 +22,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     lifecycle    managed nodes, and the state machine behind them
     system       one running tree
     transport    the way to other processes and machines
-    runtime      one life of a node, and what outlives it
-    node         `Node`, and what is declared in its body
+    runtime      `Node` and what is declared in its body, its lives, and what the nodes of a system share
     graph        topics, services and actions by name; matching; snapshots
     actions      goals: the client's half, the server's half, the table
     services     calls and their deadlines, cycles of calls
@@ -45,8 +44,9 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     suggest      did you mean
     waiting      lists of tasks that wait
     yaml_bounds  YAML of strangers, bounded before it is understood
+    pickle_bounds  pickles of strangers, of which nothing is executed
 
-Reading order: contracts, node, topics, inbox, then supervision and runtime. `docs/architecture.md` follows a message and a goal through them.
+Reading order: contracts, topics, inbox, then supervision and runtime. `docs/architecture.md` follows a message and a goal through them.
 """
 
 from __future__ import annotations
@@ -82,17 +82,16 @@ from actors.errors import (
 )
 from actors.lifecycle.machine import HookResult, LifecycleState, TransitionRefused
 from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
-from actors.node.declarations import background, every, publishes, subscribes
-from actors.node.node import ErrorVerdict, Node
-from actors.node.retry import retry
-from actors.node.timer import Rate, Timer
 from actors.parameters.declare import parameter
 from actors.parameters.values import Parameter, SetResult
 from actors.processes.errors import ProcessDied, ProcessHung, RemoteError
 from actors.qos.policies import QoS
 from actors.running.program import remove_ros_args, spin
 from actors.running.run import execute, open_node, run
-from actors.runtime.timers import Tick, TickMissed
+from actors.runtime.declarations import background, every, publishes, subscribes
+from actors.runtime.node import ErrorVerdict, Node
+from actors.runtime.retry import retry
+from actors.runtime.timers import Rate, Tick, TickMissed, Timer
 from actors.supervision.declarations import (
     Backoff,
     Child,

@@ -16,17 +16,18 @@ from typing import TYPE_CHECKING, Final, TypeVar, overload
 from actors.errors import NotStarted
 from actors.inbox.control import Failure
 from actors.logs import INFO, LogRecord, LogSink, structlog_sink
-from actors.node.placement import HERE, Placement
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.open_systems import OpenSystems
+from actors.runtime.placement import HERE, Placement
 from actors.runtime.runtime import OtherProcesses, Runtime
+from actors.runtime.standard import StandardEndpoints
 from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
 from actors.time.lockstep import Simulated
 
 if TYPE_CHECKING:
     from actors.graph.queries import NodeGraph
     from actors.graph.snapshot import Snapshot
-    from actors.node.node import Node
+    from actors.runtime.node import Node
     from actors.runtime.options import RunOptions
     from actors.runtime.record import NodeRecord
     from actors.runtime.unsupervised import UnsupervisedNode
@@ -60,6 +61,7 @@ class System:
         self.runtime = runtime = make_runtime(
             seed=seed, sinks=sinks, level=level, options=options, processes=processes, placement=placement
         )
+        StandardEndpoints(runtime)
         self._tree = runtime.tree
         self.seed, self.loop = seed, runtime.loop
         self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log

@@ -18,10 +18,10 @@ from actors.graph.snapshot import Edge, LinkView, NodeView, ServiceView, Snapsho
 from actors.inbox.load import HandlerLoad, Load
 from actors.lifecycle.node import PrimaryState
 from actors.names.identity import Identity
-from actors.node.declarations import Late, PublisherDeclaration, StreamDeclaration
 from actors.running.options import ParameterSource, ParameterSources
 from actors.running.run import Observer, OpenNode, Run
 from actors.running.trees import Runnable
+from actors.runtime.declarations import Late, PublisherDeclaration, StreamDeclaration
 from actors.runtime.record import NodeRecord
 from actors.supervision.declarations import Spec
 from actors.supervision.policy import AutoShutdown, Kind, Restart, StopTimeout, Strategy

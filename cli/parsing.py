@@ -130,7 +130,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
         "-s",
         "--use-sim-time",
         action="store_true",
-        help="topic delay: by the time of /clock; other commands use the time of day",
+        help="topic delay and hz: by the time of /clock; other commands use the time of day",
     )
     add_interfaces(group)
 

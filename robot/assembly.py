@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Body
 from robot.model.actuators import MOTOR_DELAY
 from robot.nodes.carrier import Delivery
 from robot.scenes.scene import Scene
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
+from robot.sim.simulation import Simulation
 from robot.tree import robot_tree
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class Robot:
             self.process = _body_process(
                 self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
             )  # fmt: skip
-        self.body: Body = self.process.body if self.process is not None else make_body(
+        self.body: Simulation = self.process.body if self.process is not None else make_body(
             self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
         )  # fmt: skip
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
@@ -106,6 +106,7 @@ class Robot:
                 hosts=hosts,
                 grid=map,
                 sight=sight,
+                seed=seed,
             )
         except BaseException:
             self.close()
@@ -163,7 +164,7 @@ def make_body(
     ground: Ground | None = None,
     actuators: ActuatorDesign | None = None,
     sensors: Sensors | None = None,
-) -> Body:
+) -> Simulation:
     """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed, `ValueError` for a kinematic one on a `ground` or
     with `actuators`.
     """

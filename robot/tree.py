@@ -14,7 +14,7 @@
       mission       robot_status, diagnostics, markers,    one_for_one: they ask the others, and nobody asks them
                     patrol
 
-So a node that fails is restarted alone. `handling` is there where the body has an arm; a `carrier` may stand in place of the `patrol`, and
+So a node that fails is restarted alone. `handling` is there where the robot has an arm; a `carrier` may stand in place of the `patrol`, and
 without a mission there is neither. The first to start is the last to stop: the motors, which hold the safe stop. A node that fails more
 often than the intensity of its concern allows (3 restarts within 5 s) ends the concern, and with it the whole tree: everything stops in
 reverse order, and the motors sit the robot down.
@@ -23,16 +23,18 @@ reverse order, and the motors sit the robot down.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from actors import Child, Intensity, Supervisor, one_for_one
 from robot.concerns import ELSEWHERE, HERE
 from robot.contracts import CAMERA_RGB
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Body
+from robot.hardware.body import Hardware
+from robot.hardware.devices import BatteryDevice, CameraDevice, DepthDevice, Equipment, LidarDevice
 from robot.model.actuators import MOTOR_DELAY
 from robot.model.parameters import STAND_HEIGHT
+from robot.nodes.arm import ArmDriver
 from robot.nodes.battery import Battery
 from robot.nodes.calibration import Calibration
 from robot.nodes.camera import Camera
@@ -61,14 +63,16 @@ from robot.nodes.status import RobotStatus
 from robot.nodes.teleop import RobotController
 from robot.planning.grid import Grid
 from robot.scenes.dock import has_station
+from robot.scenes.objects import Look, looks_of
 from robot.scenes.scene import Scene
-from robot.sim.battery import Pack
+from robot.sim.devices import simulated
+from robot.sim.simulation import Simulation
 from robot.sim.urdf import write_urdf
 
 if TYPE_CHECKING:
     from robot.nodes.carrier import Delivery
 
-__all__ = ["in_sight", "robot_tree"]
+__all__ = ["Site", "in_sight", "robot_tree", "tree_of"]
 
 CONTROL_HANG = 0.1
 """Seconds for which the event loop of the control process may stand still before it is killed."""
@@ -76,9 +80,47 @@ HANG = 5.0
 """The same for the others: whoever misses them stops the robot long before."""
 
 
+DRIVERS = frozenset((Motors, Proprioception, Lidar, TurningLidar, Camera, DepthCameras, ArmDriver, ImageCompressor))
+"""Nodes that stay on the robot wherever their concern runs: they hold its hardware, or make less of what a sensor sends before it goes over a
+network."""
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """What a robot is told of the place where it works. Poses are on the map."""
+
+    grid: Grid
+    """The map that it plans on."""
+    start: Pose2
+    """Where it is put down, roughly."""
+    dock: Pose2
+    """Where it is when it hangs on its charger."""
+    station: bool = False
+    """Whether the charging station stands there for the LiDAR to see."""
+    places: Mapping[str, Pose2] = field(default_factory=dict[str, Pose2])
+    """Those that have names."""
+    looks: Mapping[str, Look] = field(default_factory=dict[str, Look])
+    """Of the things that it may be sent for."""
+    scanned: Grid | None = None
+    """The map in the LiDAR's plane, if that shows other things than `grid` does."""
+
+    @classmethod
+    def of(cls, scene: Scene, grid: Grid | None = None) -> Site:
+        """That of a simulated scene, with a map of its own or, without `grid`, the one made of the scene."""
+        return cls(
+            Grid.from_scene(scene) if grid is None else grid,
+            scene.start,
+            scene.dock,
+            has_station(scene),
+            dict(scene.places),
+            looks_of(scene.things),
+            Grid.from_scene(in_sight(scene)) if grid is None else grid,
+        )
+
+
 def robot_tree(
-    body: Body,
-    pack: Pack,
+    body: Simulation,
+    battery: BatteryDevice,
     waypoints: Sequence[tuple[str, Pose2]] | None,
     *,
     laps: int = 0,
@@ -89,41 +131,75 @@ def robot_tree(
     hosts: Mapping[str, Sequence[str]] | None = None,
     grid: Grid | None = None,
     sight: bool = False,
+    seed: int = 0,
 ) -> Supervisor:
-    """The whole robot around `body`, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
-
-    With a `delivery` its mission is that errand instead of the patrol: a node `carrier` in place of `patrol`; the body must have an arm.
-    `robot.Robot` makes body, battery and tree in one line.
-
-    With `processes` each concern runs in a process of its own, and `body` must be one that can cross to them, a `LinkedBody`. Its process is
-    restarted when it dies, up to 3 times within 5 s; before its own nodes it has one more, `control_process` and so on.
-
-    `hosts` names the machines on which a concern runs instead, the first choice first: perception, navigation and mission may. The sensors stay
-    with the body then, as a concern ``sensors``. Raises `ValueError` for another concern.
+    """The whole robot around a simulated `body`, with the devices that it has there, in its scene: `tree_of` says the rest.
 
     With `sight` it has depth cameras and an elevation map: it sees steps, holes and what is too low for the LiDAR, and walks no faster than
-    it sees the floor.
-
-    `grid` is the map that the robot is given; without one it is made of the body's scene. With `publish_clock`, a rate in Hz, it has one node
-    more, the first: a `ClockPublisher`, so that time runs for all who follow it.
+    it sees the floor; `seed` is that of the cameras' noise. `grid` is the map that the robot is given; without one it is made of the scene.
+    `robot.Robot` makes body, battery and tree in one line.
     """
-    seen = Grid.from_scene(in_sight(body.scene)) if grid is None else grid
-    grid = Grid.from_scene(body.scene) if grid is None else grid
+    return tree_of(
+        simulated(body, battery, sight=sight, seed=seed),
+        Site.of(body.scene, grid),
+        waypoints,
+        laps=laps,
+        motor_delay=motor_delay,
+        publish_clock=publish_clock,
+        delivery=delivery,
+        processes=processes,
+        hosts=hosts,
+    )
+
+
+def tree_of(
+    robot: Equipment,
+    site: Site | None = None,
+    waypoints: Sequence[tuple[str, Pose2]] | None = None,
+    *,
+    laps: int = 0,
+    motor_delay: float = MOTOR_DELAY,
+    publish_clock: float | None = None,
+    delivery: Delivery | None = None,
+    processes: bool = False,
+    hosts: Mapping[str, Sequence[str]] | None = None,
+) -> Supervisor:
+    """The tree of any robot, real or simulated, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
+
+    It has the nodes of the devices that the robot has. Without a `site` or without a LiDAR it does not know where it is: it walks as it is told,
+    and there is no concern ``navigation``.
+
+    With a `delivery` its mission is that errand instead of the patrol: a node `carrier` in place of `patrol`; the robot must have an arm.
+
+    With `processes` each concern runs in a process of its own, and the hardware must be one that can cross to them, as a `LinkedBody` can. Its
+    process is restarted when it dies, up to 3 times within 5 s; before its own nodes it has one more, `control_process` and so on.
+
+    `hosts` names the machines on which a concern runs instead, the first choice first: perception, navigation and mission may. The sensors stay
+    with the robot then, as a concern ``sensors``. With `publish_clock`, a rate in Hz, it has one node more, the first: a `ClockPublisher`, so
+    that time runs for all who follow it.
+
+    Raises `ValueError` for `hosts` of another concern, and for waypoints or a delivery of a robot that cannot find its way.
+    """
+    navigates = site is not None and robot.lidar is not None
+    if not navigates and (waypoints or delivery):
+        raise ValueError("waypoints or a delivery need a robot that finds its way: give it a site and a LiDAR")
     concerns = [
-        _control(body, motor_delay),
-        _safety(pack),
-        _perception(body, grid, seen, sight),
-        _navigation(body, grid, sight),
-        *_handling(body),
-        _mission(body, grid, waypoints, laps, delivery),
+        _control(robot, motor_delay),
+        _safety(robot.battery),
+        _perception(robot, site),
+        *(_navigation(site, robot.depth is not None) if site is not None and navigates else ()),
+        *_handling(robot, site),
+        _mission(site, waypoints, laps, delivery),
     ]
-    near, away = _placed(concerns, body, hosts or {})
+    near, away = _placed(concerns, hosts or {})
     return Supervisor(
         "robot",
         strategy=one_for_one,
         intensity=Intensity(3, within=5.0) if processes or away else Intensity(0, within=1.0),
-        children=[*_clock(publish_clock), *(_split(one, body) if processes else one for one in near), *away],
-    )
+        children=[
+            *_clock(publish_clock), *(_split(one, robot.hardware) if processes else one for one in near), *away
+        ],
+    )  # fmt: skip
 
 
 def _concern(name: str, *children: Child) -> Supervisor:
@@ -131,7 +207,7 @@ def _concern(name: str, *children: Child) -> Supervisor:
 
 
 def _placed(
-    concerns: Sequence[Supervisor], body: Body, hosts: Mapping[str, Sequence[str]]
+    concerns: Sequence[Supervisor], hosts: Mapping[str, Sequence[str]]
 ) -> tuple[list[Supervisor], list[Supervisor]]:
     """The concerns on the robot, and those on other machines, which start last: what they hear and ask is there by then."""
     for name in hosts.keys() - set(ELSEWHERE):
@@ -145,7 +221,7 @@ def _placed(
         if not names:
             near.append(concern)
             continue
-        reading = [child for child in concern.children if isinstance(child, Child) and _reads(child, body)]
+        reading = [child for child in concern.children if isinstance(child, Child) and child.factory in DRIVERS]
         if reading:
             near.append(_concern("sensors", *reading))
         away.append(
@@ -154,12 +230,7 @@ def _placed(
     return near, away
 
 
-def _reads(child: Child, body: Body) -> bool:
-    """Whether a node needs the body itself, or makes less of what a sensor sends before it goes over a network."""
-    return any(one is body for one in child.args) or child.factory is ImageCompressor
-
-
-def _split(concern: Supervisor, body: Body) -> Supervisor:
+def _split(concern: Supervisor, body: Hardware) -> Supervisor:
     """The concern in a process of its own, whose clock goes with the body's.
 
     Control may hang for 0.1 s: by then the drives have begun to sit the robot down.
@@ -169,25 +240,27 @@ def _split(concern: Supervisor, body: Body) -> Supervisor:
     return concern.replace(process=True, hang=hang, children=(care, *concern.children))
 
 
-def _control(body: Body, motor_delay: float) -> Supervisor:
+def _control(robot: Equipment, motor_delay: float) -> Supervisor:
     """The guard: what keeps the robot on its feet, and sits it down when all else has failed."""
+    body = robot.hardware
+    commands = "body_drive" if body.capabilities.steps else "motor_targets"
     return _concern(
         "control",
-        Child(Motors, args=(body,), stop=3.0),
+        Child(Motors, args=(body, robot.charger), stop=3.0),
         Child(Proprioception, args=(body,)),
         # Its estimator learns the gyro's bias by itself, all the time: it takes the samples that no calibration has touched.
         Child(
             Gait,
             remap={"/imu/data": "/imu/data_raw"},
-            parameters={"backend": body.backend, "motor_delay": motor_delay},
+            parameters={"commands": commands, "motor_delay": motor_delay},
         ),
     )
 
 
-def _safety(pack: Pack) -> Supervisor:
+def _safety(battery: BatteryDevice) -> Supervisor:
     return _concern(
         "safety",
-        Child(Battery, args=(pack,)),
+        Child(Battery, args=(battery,)),
         Child(SafetyMonitor),
         Child(RobotController, parameters={"enabled": True, "safety_timeout": 0.3}),
     )
@@ -198,37 +271,50 @@ def in_sight(scene: Scene) -> Scene:
     return replace(scene, obstacles=tuple(one for one in scene.obstacles if one.bottom < STAND_HEIGHT < one.height))
 
 
-def _perception(body: Body, grid: Grid, seen: Grid, sight: bool) -> Supervisor:
-    seeing = (Child(DepthCameras, args=(body,)), Child(Elevation)) if sight else ()
+def _perception(robot: Equipment, site: Site | None) -> Supervisor:
     return _concern(
         "perception",
-        *_lidar(body),
-        Child(Heading),
-        Child(MapServer, args=(grid, dict(body.scene.places))),
-        Child(Localizer, args=(seen, body.scene.start), parameters={"range_bias": body.sensors.lidar.bias}),
+        *(_lidar(robot.lidar, site) if robot.lidar is not None else ()),
         Child(Frames),
-        Child(RobotStatePublisher, args=(write_urdf(arm=body.arm is not None),)),
-        Child(Camera, args=(body,)),
-        Child(ImageCompressor, args=(CAMERA_RGB,)),
-        Child(Detector),
+        Child(RobotStatePublisher, args=(write_urdf(arm=robot.arm is not None),)),
+        *(_camera(robot.camera) if robot.camera is not None else ()),
         Child(Calibration),
-        *seeing,
+        *(_depth(robot.depth) if robot.depth is not None else ()),
     )
 
 
-def _lidar(body: Body) -> list[Child]:
-    """The driver of the LiDAR that it has; what one that turns sees in a moving body is corrected."""
-    if body.sensors.lidar.sweep == 0.0:
-        return [Child(Lidar, args=(body,))]
-    return [Child(TurningLidar, name="lidar", args=(body,)), Child(ScanCorrection)]
+def _lidar(lidar: LidarDevice, site: Site | None) -> list[Child]:
+    """The driver of the LiDAR that it has, and those who find out by it where the robot is."""
+    driver = [Child(Lidar, args=(lidar,))]
+    if lidar.fixed:  # what it sees in a moving body is corrected
+        driver = [Child(TurningLidar, name="lidar", args=(lidar,)), Child(ScanCorrection)]
+    if site is None:
+        return driver
+    scanned = site.grid if site.scanned is None else site.scanned
+    return [
+        *driver,
+        Child(Heading),
+        Child(MapServer, args=(site.grid, dict(site.places))),
+        Child(Localizer, args=(scanned, site.start), parameters={"range_bias": lidar.bias}),
+    ]
 
 
-def _navigation(body: Body, grid: Grid, sight: bool) -> Supervisor:
-    return _concern(
-        "navigation",
-        Child(Navigation, args=(grid, body.scene.dock, sight)),
-        Child(Docking, args=(body.scene.dock, has_station(body.scene))),
-    )
+def _camera(camera: CameraDevice) -> list[Child]:
+    return [Child(Camera, args=(camera,)), Child(ImageCompressor, args=(CAMERA_RGB,)), Child(Detector)]
+
+
+def _depth(cameras: DepthDevice) -> list[Child]:
+    return [Child(DepthCameras, args=(cameras,)), Child(Elevation)]
+
+
+def _navigation(site: Site, sight: bool) -> list[Supervisor]:
+    return [
+        _concern(
+            "navigation",
+            Child(Navigation, args=(site.grid, site.dock, sight)),
+            Child(Docking, args=(site.dock, site.station)),
+        )
+    ]
 
 
 def _clock(rate: float | None) -> list[Child]:
@@ -240,49 +326,32 @@ def _clock(rate: float | None) -> list[Child]:
     return [Child(ClockPublisher, args=(rate,))]
 
 
-def _handling(body: Body) -> list[Supervisor]:
-    """What a robot with an arm has more than one without."""
-    if body.arm is None:
+def _handling(robot: Equipment, site: Site | None) -> list[Supervisor]:
+    """What a robot with an arm has more than one without; what fetches things needs to know where it is."""
+    if robot.arm is None:
         return []
-    from robot.nodes.arm import ArmDriver
     from robot.nodes.confirm import ObjectConfirmation
     from robot.nodes.fetch import Fetch
-    from robot.scenes.objects import looks_of
 
-    looks = looks_of(body.scene.things)
-    return [
-        _concern(
-            "handling",
-            Child(ArmDriver, name="arm", args=(body,)),
-            Child(ObjectConfirmation, args=(looks,)),
-            Child(Fetch, args=(looks,)),
-        )
-    ]
+    fetching = (Child(ObjectConfirmation, args=(site.looks,)), Child(Fetch, args=(site.looks,))) if site else ()
+    return [_concern("handling", Child(ArmDriver, name="arm", args=(robot.arm,)), *fetching)]
 
 
 def _mission(
-    body: Body,
-    grid: Grid,
-    waypoints: Sequence[tuple[str, Pose2]] | None,
-    laps: int,
-    delivery: Delivery | None,
+    site: Site | None, waypoints: Sequence[tuple[str, Pose2]] | None, laps: int, delivery: Delivery | None
 ) -> Supervisor:
     """Who gives the robot its goals, the carrier, the patrol or nobody, and who tells how it is."""
     told = (Child(RobotStatus), Child(Diagnostics), Child(Markers))
-    return _concern("mission", *told, *_errand(body, grid, waypoints, laps, delivery))
+    return _concern("mission", *told, *_errand(site, waypoints, laps, delivery))
 
 
 def _errand(
-    body: Body,
-    grid: Grid,
-    waypoints: Sequence[tuple[str, Pose2]] | None,
-    laps: int,
-    delivery: Delivery | None,
+    site: Site | None, waypoints: Sequence[tuple[str, Pose2]] | None, laps: int, delivery: Delivery | None
 ) -> list[Child]:
     if delivery is not None:
         from robot.nodes.carrier import Carrier
 
         return [Child(Carrier, args=(delivery,))]
-    if waypoints is None:
+    if waypoints is None or site is None:
         return []
-    return [Child(Patrol, args=(waypoints, body.scene.dock, grid), parameters={"laps": laps})]
+    return [Child(Patrol, args=(waypoints, site.dock, site.grid), parameters={"laps": laps})]

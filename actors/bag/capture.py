@@ -56,11 +56,11 @@ class Capture(StreamSubscription[Any]):
         decoded: bool = False,
         patience: float = 0.0,
     ) -> None:
-        super().__init__(life, entry, channel.type, qos, life.streams.remove, patience=patience)
+        super().__init__(life, entry, channel.type, qos, life.endpoints.streams.remove, patience=patience)
         self._decoded = decoded
         self.channel = channel
         self.take = take
-        life.streams.append(self)
+        life.endpoints.streams.append(self)
         entry.add_subscription(self)
 
     def target(self, publisher: PublisherPeer) -> Target:

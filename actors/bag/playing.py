@@ -22,10 +22,10 @@ from actors.bag.selection import action_of, service_of
 from actors.contracts.contracts import Topic
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
-from actors.node.declarations import background
-from actors.node.node import Node
 from actors.qos import DEFAULT, InvalidQoS
+from actors.runtime.declarations import background
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.node import Node
 from actors.runtime.sim_time import CLOCK
 from actors.time.values import stamp_of
 

@@ -20,9 +20,9 @@ from actors.bag.weight import weight_of
 from actors.bag.writer import BagWriter, Split
 from actors.contracts.contracts import Topic
 from actors.interfaces.rosbag2_interfaces.msg import WriteSplitEvent
-from actors.node.declarations import background, publishes
-from actors.node.node import Node
+from actors.runtime.declarations import background, publishes
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.node import Node
 from actors.topics.arrival import Arrival
 
 if TYPE_CHECKING:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.interfaces.errors import InterfaceError
-from actors.node.remote_types import action_parts, fetch
+from actors.runtime.remote_types import action_parts, fetch
 
 if TYPE_CHECKING:
     from actors.bag.offers import Offer
     from actors.graph.graph import Graph
-    from actors.node.node import Node
+    from actors.runtime.node import Node
 
 __all__ = ["RemoteTypes"]
 

@@ -17,7 +17,7 @@ from actors.interfaces.registry import get_action, get_service
 
 if TYPE_CHECKING:
     from actors.bag.options import PlayOptions
-    from actors.node.node import Node
+    from actors.runtime.node import Node
 
 __all__ = ["Requests", "nothing"]
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from actors.actions.client import Goal
     from actors.actions.goals import GoalStatus
     from actors.interfaces.message import Message
-    from actors.node.node import Node
+    from actors.runtime.node import Node
     from actors.topics.stream import Stream
 
 __all__ = ["BlockingGoal", "BlockingStream", "Do"]

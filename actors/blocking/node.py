@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from actors.blocking.handles import BlockingGoal, BlockingStream
 from actors.errors import ActorError, Ended, NotRunning
 from actors.logs import LogSink, structlog_sink
-from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.running import run as running
 from actors.running.signals import SigtermExit, exit_on_sigterm
 from actors.running.trees import tree_of
+from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.system import system_here
 
 if TYPE_CHECKING:

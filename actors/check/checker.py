@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import msgspec
 
 from actors.names.names import lint_name
-from actors.node.node import Node
 from actors.parameters.declare import OPTIONAL_PARAMETERS
 from actors.qos import compatible
+from actors.runtime.node import Node
 from actors.runtime.options import identity_of
 from actors.suggest import did_you_mean
 from actors.supervision.declarations import Child, Spec, Supervisor

@@ -9,9 +9,9 @@ from actors.diagnostics.analyzers import GENERIC, Analyzer, analyzers_of
 from actors.diagnostics.status import DIAGNOSTICS, DIAGNOSTICS_AGG, LEVELS
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from actors.interfaces.std_msgs.msg import Header
-from actors.node.declarations import every, publishes
-from actors.node.node import Node
 from actors.parameters.declare import parameter
+from actors.runtime.declarations import every, publishes
+from actors.runtime.node import Node
 
 __all__ = ["Aggregator"]
 

@@ -8,8 +8,8 @@ from actors.diagnostics.status import DIAGNOSTICS, Status, Task
 from actors.errors import described
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from actors.interfaces.std_msgs.msg import Header
-from actors.node.node import Node
 from actors.parameters.descriptor import ParameterDescriptor
+from actors.runtime.node import Node
 from actors.suggest import did_you_mean
 
 __all__ = ["Updater"]

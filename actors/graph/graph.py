@@ -209,13 +209,11 @@ class Graph:
         self,
         now: Callable[[], float],
         *,
-        open_standard_service: Callable[[ServiceEntry], None] = _has_no_standard_endpoints,
-        open_standard_topic: Callable[[TopicEntry], None] = _has_no_standard_endpoints,
         intercept: Interceptor | None = None,
     ) -> None:
         self.now: Final = now
-        self.open_standard_service: Final = open_standard_service
-        self.open_standard_topic: Final = open_standard_topic
+        self.open_standard_service: Callable[[ServiceEntry], None] = _has_no_standard_endpoints
+        self.open_standard_topic: Callable[[TopicEntry], None] = _has_no_standard_endpoints
         self.intercept: Final = intercept
         self.topics: dict[str, TopicEntry] = {}
         self.services: dict[str, ServiceEntry] = {}

@@ -6,20 +6,19 @@ such as what the fields of a log line hold, becomes an object that shows its nam
 
 from __future__ import annotations
 
-import pickle
 import sys
 from collections.abc import Collection
-from functools import cache, partial
-from io import BytesIO
+from functools import cache, lru_cache, partial
 from types import UnionType
-from typing import Any, ClassVar, Final, Literal, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, Final, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 from msgspec import Struct
 
 from actors.logs.levels import Level
-from actors.node.node import Node
+from actors.pickle_bounds import BoundedUnpickler, Steps, check_extent
 from actors.processes import messages
 from actors.processes.errors import RemoteError
+from actors.runtime.node import Node
 from actors.supervision import reasons
 from actors.supervision.child import Child
 from actors.supervision.policy import Backoff
@@ -29,6 +28,8 @@ from actors.supervision.report import Report
 __all__ = ["UnreadableEvent", "read_event"]
 
 _EVENTS: Final = (messages.Ready, messages.Over, messages.Line, messages.Told, messages.Nodes)
+STEPS: Final = 1_000_000
+"""Values in an event: more than a tree of 10,000 nodes has."""
 
 
 class UnreadableEvent(ValueError):
@@ -39,7 +40,8 @@ def read_event(data: bytes) -> messages.Event:
     """The event in these bytes, which nobody has to be trusted for. No code is called but that of this module and of the values of events, and no module is
     imported. Raises `UnreadableEvent`."""
     try:
-        event = _Reading(BytesIO(data)).load()
+        event = _Reading(data, Steps(STEPS)).load()
+        check_extent(event, STEPS)
     except Exception as error:
         raise UnreadableEvent(f"{type(error).__name__}: {error}") from error
     if not isinstance(event, _EVENTS) or not _fits(event, type(event)):
@@ -90,34 +92,21 @@ class _Foreign:
     def __repr__(self) -> str:
         return f"<{'.'.join(self.named)} of another machine>"
 
-    def __setstate__(self, state: object) -> None:
-        """Do without it."""
 
-    def __setitem__(self, key: object, value: object) -> None:
-        """Do without it."""
-
-    def append(self, value: object) -> None:
-        """Do without it."""
-
-    def extend(self, values: object) -> None:
-        """Do without it."""
-
-
-_Unpickler: Any = getattr(pickle, "_Unpickler")  # noqa: B009  # which no stub names
-"""That in Python: the one in C makes room for as many values as the bytes say that it remembers."""
-
-
-class _Reading(_Unpickler):  # type: ignore[misc]  # a class that no stub names
-    dispatch: ClassVar[Any] = {code: act for code, act in _Unpickler.dispatch.items() if code != pickle.BYTEARRAY8[0]}
-    """Without what makes room before it looks for the bytes."""
-
+class _Reading(BoundedUnpickler):
     def find_class(self, module: str, name: str, /) -> Any:
         made = _MADE.get(f"{module}:{name}")
         # Never the class itself: the bytes can set attributes of what they have named.
-        return type(name, (_Foreign,), {"named": (module, name)}) if made is None else partial(made)
+        return _foreign(module, name) if made is None else partial(made)
 
-    def persistent_load(self, pid: Any) -> Any:
-        raise UnreadableEvent("it speaks of what is kept elsewhere")
+    def refuse(self, value: object) -> None:
+        if not isinstance(value, _Foreign):
+            super().refuse(value)
+
+
+@lru_cache(1000)
+def _foreign(module: str, name: str) -> type[_Foreign]:
+    return type(name, (_Foreign,), {"named": (module, name)})
 
 
 def _class_of(kind: Any, base: type[Any]) -> Any:

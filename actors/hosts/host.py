@@ -33,7 +33,7 @@ from actors.hosts.remote import RemoteProcess
 from actors.logs import NodeLog
 from actors.processes.messages import Event, Line, NodeFacts, Nodes, Order, Request
 from actors.processes.pickling import pack
-from actors.runtime.observers import HostLease
+from actors.runtime.runtime import HostLease
 from actors.waiting import wake
 
 __all__ = ["CONNECTING_SECONDS", "Dial", "Host"]

@@ -15,9 +15,9 @@ from actors.hosts.messages import Wire
 from actors.hosts.remote import RemoteProcess
 from actors.hosts.there import transport_here
 from actors.logs import NodeLog
-from actors.node.placement import Placement
 from actors.processes.messages import Event, Order, Over
-from actors.runtime.observers import HostLease
+from actors.runtime.placement import Placement
+from actors.runtime.runtime import HostLease
 from actors.suggest import did_you_mean
 from actors.supervision.reasons import Failed
 

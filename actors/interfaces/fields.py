@@ -38,6 +38,9 @@ NUMERIC: Final = frozenset({"bool", *INTEGER_RANGES, *FLOATS})
 """Types whose sequences are numpy arrays."""
 PRIMITIVES: Final = NUMERIC | STRINGS
 
+PLACEHOLDER: Final = "structure_needs_at_least_one_member"
+"""The field that ROS 2 puts into an empty type."""
+
 
 class FieldType(msgspec.Struct, frozen=True):
     """The type of one field, as a .msg file spells it.

@@ -20,54 +20,55 @@ from pathlib import Path
 
 from actors.interfaces import registry
 from actors.interfaces.errors import BadDeclaration, InterfaceError
-from actors.interfaces.module_text import Module
+from actors.interfaces.loading import read_file
+from actors.interfaces.module_text import Module, shipped
 from actors.interfaces.naming import KINDS, Kind, closest
-from actors.interfaces.parse import Definition, DefinitionError, parse
+from actors.interfaces.parse import Definition, DefinitionError
 
 COMMAND = "python -m actors.interfaces.generate"
-LAYOUT = "<package>/<msg|srv|action>/<Name>.<msg|srv|action>"
+LAYOUT = "<package>/<msg|srv|action>/<Name>.<msg|srv|action|idl>"
 GENERATED = "Generated."
 """How the first line of a package that was written here ends; a package of the user's own is left as it is."""
 
 
-def read_folder(path: Path) -> dict[tuple[str, Kind], list[Definition]]:
-    """The definitions of a folder by package and kind, each list sorted by name.
+def read_folder(path: Path, wrong: list[InterfaceError] | None = None) -> dict[tuple[str, Kind], list[Definition]]:
+    """The definitions of a folder by package and kind, each list sorted by name. Errors of files that cannot be read are added to `wrong`.
 
     Raises:
-        DefinitionError: a file cannot be read.
+        DefinitionError: a file cannot be read, and there is no `wrong`.
     """
     found: dict[tuple[str, Kind], list[Definition]] = {}
     for package, kind in product(sorted(os.listdir(path)), KINDS):
         for file in registry.definition_files(path / package, kind):
             try:
-                text = file.read_text(encoding="utf-8-sig")
-            except UnicodeDecodeError as error:
-                raise DefinitionError("invalid_value", f"this is no UTF-8 text: {error}", None, str(file)) from None
-            found.setdefault((package, kind), []).append(parse(text, package, file.stem, kind, str(file)))
-    return found
+                found.setdefault((package, kind), []).append(read_file(file, package))
+            except DefinitionError as error:
+                _note(error, wrong)
+    for definitions in found.values():
+        definitions.sort(key=lambda one: one.name)
+    return {key: definitions for key, definitions in found.items() if definitions}
 
 
-def generate(path: Path, home: str, source: str = "share") -> dict[str, str]:
+def generate(path: Path, home: str, source: str = "share", wrong: list[InterfaceError] | None = None) -> dict[str, str]:
     """The text of every module, by its path below the output folder.
 
     `home` is the Python package they will be in ("": each ROS package is a package at the top), `source` how the folder is called in the
-    headers. A package that ships with `actors.interfaces` is left out: it is used from there.
+    headers. A type that ships with `actors.interfaces` is left out: it is used from there. So is, with its error in `wrong`, a definition
+    that cannot be read, or uses a type that is neither in the folder nor ships, or has a field whose name Python cannot spell.
 
     Raises:
-        DefinitionError: a file cannot be read, or uses a type that is neither in the folder nor ships.
-        BadDeclaration: a field has a name that Python cannot spell, or types contain each other.
+        DefinitionError, BadDeclaration: such a definition, if there is no `wrong`.
+        BadDeclaration: types or packages contain each other.
     """
-    ours = {key: value for key, value in read_folder(path).items() if not _ships(key[0], home)}
-    homes = {package: home for package, _ in ours}
-    names = {definition.name for definitions in ours.values() for definition in definitions}
-    for folder in registry.folders():
-        for package in os.listdir(folder.path) if folder.module is not None else ():
-            homes.setdefault(package, folder.module or "")
-    for (_, kind), definitions in ours.items():
-        for definition in definitions:
-            _check_types(definition, kind, names, path)
+    ours = {
+        key: kept
+        for key, definitions in read_folder(path, wrong).items()
+        if (kept := [one for one in definitions if not _ships(one.name, home)])
+    }
+    _leave_out(ours, path, wrong)
     _check_packages(ours)
     modules: dict[str, str] = {}
+    homes = {definition.name: home for definitions in ours.values() for definition in definitions}
     for (package, kind), definitions in ours.items():
         modules[f"{package}/{kind}.py"] = Module(package, kind, definitions, homes, source).text()
         kinds = [k for k in KINDS if (package, k) in ours]
@@ -76,13 +77,20 @@ def generate(path: Path, home: str, source: str = "share") -> dict[str, str]:
 
 
 def left_out(path: Path, home: str) -> list[str]:
-    """The packages of a folder that are not generated, because they ship with `actors.interfaces`."""
-    return sorted({package for package, _ in read_folder(path) if _ships(package, home)})
+    """The packages of a folder of which types are not generated, because they ship with `actors.interfaces`."""
+    found = read_folder(path, []).items()
+    return sorted({package for (package, _), all in found if any(_ships(one.name, home) for one in all)})
 
 
-def _ships(package: str, home: str) -> bool:
-    folders = [folder for folder in registry.folders() if folder.module is not None and folder.module != home]
-    return any(os.path.isdir(os.path.join(folder.path, package)) for folder in folders)
+def _note(error: InterfaceError, wrong: list[InterfaceError] | None) -> None:
+    if wrong is None:
+        raise error
+    wrong.append(error)
+
+
+def _ships(name: str, home: str) -> bool:
+    folder = shipped(name)
+    return folder is not None and folder != home
 
 
 def _used(definition: Definition) -> Iterator[tuple[str, int]]:
@@ -93,18 +101,41 @@ def _used(definition: Definition) -> Iterator[tuple[str, int]]:
                 yield field.type.base, field.line
 
 
-def _check_types(definition: Definition, kind: Kind, names: set[str], path: Path) -> None:
+def _leave_out(ours: dict[tuple[str, Kind], list[Definition]], path: Path, wrong: list[InterfaceError] | None) -> None:
+    """Remove the definitions of which no class can be made, and those that use them."""
+    found = True
+    while found:
+        found = False
+        names = {definition.name for definitions in ours.values() for definition in definitions}
+        for key, definitions in list(ours.items()):
+            for definition in list(definitions):
+                if (error := _flaw(definition, names, path)) is not None:
+                    _note(error, wrong)
+                    definitions.remove(definition)
+                    found = True
+            if not definitions:
+                del ours[key]
+
+
+def _flaw(definition: Definition, names: set[str], path: Path) -> InterfaceError | None:
+    """Why there can be no class of a definition."""
     for used, line in _used(definition):
-        shipped = registry.find_definition(used)
-        if used not in names and (shipped is None or shipped[0].module is None):
-            known = [*names, *registry.known_names("msg")]
-            package, _, leaf = definition.name.split("/")
-            raise DefinitionError(
+        if used not in names and shipped(used) is None:
+            hint = closest(used, [*names, *registry.known_names("msg")])
+            return DefinitionError(
                 "invalid_type_name",
-                f"no message {used} is known: it is neither in {path} nor ships with actors.interfaces.{closest(used, known)}",
+                f"no message {used} is known: it is neither in {path} nor ships with actors.interfaces.{hint}",
                 line,
-                str(path / package / kind / f"{leaf}.{kind}"),
+                definition.file,
             )
+    for part in definition.parts:
+        for field in part.fields:
+            if keyword.iskeyword(field.name):
+                return BadDeclaration(
+                    f"{definition.file}: field {field.name!r} is a Python keyword, which a class body cannot spell; "
+                    "load this package at run time instead (actors.interfaces.load_folder)"
+                )
+    return None
 
 
 def _check_packages(ours: dict[tuple[str, Kind], list[Definition]]) -> None:
@@ -153,7 +184,7 @@ def _is_dotted(names: Sequence[str]) -> bool:
 def main(arguments: Sequence[str] | None = None, command: str = COMMAND) -> int:
     """The command, called `command` in what it says.
 
-    Exit code 1 if `--check` finds a module that is missing or old, or a definition is wrong; 2 for wrong usage.
+    Exit code 1 if `--check` finds a module that is missing or old, or a definition is wrong, which is left out; 2 for wrong usage.
     """
     parser = _parser(command)
     options = parser.parse_args(arguments)
@@ -163,20 +194,21 @@ def main(arguments: Sequence[str] | None = None, command: str = COMMAND) -> int:
     if (wrong := _wrong_usage(folder, out, home)) is not None:
         parser.error(wrong)
     try:
-        modules = generate(folder, home, Path(os.path.relpath(folder, out)).as_posix())
+        wrong: list[InterfaceError] = []
+        modules = generate(folder, home, Path(os.path.relpath(folder, out)).as_posix(), wrong)
         left = left_out(folder, home)
     except InterfaceError as error:
         parser.exit(1, f"{error}\n")
     if left:
         print(f"left out, because they ship with actors.interfaces and are used from there: {', '.join(left)}")
-    elif not modules:
+    elif not modules and not wrong:
         parser.error(_nothing_in(folder))
     stale = {name: text for name, text in modules.items() if not _same(out / name, text)}
     if options.check:
         again = f"{command} {folder}" + (f" --out {out}" if options.out else "")
         for name in stale:
             print(f"{out / name} is missing or old; run {again}")
-        return 1 if stale else 0
+        return 1 if stale else _ended(parser, wrong)
     try:
         _write(out, stale)
     except OSError as error:
@@ -186,6 +218,13 @@ def main(arguments: Sequence[str] | None = None, command: str = COMMAND) -> int:
         module = name.removesuffix(".py").replace("/", ".")
         path = f", with {out} on the module search path (PYTHONPATH={out})"
         print(f"import them as {home}.{module}" if home else f"import them as {module}{path}")
+    return _ended(parser, wrong)
+
+
+def _ended(parser: argparse.ArgumentParser, wrong: Sequence[InterfaceError]) -> int:
+    """0, or an exit with the definitions that are left out."""
+    if wrong:
+        parser.exit(1, "".join(f"left out: {error}\n" for error in wrong))
     return 0
 
 
@@ -214,7 +253,7 @@ def _wrong_usage(folder: Path, out: Path, home: str) -> str | None:
 
 def _nothing_in(folder: Path) -> str:
     """Why nothing was found in a folder, as far as can be seen."""
-    found = [file for kind in KINDS for file in sorted(folder.glob(f"**/*.{kind}"))]
+    found = [file for kind in (*KINDS, "idl") for file in sorted(folder.glob(f"**/*.{kind}"))]
     if any(file.parent.parent == folder for file in found if file.parent.name in KINDS):
         return (
             f"no definition in {folder}: it looks like one package; give the folder above it, {folder.resolve().parent}"

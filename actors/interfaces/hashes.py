@@ -14,7 +14,7 @@ from typing import Any, Final, TypeAlias
 
 from actors.interfaces.derived import event_message, feedback_message, get_result_service, send_goal_service
 from actors.interfaces.errors import UnknownInterface
-from actors.interfaces.fields import Field, FieldType
+from actors.interfaces.fields import PLACEHOLDER, Field, FieldType
 from actors.interfaces.message import InterfaceClass, Message, ServiceType
 from actors.interfaces.naming import closest, full_name
 from actors.interfaces.registry import find, known_names
@@ -101,7 +101,7 @@ def _individual(name: str, fields: Iterable[_FieldEntry]) -> dict[str, Any]:
     entries = [{"name": field, "type": _field_type(kind)} for field, kind, _ in fields]
     if not entries:
         dummy = FieldType("uint8")  # C structs cannot be empty, so upstream puts this member into an empty type
-        entries = [{"name": "structure_needs_at_least_one_member", "type": _field_type(dummy)}]
+        entries = [{"name": PLACEHOLDER, "type": _field_type(dummy)}]
     return {"type_name": name, "fields": entries}
 
 

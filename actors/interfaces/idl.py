@@ -13,20 +13,20 @@ from typing import Any, Final, NamedTuple
 
 import msgspec
 
-from actors.interfaces.fields import STRINGS, FieldType
-from actors.interfaces.naming import KINDS
+from actors.interfaces.fields import PLACEHOLDER, STRINGS, FieldType
+from actors.interfaces.naming import KINDS, Kind
 from actors.interfaces.parse import (
+    PARTS,
+    SEPARATOR,
     ConstantDefinition,
+    Definition,
     DefinitionError,
     FieldDefinition,
     MessageDefinition,
     parse_value,
 )
 
-__all__ = ["PLACEHOLDER", "parse_idl"]
-
-PLACEHOLDER: Final = "structure_needs_at_least_one_member"
-"""The field that ROS 2 puts into an empty type."""
+__all__ = ["as_written", "parse_idl", "parse_idl_file"]
 
 TYPES: Final = {
     "boolean": "bool", "octet": "byte", "char": "char", "wchar": "uint16", "float": "float32", "double": "float64",
@@ -62,6 +62,39 @@ def parse_idl(text: str, file: str | None = None) -> tuple[MessageDefinition, ..
     Raises `DefinitionError`, with file, line and reason.
     """
     return _Reader(text, file).read()
+
+
+def parse_idl_file(text: str, package: str, name: str, kind: Kind, file: str | None = None) -> Definition:
+    """The type that an .idl file defines: one message, or the parts of one service or action, as ROS 2 has it.
+
+    Raises `DefinitionError`, with file, line and reason.
+    """
+    found = {each.name: each for each in parse_idl(text, file)}
+    wanted = [f"{package}/{kind}/{name}{suffix}" for suffix in PARTS[kind]]
+    if sorted(found) != sorted(wanted):
+        told = ", ".join(found) or "nothing"
+        raise DefinitionError(
+            "invalid_type_name", f"this defines {told:.300}, expected {', '.join(wanted)}", None, file
+        )
+    parts = tuple(found[each] for each in wanted)
+    return Definition(f"{package}/{kind}/{name}", parts, f"{SEPARATOR}\n".join(map(as_written, parts)), file)
+
+
+def as_written(message: MessageDefinition) -> str:
+    """A definition in the words of a .msg file."""
+    lines = [f"# {line}".rstrip() for line in message.comment]
+    if message.comment:
+        lines.append("")  # ends the comment of the type
+    for one in message.constants:
+        if not {"\n", "#"} & set(line := f"{one.type} {one.name}={one.value}"):  # a .msg file cannot say those
+            lines += [*_remarks(one), line]
+    for field in message.fields:
+        default = "" if field.default is None else f" {_literal(field.default)}"
+        # A '#' or '=' cannot stand in a default: the grammar takes it for a comment or a constant.
+        if {"#", "=", "\n"} & set(default):
+            default = ""
+        lines += [*_remarks(field), f"{field.type} {field.name}{default}"]
+    return "".join(f"{line}\n" for line in lines)
 
 
 class _Reader:
@@ -326,6 +359,16 @@ def _default(kind: FieldType, notes: dict[str, dict[str, Any]]) -> Any:
     if value is None or kind.is_array or kind.is_message:
         return None
     return value if kind.base in STRINGS and isinstance(value, str) else parse_value(kind, str(value))
+
+
+def _literal(value: Any) -> str:
+    if isinstance(value, str):
+        return '"' + value.replace('"', '\\"') + '"'
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _remarks(of: ConstantDefinition | FieldDefinition) -> list[str]:
+    return [f"# {line}".rstrip() for line in (*of.comment, *([f"[{of.unit}]"] if of.unit else []))]
 
 
 def _comment(notes: dict[str, dict[str, Any]]) -> tuple[str, ...]:

@@ -14,16 +14,13 @@ from msgspec import structs
 
 from actors.interfaces import registry
 from actors.interfaces.errors import InterfaceError
-from actors.interfaces.fields import FieldType
+from actors.interfaces.fields import PLACEHOLDER, FieldType
 from actors.interfaces.hashes import ARRAY_OFFSETS, BOUNDED_STRING, NESTED, TYPE_IDS
 from actors.interfaces.loading import define as define_one
 from actors.interfaces.naming import Kind, full_name
 from actors.interfaces.parse import PARTS, Definition, DefinitionError, parse
 
 __all__ = ["MOST_BYTES", "define", "definitions_of", "read"]
-
-PLACEHOLDER: Final = "structure_needs_at_least_one_member"
-"""The field that ROS 2 puts into an empty type."""
 
 MOST_BYTES: Final = 1 << 20
 """The largest description, and the longest texts of a type and all that it contains."""

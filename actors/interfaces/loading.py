@@ -1,4 +1,4 @@
-"""Types at run time from .msg, .srv and .action text: adding a file is enough, nothing is built or generated.
+"""Types at run time from .msg, .srv, .action and .idl files: adding a file is enough, nothing is built or generated.
 
     load_folder("interfaces")                      # <folder>/<package>/<kind>/<Name>.<kind>
     load("interfaces/my_pkg/msg/Sample.msg")
@@ -12,22 +12,26 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Final
 
 from actors.interfaces import registry, types
 from actors.interfaces.annotations import plain_default
 from actors.interfaces.errors import BadDeclaration
 from actors.interfaces.fields import FieldType
+from actors.interfaces.idl import parse_idl_file
 from actors.interfaces.message import ActionType, Message, ServiceType, make_message
 from actors.interfaces.naming import KINDS, Kind, closest, full_name
 from actors.interfaces.parse import Definition, DefinitionError, MessageDefinition, parse
+
+FOLDERS: Final = frozenset((*KINDS, *(f"{kind}s" for kind in KINDS)))
+"""The folders of a package that hold definitions."""
 
 
 def load(source: str | os.PathLike[str], name: str | None = None) -> type[Any]:
     """The type that a definition file, or the text of a definition, describes.
 
     With `name` (`pkg/msg/Name`; `pkg/Name` means a message) `source` is the text; without, it is a path
-    `.../<package>/<kind>/<Name>.<kind>` or `.../<package>/<Name>.<kind>`. Nested types must be known.
+    `.../<package>/<kind>/<Name>.<kind>`, `.../<package>/<kind>/<Name>.idl` or `.../<package>/<Name>.<kind>`. Nested types must be known.
 
     Returns a message class, a `ServiceType` or an `ActionType`.
 
@@ -45,10 +49,19 @@ def load(source: str | os.PathLike[str], name: str | None = None) -> type[Any]:
 
 def load_file(path: str | os.PathLike[str], package: str) -> type[Any]:
     """The type that one file describes, as a type of `package`."""
-    file = Path(path)
-    kind = _as_kind(file.suffix.removeprefix("."), os.fspath(path))
-    text = file.read_text(encoding="utf-8-sig")
-    return define(parse(text, package, file.stem, kind, os.fspath(path)), os.fspath(path))
+    return define(read_file(Path(path), package), os.fspath(path))
+
+
+def read_file(file: Path, package: str) -> Definition:
+    """What one file defines, as a type of `package`; of an .idl file, the folders tell the kind. Raises `DefinitionError`."""
+    idl = file.suffix == ".idl"
+    told = next((one for one in reversed(file.parts[:-1]) if one in FOLDERS), "").removesuffix("s")
+    kind = _as_kind(told if idl else file.suffix.removeprefix("."), os.fspath(file))
+    try:
+        text = file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise DefinitionError("invalid_value", f"this is no UTF-8 text: {error}", None, os.fspath(file)) from None
+    return (parse_idl_file if idl else parse)(text, package, file.stem, kind, os.fspath(file))
 
 
 def load_folder(path: str | os.PathLike[str]) -> list[type[Any]]:
@@ -65,8 +78,8 @@ def load_folder(path: str | os.PathLike[str]) -> list[type[Any]]:
         raise FileNotFoundError(
             f"no definition in {os.fspath(path)}; expected <package>/<msg|srv|action>/<Name>.<msg|srv|action>"
         )
-    for package, kind, file in files:  # all are read before any is defined, so that a bad file leaves nothing half done
-        parse(file.read_text(encoding="utf-8-sig"), package, file.stem, kind, str(file))
+    for package, _, file in files:  # all are read before any is defined, so that a bad file leaves nothing half done
+        read_file(file, package)
     registry.add_folder(path)
     loaded: list[type[Any]] = []
     for package, kind, file in files:
@@ -90,7 +103,10 @@ def _as_kind(kind: str, where: str) -> Kind:
     for known in KINDS:
         if kind == known:
             return known
-    raise DefinitionError("invalid_type_name", f"{where}: expected a .msg, .srv or .action definition")
+    raise DefinitionError(
+        "invalid_type_name",
+        f"{where}: expected a .msg, .srv or .action definition, or an .idl file in a folder msg, srv or action",
+    )
 
 
 def define(definition: Definition, file: str | None) -> type[Any]:

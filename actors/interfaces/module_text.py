@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import keyword
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from actors.interfaces import registry
 from actors.interfaces.errors import BadDeclaration
 from actors.interfaces.fields import INTEGER_RANGES, PRIMITIVES, STRINGS, FieldType
 from actors.interfaces.naming import Kind
@@ -16,10 +16,17 @@ BASES: dict[Kind, str] = {"srv": "ServiceType", "action": "ActionType"}
 LINE_LENGTH = 120
 
 
+def shipped(name: str) -> str | None:
+    """The Python package that holds the generated class of a type by its full name; None if there is none."""
+    found = registry.find_definition(name)
+    return found[0].module if found is not None else None
+
+
 class Module:
     """The text of one generated module.
 
-    `homes` gives the Python package that holds a ROS package, "" where it stands at the top; `source` is the folder that the header names.
+    `homes` gives the Python package that holds the ROS package of a type, "" where it stands at the top; types that are not in it ship.
+    `source` is the folder that the header names.
     """
 
     def __init__(
@@ -94,11 +101,6 @@ class Module:
         return "\n".join(lines) + "\n"
 
     def _field(self, field: FieldDefinition) -> list[str]:
-        if keyword.iskeyword(field.name):
-            raise BadDeclaration(
-                f"{self.package}: field {field.name!r} is a Python keyword, which a class body cannot spell; "
-                "load this package at run time instead (actors.interfaces.load_folder)"
-            )
         lines = [f"    {field.name}: {self._annotation(field.type)} = {self._default(field)}"]
         remark = " ".join(field.comment) + (f" [{field.unit}]" if field.unit else "")
         if remark.strip():
@@ -137,19 +139,21 @@ class Module:
 
     def _class(self, ros_name: str) -> str:
         package, kind, name = ros_name.split("/")
-        if (package, kind) == (self.package, self.kind):
+        if (package, kind) == (self.package, self.kind) and ros_name in self.homes:
             return name
-        names = self.imports.setdefault(self._module(package, kind), {})
+        names = self.imports.setdefault(self._module(ros_name), {})
         if name not in names:
             local = name if name not in self.taken else "".join(word.capitalize() for word in package.split("_")) + name
             self.taken.add(local)
             names[name] = local
         return names[name]
 
-    def _module(self, package: str, kind: str) -> str:
-        if package == self.package:
+    def _module(self, ros_name: str) -> str:
+        package, kind, _ = ros_name.split("/")
+        home = self.homes.get(ros_name)
+        if home is not None and package == self.package:
             return f".{kind}"  # right wherever the package stands
-        home = self.homes[package]
+        home = shipped(ros_name) if home is None else home
         return f"{home}.{package}.{kind}" if home else f"{package}.{kind}"
 
     def _tie(self, definition: Definition) -> str:

@@ -86,11 +86,12 @@ class MessageDefinition(NamedTuple):
 
 
 class Definition(NamedTuple):
-    """A whole file: one message, the two parts of a service, or the three of an action; and its text as written."""
+    """A whole file: one message, the two parts of a service, or the three of an action; and its text, as a .msg, .srv or .action file has it."""
 
     name: str
     parts: tuple[MessageDefinition, ...]
     text: str
+    file: str | None = None
 
 
 def parse(text: str, package: str, name: str, kind: Kind, file: str | None = None) -> Definition:
@@ -110,7 +111,7 @@ def parse(text: str, package: str, name: str, kind: Kind, file: str | None = Non
     parts: list[MessageDefinition] = []
     for suffix, (offset, lines) in zip(PARTS[kind], _split(text, kind, file), strict=True):
         parts.append(_parse_part(lines, package, f"{package}/{kind}/{name}{suffix}", offset, file))
-    return Definition(f"{package}/{kind}/{name}", tuple(parts), text)
+    return Definition(f"{package}/{kind}/{name}", tuple(parts), text, file)
 
 
 def parse_recorded(text: str, name: str, parts: tuple[str, ...] = ("",)) -> tuple[MessageDefinition, ...]:

@@ -90,9 +90,14 @@ def find_definition(name: str) -> tuple[Folder, str] | None:
 
 
 def definition_files(package: str | os.PathLike[str], kind: str) -> list[Path]:
-    """The files of this kind in the folder of a package, sorted: those in `msg`, or in `msgs`, and in folders below."""
-    found = Path(package)
-    return sorted(file for inner in (kind, f"{kind}s") for file in (found / inner).glob(f"**/*.{kind}"))
+    """The files of this kind in the folder of a package, sorted: those in `msg`, or in `msgs`, and in folders below.
+
+    An .idl file counts where no other one defines its type: ROS 2 installs one beside each .msg file.
+    """
+    inner = [Path(package, folder) for folder in (kind, f"{kind}s")]
+    found = sorted(file for folder in inner for file in folder.glob(f"**/*.{kind}"))
+    known = {file.stem for file in found}
+    return found + sorted(file for folder in inner for file in folder.glob("**/*.idl") if file.stem not in known)
 
 
 def known_names(kind: Kind | None = None) -> list[str]:

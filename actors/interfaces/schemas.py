@@ -14,7 +14,7 @@ from actors.interfaces import registry
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.fields import FieldType
 from actors.interfaces.hashes import hash_of_definitions, type_hash
-from actors.interfaces.idl import parse_idl
+from actors.interfaces.idl import as_written, parse_idl
 from actors.interfaces.learning import MOST_BYTES
 from actors.interfaces.loading import class_body
 from actors.interfaces.message import Message, make_message
@@ -127,13 +127,13 @@ def _read(name: str, encoding: str, text: str) -> dict[str, _Recorded]:
     if encoding in ("ros2idl", "omgidl"):
         # What a definition needs comes after it in a schema, and before it in IDL.
         parts = parse_idl("\n".join(part for _, _, part in reversed(sections)))
-        found = {each.name: _Recorded(each, _written(each)) for each in parts}
+        found = {each.name: _Recorded(each, as_written(each)) for each in parts}
     else:
         for kind, each, part in sections:
             if kind == "IDL":
-                found |= {one.name: _Recorded(one, _written(one)) for one in parse_idl(part)}
+                found |= {one.name: _Recorded(one, as_written(one)) for one in parse_idl(part)}
             elif kind == "SRV":
-                found |= {one.name: _Recorded(one, _written(one)) for one in parse_recorded(part, each, PARTS["srv"])}
+                found |= {one.name: _Recorded(one, as_written(one)) for one in parse_recorded(part, each, PARTS["srv"])}
             else:
                 (message,) = parse_recorded(part, each)
                 found.setdefault(each, _Recorded(message, part))
@@ -203,11 +203,4 @@ def _event(service: str) -> _Recorded:
     }
     fields = tuple(FieldDefinition(name, kind, None, (), None, 0) for name, kind in kinds.items())
     message = MessageDefinition(f"{service}_Event", fields, (), ())
-    return _Recorded(message, _written(message))
-
-
-def _written(message: MessageDefinition) -> str:
-    """A definition in the words of a .msg file, without comments and defaults."""
-    lines = [f"{one.type} {one.name}={one.value}" for one in message.constants]
-    lines = [line for line in lines if not {"\n", "#"} & set(line)]  # a .msg file cannot say those
-    return "".join(f"{line}\n" for line in [*lines, *(f"{field.type} {field.name}" for field in message.fields)])
+    return _Recorded(message, as_written(message))

@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeAlias
 
 from actors.interfaces.errors import UnknownInterface
 from actors.interfaces.fields import FieldType
+from actors.interfaces.loading import read_file
 from actors.interfaces.message import InterfaceClass, Message, ServiceType
 from actors.interfaces.naming import closest, full_name
 from actors.interfaces.parse import DefinitionError, parse_type
@@ -34,7 +35,7 @@ def definition_text(of: str | InterfaceClass) -> str:
             return written
         definition = find_definition(cls.__ros_type__)
         if definition is not None:
-            return Path(definition[1]).read_text(encoding="utf-8-sig")
+            return read_file(Path(definition[1]), cls.__ros_type__.partition("/")[0]).text
     return _composed(cls)
 
 

@@ -14,11 +14,11 @@ from actors.launch.plan import Job, NodeSpec, Process, Scope
 from actors.launch.program import Output, ProgramNode, Watcher, ros_arguments
 from actors.launch.stand_ins import StandIn
 from actors.names.names import fully_qualified
-from actors.node.members import has_fixed_parameters
-from actors.node.node import Node
 from actors.qos.overriding import QOS_OVERRIDES
 from actors.running.options import with_arguments, with_own_arguments
 from actors.running.target import Unusable, find, grown
+from actors.runtime.members import has_fixed_parameters
+from actors.runtime.node import Node
 from actors.supervision.declarations import (
     Backoff,
     Child,

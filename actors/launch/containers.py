@@ -23,11 +23,11 @@ from actors.launch.packages import NodeTarget, Packages
 from actors.launch.parameters import effective
 from actors.launch.stand_ins import StandIn
 from actors.names.names import fully_qualified
-from actors.node.node import Node
 from actors.parameters.messages import from_parameter, to_parameter
 from actors.parameters.values import Parameter
 from actors.running.target import find, grown
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.node import Node
 from actors.supervision.declarations import Child, Spec, Supervisor, temporary
 from actors.supervision.running import RunningSupervisor
 from actors.system import system_of

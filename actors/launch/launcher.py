@@ -36,8 +36,8 @@ from actors.launch.program import ProcessDied, ProgramNode
 from actors.launch.requests import Requests
 from actors.launch.shim import shim
 from actors.logs import INFO, LogRecord
-from actors.node.declarations import background
-from actors.node.node import Node
+from actors.runtime.declarations import background
+from actors.runtime.node import Node
 from actors.supervision.declarations import Child, Supervisor
 from actors.supervision.errors import NotFound, StartFailed, SupervisorDown
 from actors.supervision.reasons import Failed, Stopped

@@ -11,7 +11,7 @@ from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.launch import events
 
 if TYPE_CHECKING:
-    from actors.node.node import Node
+    from actors.runtime.node import Node
 
 __all__ = ["UP", "State", "Transition", "TransitionEvent", "follow", "take_through", "transit"]
 

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 from actors.errors import ActorError
 from actors.launch.parameters import Layer
 from actors.launch.plan import NodeSpec, Process
-from actors.node.declarations import background
-from actors.node.node import Node
 from actors.parameters.files import ALL_NODES
 from actors.parameters.ros_yaml import dump_yaml
+from actors.runtime.declarations import background
+from actors.runtime.node import Node
 
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from actors.node.node import Node
+from actors.runtime.node import Node
 
 __all__ = ["StandIn"]
 

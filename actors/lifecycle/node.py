@@ -22,10 +22,8 @@ from actors.lifecycle.machine import (
     transitions_from,
 )
 from actors.lifecycle.services import SERVICES, transition_event
-from actors.node.node import Node
-from actors.runtime.endpoints import event_publisher, retire
 from actors.runtime.incarnation import incarnation_of
-from actors.runtime.timers import start_timers
+from actors.runtime.node import Node
 
 if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
@@ -99,7 +97,7 @@ class LifecycleNode(Node):
             return await self._change_state(label, transition_id)
         finally:
             if self._machine.state is LifecycleState.FINALIZED:
-                retire(incarnation_of(self), lambda: NotRunning(f"{self.fqn} has been shut down"))
+                incarnation_of(self).endpoints.retire(lambda: NotRunning(f"{self.fqn} has been shut down"))
 
     async def _change_state(self, label: str, transition_id: int = 0) -> bool:
         machine = self._machine
@@ -143,11 +141,11 @@ class LifecycleNode(Node):
     def _follow(self) -> None:
         """Let publishers deliver and timers tick if the node is active, else not."""
         life, active = incarnation_of(self), self._machine.state is LifecycleState.ACTIVE
-        life.let_publish(active)
+        life.endpoints.let_publish(active)
         if not active:
-            life.stop_timers()
-        elif not life.timers:
-            start_timers(life)
+            life.timers.stop()
+        elif not life.timers.declared:
+            life.start_timers()
 
     async def __begin__(self) -> None:
         self._machine = LifecycleMachine(on_transition=self._tell)
@@ -176,7 +174,7 @@ class LifecycleNode(Node):
         if entry is not None and entry.subscriptions:
             from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
 
-            event_publisher(life, TransitionEvent, entry).publish(transition_event(edge))
+            life.endpoints.event_publisher(TransitionEvent, entry).publish(transition_event(edge))
 
 
 async def bring_up(

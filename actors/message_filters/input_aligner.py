@@ -14,7 +14,7 @@ from actors.message_filters.stamps import stamp_of_message
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from actors.node.node import Node
+    from actors.runtime.node import Node
 
 __all__ = ["InputAligner", "QueueStatus"]
 

@@ -9,8 +9,8 @@ from actors.message_filters.signal import Connection, Signal
 if TYPE_CHECKING:
     from actors.contracts.contracts import Topic
     from actors.interfaces.message import Message
-    from actors.node.node import Node
     from actors.qos.policies import QoS
+    from actors.runtime.node import Node
 
 __all__ = ["Chain", "PassThrough", "SimpleFilter", "Subscriber"]
 

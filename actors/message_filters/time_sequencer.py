@@ -10,7 +10,7 @@ from actors.message_filters.simple_filter import PassThrough, SimpleFilter
 from actors.message_filters.stamps import stamp_of_message
 
 if TYPE_CHECKING:
-    from actors.node.node import Node
+    from actors.runtime.node import Node
 
 __all__ = ["TimeSequencer"]
 

@@ -10,8 +10,8 @@ from actors.interfaces.tf2_msgs.action import (
     LookupTransform_Result,
 )
 from actors.interfaces.tf2_msgs.msg import TF2Error
-from actors.node.node import Node
 from actors.parameters.declare import parameter
+from actors.runtime.node import Node
 from actors.tf2.buffer import Buffer
 from actors.tf2.buffer_client import ERRORS, LOOKUP
 from actors.tf2.errors import TransformException

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from actors.interfaces.rosgraph_msgs.msg import Clock
-from actors.node.declarations import background, publishes
-from actors.node.node import Node
+from actors.runtime.declarations import background, publishes
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.node import Node
 from actors.runtime.sim_time import CLOCK
 
 __all__ = ["ClockPublisher"]

@@ -18,10 +18,10 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.contracts.contracts import Service
-from actors.node.node import CALL_TIMEOUT, Node
 from actors.parameters import ParameterDescriptor, ParameterNotDeclared, Value
 from actors.parameters.values import Parameter, SetResult
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.node import CALL_TIMEOUT, Node
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

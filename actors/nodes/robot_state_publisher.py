@@ -8,11 +8,11 @@ from actors.contracts.contracts import Topic
 from actors.interfaces.geometry_msgs.msg import TransformStamped
 from actors.interfaces.sensor_msgs.msg import JointState
 from actors.interfaces.std_msgs.msg import String
-from actors.node.declarations import publishes
-from actors.node.node import Node
 from actors.parameters.declare import parameter
 from actors.qos import STATE
 from actors.qos.policies import QoS
+from actors.runtime.declarations import publishes
+from actors.runtime.node import Node
 from actors.tf2.broadcasters import StaticTransformBroadcaster, TransformBroadcaster
 from actors.tf2.errors import DescriptionError
 from actors.tf2.transform import stamped

@@ -6,8 +6,8 @@ import argparse
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from actors.node.node import Node
 from actors.parameters.declare import parameter
+from actors.runtime.node import Node
 from actors.tf2.broadcasters import StaticTransformBroadcaster
 from actors.tf2.errors import InvalidArgumentException
 from actors.tf2.quaternions import of_rpy

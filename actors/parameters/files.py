@@ -14,6 +14,7 @@ from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
 
 from actors.checks import whole_text
 from actors.names import names
+from actors.yaml_bounds import check_yaml
 
 __all__ = [
     "ALL_NODES",
@@ -332,6 +333,7 @@ class _Events:
     def _parse(self, text: str) -> Iterator[_Event]:
         yaml = _yaml()
         try:
+            check_yaml(text)
             for event in yaml.parse(text, Loader=yaml.SafeLoader):
                 line = event.start_mark.line + 1
                 if isinstance(event, yaml.AliasEvent):

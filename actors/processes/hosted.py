@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 from msgspec import structs
 
 from actors.errors import NotRunning, NotStarted
-from actors.node.node import Node
 from actors.processes.flights import save
 from actors.processes.messages import (
     CrashAsked,
@@ -26,6 +25,7 @@ from actors.processes.messages import (
     Told,
 )
 from actors.processes.pickling import pack, unpack
+from actors.runtime.node import Node
 from actors.supervision.crossing import HANG_SECONDS
 from actors.supervision.declarations import Child, Intensity, Supervisor, any_significant, temporary
 from actors.supervision.errors import StartFailed

@@ -186,7 +186,7 @@ class Served:
         """What the event loop is doing, as far as it can be told from another thread: node, handler and line."""
         task = asyncio.current_task(self._loop)
         record = None if task is None else self._hosted.system.runtime.directory.owner_of(task)
-        doing = "" if task is None else work_of(record, task)
+        doing = "" if task is None else work_of(None if record is None else record.inbox, task)
         return " ".join(
             filter(None, ("" if record is None else record.identity.fqn, doing, f"at {line_of(self._thread)}"))
         )

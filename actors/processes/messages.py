@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import msgspec
 
-from actors.node.placement import HERE, Placement
+from actors.runtime.placement import HERE, Placement
 from actors.supervision.declarations import Child, Supervisor
 from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildState

@@ -33,8 +33,8 @@ from actors.time.virtual_loop import VirtualLoop
 if TYPE_CHECKING:
     from actors.graph.servers import ServerEntry
     from actors.logs import LogSink
-    from actors.node.node import Node
     from actors.replay.debugger import Break
+    from actors.runtime.node import Node
     from actors.system import System
 
 __all__ = ["TopicsVerdict", "replay_topics"]

@@ -11,18 +11,22 @@ import enum
 import importlib
 import pickle
 import sys
+from collections import Counter, OrderedDict
 from contextvars import ContextVar
 from datetime import timedelta, timezone
 from io import BytesIO
+from types import MemberDescriptorType, ModuleType
 from typing import Any, Final, cast
 
 import msgspec
+from msgspec._utils import rebuild  # type: ignore[import-untyped]
 
 from actors.errors import described
 from actors.interfaces.message import Message
 from actors.interfaces.registry import get_message
-from actors.node.node import Node
+from actors.pickle_bounds import BoundedUnpickler, Steps, UnreadablePickle, check_extent
 from actors.replay.errors import ReplayError
+from actors.runtime.node import Node
 from actors.supervision.declarations import Child
 
 __all__ = ["frozen", "thawed"]
@@ -39,8 +43,12 @@ CALLED: Final = frozenset({
 """What may be called while a journal is read: MODULE:NAME. Classes that a journal names are not among it; see `class_named`."""
 _PLAIN: Final = (bool, int, float, str, bytes, tuple, list, dict, type(None), timedelta, timezone)
 """The types of what is given to what stands in `CALLED` and is not of this module: no methods of other classes are called by it."""
+_HELD: Final = frozenset((bool, int, float, str, bytes, type(None)))
 _NUMBERS: Final = frozenset("?bBhHiIlLqQefdgFDGSUmM")
 """The kinds of elements of arrays that are kept, by `numpy.dtype.char`: none is, or holds, a pointer."""
+MOST_LETTERS: Final = 500
+"""Of a name."""
+_ARGUMENTS: Final[Any] = vars(BaseException)["args"]
 _TRUSTED: Final = ContextVar("journal is trusted", default=False)
 
 
@@ -54,20 +62,32 @@ def frozen(value: Any) -> bytes:
     return file.getvalue()
 
 
-def thawed(data: bytes, *, trust: bool = False) -> Any:
+def thawed(data: bytes, *, trust: bool = False, steps: Steps | None = None) -> Any:
     """What `frozen` has kept. No code is called that it names, and no module imported but those of this library, unless with `trust`.
 
-    Raises `ReplayError` if it cannot be made here, for example for want of a module, or of trust.
+    Without `trust` it takes time and memory in proportion to its length; `steps` may bound several values together. Raises `ReplayError` if it
+    cannot be made here, for example for want of a module, or of trust.
     """
     before = _TRUSTED.set(trust)
     try:
-        return _Reading(BytesIO(data), trust).load()
+        if trust:
+            return pickle.loads(data)
+        value = _Reading(data, Steps(steps_for(len(data))) if steps is None else steps).load()
+        check_extent(value, 100_000 + 50 * len(data))
+        return value
     except ReplayError:
         raise
+    except UnreadablePickle as error:
+        raise ReplayError(f"{error}: replay it with --trust (trust=True) if you trust its origin") from error
     except Exception as error:
         raise ReplayError(f"what the journal has kept cannot be made here: {described(error)}") from error
     finally:
         _TRUSTED.reset(before)
+
+
+def steps_for(size: int) -> int:
+    """How many steps of a pickle so many bytes of a journal, or of its compressed parts, may take: those that we write take 0.6 a byte."""
+    return 1_000_000 + 4 * size
 
 
 class _Writing(pickle.Pickler):
@@ -98,25 +118,54 @@ class _Writing(pickle.Pickler):
         return NotImplemented
 
 
-class _Reading(pickle.Unpickler):
-    def __init__(self, file: BytesIO, trust: bool) -> None:
-        super().__init__(file)
-        self._trust = trust
-
+class _Reading(BoundedUnpickler):
     def find_class(self, module: str, name: str, /) -> Any:
-        if not self._trust and f"{module}:{name}" not in CALLED:
+        if f"{module}:{name}" not in CALLED:
             raise ReplayError(
-                f"the journal wants {module}.{name} to be called: replay it with --trust (trust=True) if you trust its origin"
+                f"the journal wants {module:.200}.{name:.200} to be called: replay it with --trust (trust=True) if you trust its origin"
             )
         found = super().find_class(module, name)
-        return found if self._trust or module == __name__ or isinstance(found, type(_named)) else _with_plain(found)
+        if found is rebuild:
+            return _structure_made
+        return found if isinstance(found, type(_named)) else _with_plain(found)
+
+    def call(self, function: Any, arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+        if keywords:
+            raise ReplayError("the journal calls something with keywords")
+        if isinstance(function, type):  # which `class_named` has found
+            _check_contents(function, arguments)
+        return function(*arguments)
+
+
+def _structure_made(kind: Any, fields: Any) -> Any:
+    """A structure with these fields: `msgspec._utils.rebuild`."""
+    if not (isinstance(kind, type) and _may_be_named(kind) and type(fields) is dict):
+        raise ReplayError("the journal holds a structure without its class or its fields")
+    _check_contents(kind, tuple(cast("dict[str, Any]", fields).values()))
+    return rebuild(kind, fields)
+
+
+def _check_contents(kind: type[Any], values: tuple[Any, ...]) -> None:
+    """Raise `ReplayError` if a message or an enumeration would be made of something that it would convert by methods of others."""
+    if issubclass(kind, enum.Enum) and any(type(one) not in _PLAIN for one in values):
+        raise ReplayError(f"{kind.__name__:.100}, which the journal names, has no such member")
+    if issubclass(kind, Message) and not all(map(_may_be_held, values)):
+        raise ReplayError(f"the journal holds a message {kind.__name__:.100} of what no message holds")
+
+
+def _may_be_held(value: Any) -> bool:
+    """Whether it is what fields of messages hold."""
+    if type(value) is tuple:
+        return all(map(_may_be_held, cast("tuple[Any, ...]", value)))
+    return type(value) in _HELD or isinstance(value, Message) or type(value).__module__ == "numpy"
 
 
 def _with_plain(function: Any) -> Any:
     """The function, for plain arguments only."""
 
     def call(*arguments: Any) -> Any:
-        if any(type(one) not in _PLAIN for one in arguments):
+        kinds = (dict,) if function in (Counter, OrderedDict) else _PLAIN  # what a list holds would be hashed
+        if any(type(one) not in kinds for one in arguments):
             raise ReplayError(f"the journal wants {function.__qualname__} to be called with what is no plain value")
         return function(*arguments)
 
@@ -152,11 +201,12 @@ def array_made(dtype: str, shape: tuple[int, ...], data: bytes, writable: bool) 
     """An array of numbers or texts. Raises `ReplayError` for elements that are anything else."""
     import numpy as np
 
-    kind = np.dtype(str(dtype))
-    if kind.char not in _NUMBERS:
-        raise ReplayError(f"the journal holds an array of {dtype!r:.100}, which are no numbers")
-    array: Any = np.frombuffer(bytes(data), kind) if kind.itemsize and data else np.zeros(0, kind)
-    array = array.reshape(tuple(map(int, shape)))
+    _check(dtype=(dtype, str), shape=(shape, tuple), data=(data, bytes))
+    kind = np.dtype(dtype[:100])
+    if kind.char not in _NUMBERS or len(shape) > 64 or any(type(one) is not int for one in shape):
+        raise ReplayError(f"the journal holds an array of {dtype:.100}, which are no numbers, or have no shape")
+    array: Any = np.frombuffer(data, kind) if kind.itemsize and data else np.zeros(0, kind)
+    array = array.reshape(shape)
     return array.copy() if writable else array
 
 
@@ -167,7 +217,8 @@ def scalar_made(dtype: str, data: bytes) -> Any:
 
 def message_named(name: str) -> type[Message]:
     """The type of messages of this name. Raises `InterfaceError` if it is not known here."""
-    return get_message(name)
+    _check(name=(name, str))
+    return get_message(name[:MOST_LETTERS])
 
 
 def error_made(module: str, name: str, arguments: tuple[Any, ...], attributes: dict[str, Any]) -> BaseException:
@@ -178,9 +229,10 @@ def error_made(module: str, name: str, arguments: tuple[Any, ...], attributes: d
     new: Any = next(
         vars(one)["__new__"] for one in kind.__mro__ if one.__module__ == "builtins" and "__new__" in vars(one)
     )
+    _check(arguments=(arguments, tuple), attributes=(attributes, dict))
     error: BaseException = new(kind, *arguments)
-    error.args = arguments
-    error.__dict__.update(attributes)
+    _ARGUMENTS.__set__(error, arguments)
+    vars(error).update(attributes)
     return error
 
 
@@ -196,12 +248,17 @@ def object_filled(value: object, state: Any) -> None:
     """Set the attributes of an object that `object_made` has made."""
     if not _is_plain(type(value)):
         raise ReplayError(f"{type(value).__name__} is no class of plain objects")
-    parts = cast(
-        "tuple[dict[str, Any] | None, ...]", state if isinstance(state, tuple) else (state,)
-    )  # what has slots has two
-    for attributes in parts:
-        for name, attribute in (attributes or {}).items():
-            object.__setattr__(value, name, attribute)
+    parts = cast("tuple[Any, ...]", state if isinstance(state, tuple) else (state, None))  # what has slots has two
+    if len(parts) != 2 or any(type(part) not in (dict, type(None)) for part in parts):
+        raise ReplayError(f"the journal has no attributes of a {type(value).__name__:.100}")
+    attributes, slots = cast("tuple[dict[str, Any] | None, dict[str, Any] | None]", parts)
+    if attributes:
+        vars(value).update(attributes)
+    for name, one in (slots or {}).items():
+        place = next((vars(kind)[name] for kind in type(value).__mro__ if name in vars(kind)), None)
+        if not isinstance(place, MemberDescriptorType):  # else its class would act
+            raise ReplayError(f"{type(value).__name__:.100} has no slot {name!r:.100}")
+        place.__set__(value, one)
 
 
 def tuple_made(module: str, name: str, values: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -209,6 +266,7 @@ def tuple_made(module: str, name: str, values: tuple[Any, ...]) -> tuple[Any, ..
     kind: Any = _named(module, name)
     if not _is_named_tuple(kind):
         raise ReplayError(f"{module}.{name}, which the journal names, is no named tuple")
+    _check(values=(values, tuple))
     make = cast("Any", tuple)  # not the class itself, which may do more
     return cast("tuple[Any, ...]", make.__new__(kind, values))
 
@@ -228,11 +286,21 @@ _OURS: Final = ("actors", "robot")
 """The packages of this distribution: their import does nothing but define what is in them."""
 
 
+def _check(**values: tuple[Any, type[Any]]) -> None:
+    """Raise `ReplayError` for a value that is not exactly of its type: another could act, or stand for more than it takes."""
+    for name, (value, kind) in values.items():
+        if type(value) is not kind:
+            raise ReplayError(f"the journal has no {name} where it should")
+
+
 def _name_of(value: Any) -> tuple[str, str]:
     return value.__module__, value.__qualname__
 
 
 def _named(module: str, name: str) -> Any:
+    _check(module=(module, str), name=(name, str))
+    if max(len(module), len(name)) > MOST_LETTERS:
+        raise ReplayError(f"the journal names {module:.100}.{name:.100}..., which is too long")
     if not (module in sys.modules or _TRUSTED.get() or module.partition(".")[0] in _OURS):
         raise ReplayError(
             f"the journal names the module {module}, which is not imported: import it before, or replay with --trust (trust=True) if you trust "
@@ -240,28 +308,29 @@ def _named(module: str, name: str) -> Any:
         )
     found: Any = importlib.import_module(module)
     for part in name.split("."):
-        found = getattr(found, part)
+        # not `getattr`, which calls code of modules and classes
+        found = getattr(found, part) if _TRUSTED.get() else _contents(found).get(part)
     return found
+
+
+def _contents(one: Any) -> Any:
+    return vars(one) if isinstance(one, (type, ModuleType)) else {}
 
 
 def _may_be_named(kind: Any) -> bool:
     """Whether it is a class whose call makes a value and does nothing else."""
     return isinstance(kind, type) and (
-        issubclass(kind, (msgspec.Struct, enum.Enum)) or "__ros_type__" in _names_in(kind)
+        issubclass(kind, (msgspec.Struct, enum.Enum)) or any("__ros_type__" in vars(one) for one in kind.__mro__)
     )
 
 
 def _is_named_tuple(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, tuple) and "_fields" in _names_in(kind)
-
-
-def _names_in(kind: Any) -> list[str]:
-    return dir(kind)
+    return isinstance(kind, type) and issubclass(kind, tuple) and any("_fields" in vars(one) for one in kind.__mro__)
 
 
 def _is_plain(kind: Any) -> bool:
     """Whether it is a class whose objects are pickled by their attributes alone, and end without a call of theirs."""
-    if not isinstance(kind, type) or "__del__" in dir(kind):
+    if not isinstance(kind, type) or any("__del__" in vars(one) for one in kind.__mro__):
         return False
     makes = all(getattr(kind, name) is getattr(object, name) for name in ("__new__", "__reduce__", "__reduce_ex__"))
     return makes and _is_usual(kind, "__getstate__") and _is_usual(kind, "__setstate__")

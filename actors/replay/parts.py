@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
-from actors.replay.encoding import frozen, thawed
+from actors.pickle_bounds import Steps
+from actors.replay.encoding import frozen, steps_for, thawed
 from actors.replay.errors import ReplayError
 from actors.replay.tape import Entry, Tape, Unkept
 
@@ -23,7 +24,7 @@ SIZE: Final = 8
 """How many bytes the size of a part takes in a file."""
 MOST_BYTES: Final = 1 << 26
 MOST_TIMES: Final = 100
-"""A part becomes no larger than so many bytes, or so many times what it takes compressed."""
+"""The parts of a journal become no larger than so many bytes together, or so many times what they take compressed."""
 LEVEL: Final = 1
 """How hard Zstandard tries: the first level is the fastest."""
 
@@ -119,7 +120,9 @@ def parts_of(data: bytes) -> Iterator[bytes]:
 
 def whole(node: str, parts: Iterable[bytes], *, trust: bool) -> Tape:
     """The journal of a node from its parts, in any order. Raises `ReplayError` if one is missing, or cannot be read."""
-    numbered = dict(unpack(part, trust=trust) for part in parts)
+    held = list(parts)
+    allowance = _Allowance(sum(map(len, held)))
+    numbered = dict(unpack(part, trust=trust, allowance=allowance) for part in held)
     for place in range(len(numbered)):
         if place not in numbered:
             raise ReplayError(
@@ -148,25 +151,48 @@ def _chunk(entries: list[Entry]) -> bytes:
         return frozen([_kept(entry) for entry in entries])
 
 
-def unpack(part: bytes, *, trust: bool = False) -> tuple[int, list[Entry]]:
+class _Allowance:
+    """How many bytes and values may be made of the parts of a journal that is not trusted, which take `size` bytes together."""
+
+    def __init__(self, size: int) -> None:
+        self._bytes = self._most = max(MOST_BYTES, MOST_TIMES * size)
+        self.steps = Steps(steps_for(size))
+
+    def take(self, size: int) -> None:
+        """Raise `ReplayError` if so many bytes are more than what is left; a negative number is not known."""
+        self._bytes -= size
+        if size < 0 or self._bytes < 0:
+            raise ReplayError(
+                f"a part of the journal claims {size} bytes, and all may take {self._most}: replay it with --trust if you trust its origin"
+            )
+
+
+def unpack(part: bytes, *, trust: bool = False, allowance: _Allowance | None = None) -> tuple[int, list[Entry]]:
     """The number and the entries of a part. Raises `ReplayError` for another format, and for what is more than values without `trust`."""
     import zstandard
 
+    allowance = _Allowance(len(part)) if allowance is None else allowance
     try:
-        size, most = zstandard.frame_content_size(part), max(MOST_BYTES, MOST_TIMES * len(part))
-        if not trust and not 0 <= size <= most:  # each part begins with its size
-            raise ReplayError(
-                f"a part of the journal claims {size} bytes, more than {most}: replay it with --trust if you trust its origin"
-            )
+        if not trust:
+            allowance.take(zstandard.frame_content_size(part))  # each part begins with its size
         plain = zstandard.ZstdDecompressor().decompress(part)
     except zstandard.ZstdError as error:
         raise ReplayError(f"this is no part of a journal of this version: {error}") from error
-    found: Any = thawed(plain, trust=trust)
+    steps = allowance.steps
+    found: Any = thawed(plain, trust=trust, steps=steps)
+    if not (isinstance(found, tuple) and len(cast("tuple[Any, ...]", found)) == 3):
+        raise ReplayError("this is no part of a journal")
     if found[0] != FORMAT:
         raise ReplayError(
             f"this journal has format {found[0]}, and this version reads format {FORMAT}: record it again, or replay it with the version that wrote it"
         )
-    return found[1], [entry for chunk in found[2] for entry in thawed(chunk, trust=trust)]
+    number, chunks = found[1:]
+    if type(number) is not int or type(chunks) is not list or any(type(chunk) is not bytes for chunk in chunks):
+        raise ReplayError("this is no part of a journal")
+    lists = [thawed(chunk, trust=trust, steps=steps) for chunk in chunks]
+    if any(type(one) is not list for one in lists):
+        raise ReplayError("this is no part of a journal")
+    return number, [entry for one in lists for entry in one]
 
 
 def _kept(entry: Entry) -> Entry:

@@ -23,9 +23,9 @@ from actors.system import System
 
 if TYPE_CHECKING:
     from actors.logs import LogSink
-    from actors.node.node import Node
     from actors.replay.debugger import Break
     from actors.replay.tape import Start
+    from actors.runtime.node import Node
     from actors.supervision.declarations import Child
 
 __all__ = ["Verdict", "load", "replay"]
@@ -58,8 +58,8 @@ class Verdict:
 def load(path: str | os.PathLike[str], *, trust: bool = False) -> Tape:
     """The journal in a file that a `Journal` has written.
 
-    Loading imports the modules that the file names, makes values of their classes, and calls no code of theirs. With `trust` it may: that is
-    needed for arguments and checkpoints that pickle themselves in their own way. Raises `ReplayError` for another file.
+    Loading makes values of the classes that the file names, of modules that are imported, and calls no code of theirs but their checks. With
+    `trust` it may: that is needed for arguments and checkpoints that pickle themselves in their own way. Raises `ReplayError` for another file.
     """
     try:
         tape = whole("", parts_of(Path(path).read_bytes()), trust=trust)

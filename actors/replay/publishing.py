@@ -12,13 +12,13 @@ from actors.contracts.contracts import Topic
 from actors.errors import ActorError, described
 from actors.interfaces.cdr import decode
 from actors.interfaces.std_msgs.msg import UInt8MultiArray
-from actors.node.declarations import every
-from actors.node.node import Node
 from actors.parameters.declare import parameter
 from actors.qos import LATCHED
 from actors.replay.errors import NoJournal, ReplayError
 from actors.replay.parts import whole
 from actors.replay.tape import Tape, is_subtree, named
+from actors.runtime.declarations import every
+from actors.runtime.node import Node
 
 if TYPE_CHECKING:
     import os

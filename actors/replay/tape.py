@@ -17,7 +17,7 @@ from __future__ import annotations
 import platform
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Final, TypeAlias, TypeGuard
 
@@ -155,10 +155,11 @@ class Tape:
     @property
     def start(self) -> Start:
         """How the first life on the tape began. Raises `ReplayError` if there is none."""
-        if not self.entries or not isinstance(first := self.entries[0], tuple) or first[0] != "start":
-            raise ReplayError(f"the journal of {self.node} does not begin with a start of the node")
-        start: Start = first[3]
-        return start
+        match self.entries[:1]:
+            case [("start", _, _, Start() as start, *_)] if all(hasattr(start, one.name) for one in fields(Start)):
+                return start
+            case _:
+                raise ReplayError(f"the journal of {self.node} does not begin with a start of the node")
 
     @property
     def root(self) -> tuple[str, ...]:

@@ -11,10 +11,10 @@ from itertools import pairwise, takewhile
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from actors.names.names import logger_name
-from actors.node.members import has_fixed_parameters
-from actors.node.node import Node
 from actors.parameters.declare import OPTIONAL_PARAMETERS
 from actors.qos.overriding import QOS_OVERRIDES
+from actors.runtime.members import has_fixed_parameters
+from actors.runtime.node import Node
 from actors.runtime.options import RunOptions, identity_of
 from actors.suggest import did_you_mean
 from actors.supervision.declarations import Child, DynamicSupervisor, Spec

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from actors.errors import ProgramExit
-from actors.node.node import Node
 from actors.running.options import with_own_arguments
 from actors.running.run import execute, run
+from actors.runtime.node import Node
 from actors.supervision.declarations import (
     Child,
     DynamicSupervisor,

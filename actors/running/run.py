@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar, cast
 from actors.checks import factory_name
 from actors.errors import DeclarationError, NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
-from actors.node.node import Node
-from actors.node.placement import HERE, Placement
 from actors.running.hints import give_hints
 from actors.running.options import ParameterSources, misplaced, options_of, overruled, with_arguments
 from actors.running.signals import listen
 from actors.running.trees import Runnable, tree_of
+from actors.runtime.node import Node
+from actors.runtime.placement import HERE, Placement
 from actors.supervision.declarations import Child, Spec, temporary
 from actors.system import System, keep_step, system_here
 

@@ -12,8 +12,8 @@ from types import ModuleType
 from typing import TypeAlias, cast
 
 from actors.errors import described
-from actors.node.node import Node
 from actors.places import origin_of, place_of
+from actors.runtime.node import Node
 from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
 
 __all__ = ["Maker", "Tree", "Unusable", "find", "grown", "grown_hosts"]

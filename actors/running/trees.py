@@ -8,7 +8,7 @@ from typing import Any, TypeAlias, cast
 
 from actors.checks import factory_name
 from actors.errors import DeclarationError
-from actors.node.node import Node
+from actors.runtime.node import Node
 from actors.supervision.declarations import Child, DynamicSupervisor, Spec, Supervisor
 
 __all__ = ["Runnable", "tree_of"]

@@ -1,53 +1,66 @@
-"""The endpoints of one incarnation: opening what its class declares, taking over subscriptions of the last life, closing all."""
+"""`Endpoints`: the publishers, subscriptions, streams, servers, clients and goals of one life of a node.
+
+Subscriptions with handlers and declared servers outlive a life: its `NodeRecord` keeps them, with what waits in them, for the next one. All
+else is closed with the life.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
+import asyncio
+from collections.abc import Callable, Coroutine, Iterable
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
+from actors.actions.client import Goal
 from actors.actions.driver import GoalHandlers
 from actors.actions.server import ActionServer
+from actors.contracts.contracts import Service
 from actors.errors import DeclarationError
+from actors.parameters.declare import INTROSPECTION
+from actors.parameters.descriptor import ParameterDescriptor
 from actors.qos import (
     ACTION_FEEDBACK,
     ACTION_STATUS,
     DEFAULT,
     PARAMETER_EVENTS,
     ROSOUT,
+    InvalidQoS,
+    resolve_publisher,
     resolve_subscription,
 )
+from actors.qos.overriding import changes
 from actors.qos.policies import QoS
-from actors.runtime import introspection
-from actors.runtime.qos_overrides import overridden
+from actors.runtime.introspection import GoalEvents, ServiceEvents
+from actors.services.client import Client
+from actors.services.introspection import AllEvents
 from actors.services.server import Server
+from actors.time.deadlines import check_timeout
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
+from actors.topics.stream import Stream, StreamSubscription
 from actors.topics.timed_publisher import publisher_for
 
 if TYPE_CHECKING:
     from actors.actions.peers import ActionPeer
-    from actors.contracts.contracts import Service, Topic
+    from actors.contracts.contracts import Action, Topic
     from actors.graph.graph import TopicEntry
-    from actors.graph.servers import ActionEntry
     from actors.interfaces.message import Message
     from actors.runtime.incarnation import Incarnation
+    from actors.services.introspection import CallEvents
     from actors.services.peers import ServicePeer
+    from actors.topics.content_filter import ContentFilter
     from actors.topics.handler import Handler
     from actors.topics.publisher import Publisher
 
-__all__ = [
-    "add_publisher",
-    "close_all",
-    "event_publisher",
-    "handle",
-    "open_declared_endpoints",
-    "retire",
-    "serve",
-    "serve_concurrently",
-]
+__all__ = ["Endpoints"]
 
 M = TypeVar("M", bound="Message")
+G = TypeVar("G", bound="Message")
+R = TypeVar("R", bound="Message")
+F = TypeVar("F", bound="Message")
 Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
+
+CLIENTS: Final = 256
+"""The most service clients that a life keeps. When there are more, all are dropped; each is made again at its next call."""
 
 _EVENT_QOS: Final = {
     "parameter_events": PARAMETER_EVENTS,
@@ -55,204 +68,382 @@ _EVENT_QOS: Final = {
     "status": ACTION_STATUS,
     "feedback": ACTION_FEEDBACK,
 }
+_SERVICE, _CLIENT, _ACTION = INTROSPECTION
 
 
-def open_declared_endpoints(life: Incarnation) -> None:
-    """Open all endpoints that the node's class declares. Messages are queued from now on, and handled once the node has started.
+class Endpoints:
+    """What one life of a node has of topics, services and actions.
 
-    A setting that nobody has made costs a start nothing: without overrides and observers the parameters are opened at their first use.
+    Invariants:
+
+    - `publishers`, `streams`, `clients` and `standard` are those of this life only; `close` closes them.
+    - Subscriptions with handlers and declared servers are in the record of the node; those whose `node` is this life are served by it.
     """
-    node, declarations = life.node, life.declarations
-    if declarations.overridable:
-        _open_parameters(life)
-    for published in declarations.publishers:
-        setattr(node, published.attribute, life.publisher(published.topic, published.qos))
-    for stream in declarations.streams:
-        setattr(node, stream.attribute, life.subscribe(stream.topic, stream.qos))
-    if not declarations.overridable:
-        _open_parameters(life)
-    if "use_sim_time" in life.identity.overrides and life.parameters.value("use_sim_time"):
-        life.ros_time().use(True)
-    labels = declarations.labels
-    for topic in declarations.topics:
-        handler, label = getattr(node, topic.attribute), labels[topic.attribute]
-        handle(life, topic.topic, topic.qos, handler, label, topic.concurrent, topic.patience)
-    for service in declarations.services:
-        serve(life, service.service, getattr(node, service.attribute), labels[service.attribute], service.concurrent)
-    for action in declarations.actions:
-        entry = life.runtime.graph.action(life.identity.service(action.action.name))
-        hooks = {
-            hook.verb: getattr(node, hook.attribute) for hook in declarations.hooks if hook.action is action.action
-        }
-        handlers = GoalHandlers(labels[action.attribute], getattr(node, action.attribute), **hooks)
-        _serve_action(
-            life, entry, ActionServer(life, entry, action.action, handlers, action.arrivals, action.result_timeout)
+
+    __slots__ = ("_graph", "_life", "clients", "publishers", "publishing", "standard", "streams")
+
+    def __init__(self, life: Incarnation) -> None:
+        self._life = life
+        self._graph = life.runtime.graph
+        self.publishers: dict[Publisher[Any], None] = {}
+        """The open publishers, in the order in which they were made."""
+        self.publishing = True
+        """Whether the node's declared publishers deliver. For a lifecycle node that depends on its state."""
+        self.streams: list[StreamSubscription[Any]] = []
+        self.clients: dict[Any, Client[Any, Any]] = {}
+        self.standard: list[Server] = []
+        """The standard services of the node that have been opened, because they were asked for."""
+
+    def __repr__(self) -> str:
+        return f"<endpoints of {self._life!r}>"
+
+    # -- topics -------------------------------------------------------------------------------------------------------------
+
+    def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
+        """A publisher, with the quality of service that the node's parameters override."""
+        life = self._life
+        life.check_use()
+        entry = self._graph.topic(life.identity.topic(topic.name))
+        qos = self._overridden(entry.name, "publisher", qos)
+        offered = resolve_publisher(qos, [one.qos for one in entry.subscriptions])
+        made = publisher_for(life, entry, topic.type, offered)
+        self._add(made)
+        if not self.publishing:
+            made.suspend()
+        return made
+
+    def event_publisher(self, type: type[M], entry: TopicEntry) -> Publisher[M]:
+        """The node's publisher on a standard topic, which is not declared in its class. It is made at its first use, and always delivers."""
+        for publisher in self.publishers:
+            if publisher.entry is entry and not publisher.gated:  # the node's code may have, and close, another one
+                return publisher
+        publisher = publisher_for(self._life, entry, type, _EVENT_QOS.get(entry.name.rpartition("/")[2], DEFAULT))
+        publisher.gated = False
+        self._add(publisher)
+        return publisher
+
+    def _publish_on(self, type: Any, topic: str) -> Publisher[Any]:
+        return self.event_publisher(type, self._graph.topic(topic))
+
+    def _add(self, publisher: Publisher[Any]) -> None:
+        """Let `publisher` join its topic. It is kept until it is closed."""
+        self.publishers[publisher] = None
+        publisher.on_close = self._publisher_closed
+        publisher.entry.add_publisher(publisher)
+
+    def _publisher_closed(self, publisher: Publisher[Any]) -> None:
+        del self.publishers[publisher]
+        self._life.record.note((publisher.entry,))
+
+    def let_publish(self, allowed: bool) -> None:
+        """Let the node's declared publishers deliver, or discard, what they are given. Those of standard topics always deliver."""
+        self.publishing = allowed
+        for publisher in self.publishers:
+            if publisher.gated:
+                if allowed:
+                    publisher.resume()
+                else:
+                    publisher.suspend()
+
+    def subscribe(self, topic: Topic[M], qos: QoS, filter: ContentFilter | None = None) -> Stream[M]:
+        """A stream, with the quality of service that the node's parameters override."""
+        life = self._life
+        life.check_use()
+        if filter is not None:
+            filter.check(topic.type)
+        entry = self._graph.topic(life.identity.topic(topic.name))
+        qos = self._overridden(entry.name, "subscription", qos)
+        requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
+        subscription = StreamSubscription(life, entry, topic.type, requested, self.stream_closed, filter)
+        self.join(subscription)
+        return Stream(subscription, life.runtime.loop)
+
+    def join(self, subscription: StreamSubscription[Any]) -> None:
+        """Let the subscription of a stream, which calls `stream_closed` at its end, join its topic."""
+        self.streams.append(subscription)
+        subscription.entry.add_subscription(subscription)
+
+    def stream_closed(self, subscription: StreamSubscription[Any]) -> None:
+        """Forget a stream that has been closed."""
+        self.streams.remove(subscription)
+        self._life.record.note((subscription.entry,))
+
+    def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
+        """The subscription of this life's first handler of `topic`. Raises `DeclarationError` without one."""
+        life = self._life
+        name = life.identity.topic(topic.name)
+        for each in life.record.subscriptions:
+            if each.node is life and each.entry.name == name:
+                return each
+        raise DeclarationError(f"{life.fqn} has no handler of {name}: declare one with @{topic!r}.on()")
+
+    def handle(
+        self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str, concurrent: int = 0, patience: float = 0.0
+    ) -> None:
+        """Subscribe `handler` to `topic`. A subscription of the last life is taken over, with the messages that wait in it."""
+        life = self._life
+        life.check_use()
+        entry = self._graph.topic(life.identity.topic(topic.name))
+        qos = self._overridden(entry.name, "subscription", qos)
+        subscription = self._left_over(entry, topic.type, label, concurrent)
+        if subscription is not None:
+            subscription.take_over(life, handler)
+            return
+        qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
+        if concurrent:
+            subscription = ConcurrentSubscription(
+                life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience
+            )
+        else:
+            subscription = HandlerSubscription(life, entry, topic.type, qos, life.inbox, label, handler, patience)
+        life.record.subscriptions.append(subscription)
+        entry.add_subscription(subscription)
+
+    def _left_over(
+        self, entry: TopicEntry, type: type[M], label: str, concurrent: int
+    ) -> HandlerSubscription[M] | None:
+        """The first subscription of the last life with the same handler, topic and type that has not been taken over; else None."""
+        life = self._life
+        for each in life.record.subscriptions:
+            same = each.node is not life and each.label == label and each.entry is entry and each.type is type
+            if same and concurrent == (each.concurrent if isinstance(each, ConcurrentSubscription) else 0):
+                return each
+        return None
+
+    def _overridden(self, topic: str, kind: str, qos: QoS) -> QoS:
+        """The profile of a new endpoint, a ``publisher`` or ``subscription`` of `topic` (its full name), as the node's parameters say.
+
+        The parameters are declared, unless an earlier endpoint has done that. Raises `InvalidQoS` for values that are none, or that the
+        endpoint refuses.
+        """
+        overriding = qos.overriding
+        if overriding is None:
+            return qos
+        life, values = self._life, dict[str, Any]()
+        store = life.parameters
+        for policy, (name, default) in overriding.parameters(topic, kind, qos).items():
+            if not store.has(name):
+                description = f"{policy} for {kind} `{topic}`{f' with id `{overriding.id}`' if overriding.id else ''}"
+                store.declare(name, default, ParameterDescriptor(description=description, read_only=True))
+            if (value := store.value(name)) != default:
+                values[policy] = value
+        try:
+            found = qos.replace(**changes(values))
+        except InvalidQoS as error:
+            raise InvalidQoS(f"{life.fqn}: the parameters for its {kind} of {topic}: {error}") from None
+        reason = None if overriding.validate is None else overriding.validate(found)
+        if reason is not None:
+            raise InvalidQoS(f"{life.fqn}: its {kind} of {topic} cannot be {found!r}: {reason}")
+        return found
+
+    # -- services and actions -----------------------------------------------------------------------------------------------
+
+    def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
+        """A new client of `service`, which is kept in `clients`; there must be none of it yet."""
+        life = self._life
+        if len(self.clients) >= CLIENTS:  # the node makes contracts while it runs: bound what they cost
+            life.record.note(one.entry for one in self.clients.values())
+            self.clients.clear()
+        entry = self._graph.service(life.identity.service(service.name))
+        if life.inbox.border is not None:
+            life.inbox.border.uses(entry)
+        made = self.clients[service] = Client(life, entry, service)
+        made.events = self._events(_CLIENT, entry.name, made.type)
+        entry.clients[life.fqn] = entry.clients.get(life.fqn, 0)
+        return made
+
+    def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
+        """A goal that this life may start."""
+        life = self._life
+        entry = self._graph.action(life.identity.service(action.name))
+        entry.clients[life.fqn] = entry.clients.get(life.fqn, 0) + 1
+        life.record.note((entry,))
+        if life.inbox.border is not None:
+            life.inbox.border.uses(entry)
+        return Goal(life, entry, action, message, timeout)
+
+    async def wait_for(
+        self, contracts: Iterable[Service[Any, Any] | Action[Any, Any, Any]], timeout: float | None
+    ) -> None:
+        """Wait until each of these is served, `timeout` seconds at most in all. Raises what `Node.wait_for` raises."""
+        life, graph = self._life, self._graph
+        if timeout is not None:
+            check_timeout(f"{life.fqn}.wait_for", timeout)
+        end = None if timeout is None else life.runtime.loop.time() + timeout
+        for contract in contracts:
+            name = life.identity.service(contract.name)
+            entry = graph.service(name) if isinstance(contract, Service) else graph.action(name)
+            try:
+                async with asyncio.timeout_at(end):
+                    await entry.available()
+            except TimeoutError:
+                assert timeout is not None
+                raise entry.unavailable(timeout) from None
+
+    def serve(
+        self,
+        service: Service[Req, Resp],
+        handler: Callable[[Req], Coroutine[Any, Any, Resp]],
+        label: str,
+        concurrent: int = 0,
+    ) -> None:
+        """Let `handler` answer the requests of `service`. Raises `DeclarationError` when another node serves it."""
+        life = self._life
+        life.check_use()
+        entry = self._graph.service(life.identity.service(service.name))
+        if entry.local is not None:
+            self._refuse_second(entry.name, entry.local, "service", service.type)
+        server = Server(life, entry, service.type, handler, label, concurrent)
+        server.events = self._events(_SERVICE, entry.name, server.type)
+        life.record.services[entry.name] = server
+        entry.open(server)
+
+    def serve_action(
+        self, action: Action[Any, Any, Any], handlers: GoalHandlers, arrivals: Any, result_timeout: float
+    ) -> None:
+        """Let `handlers` serve `action`. Raises `DeclarationError` when another node serves it."""
+        life, graph = self._life, self._graph
+        entry = graph.action(life.identity.service(action.name))
+        server = ActionServer(life, entry, action, handlers, arrivals, result_timeout)
+        if entry.local is not None:
+            self._refuse_second(entry.name, entry.local, "action", server.type)
+        for observer in life.runtime.observers.goals:
+            observer(server)
+        if self._level(_ACTION) != "off":
+            self._introspect_action(server)
+        life.record.actions[entry.name] = server
+        entry.open(server)
+        for part in ("status", "feedback"):  # a subscription that outlives the last life receives from this one
+            topic = graph.topics.get(f"{entry.name}/_action/{part}")
+            if topic is not None and topic.subscriptions:
+                graph.open_standard_topic(topic)
+
+    def _refuse_second(self, name: str, first: ServicePeer | ActionPeer, kind: str, offered: type[Any]) -> NoReturn:
+        served_type, offered_type = first.type.__ros_type__, offered.__ros_type__
+        types = f" as {served_type}, not as {offered_type}" if served_type != offered_type else ""
+        raise DeclarationError(
+            f"{self._life.fqn} would be the second server of {kind} {name}, which {first.host} serves already{types}: "
+            "give one of them another name or namespace"
         )
 
+    # -- introspection: the calls of services, clients and actions as messages, if the node's parameters say so --------------
 
-def _open_parameters(life: Incarnation) -> None:
-    """Open the parameters if their overrides have to be checked, or observers to be told."""
-    if life.declarations.parameters and (life.identity.overrides or life.runtime.observers.parameters):
-        life.open_parameters(announce=True)
+    def introspect(self) -> None:
+        """Let all services, clients and actions of this life do as the parameters of introspection say now."""
+        life = self._life
+        for server in life.record.services.values():
+            server.events = self._events(_SERVICE, server.entry.name, server.type)
+        for client in self.clients.values():
+            client.events = self._events(_CLIENT, client.entry.name, client.type)
+        for action in life.record.actions.values():
+            self._introspect_action(action)
 
+    def _level(self, parameter: str) -> str:
+        """`off`, `metadata` or `contents`."""
+        life = self._life
+        if parameter not in life.identity.overrides and parameter not in life.declarations.table.values:
+            return "off"  # without making the store of the parameters
+        level = str(life.parameters.value(parameter))
+        return "off" if level == "disabled" else level
 
-def handle(
-    life: Incarnation,
-    topic: Topic[M],
-    qos: QoS,
-    handler: Handler[M],
-    label: str,
-    concurrent: int = 0,
-    patience: float = 0.0,
-) -> None:
-    """Subscribe `handler` to `topic`. A subscription of the last incarnation is taken over, with the messages that wait in it."""
-    life.check_use()
-    entry = life.runtime.graph.topic(life.identity.topic(topic.name))
-    qos = overridden(life, entry.name, "subscription", qos)
-    subscription = _left_over(life, entry, topic.type, label, concurrent)
-    if subscription is not None:
-        subscription.take_over(life, handler)
-        return
-    qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
-    if concurrent:
-        subscription = ConcurrentSubscription(
-            life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience
-        )
-    else:
-        subscription = HandlerSubscription(life, entry, topic.type, qos, life.inbox, label, handler, patience)
-    life.record.subscriptions.append(subscription)
-    entry.add_subscription(subscription)
+    def _events(self, parameter: str, service: str, kind: Any) -> CallEvents | None:
+        life, level = self._life, self._level(parameter)
+        if level == "off" and not life.runtime.observers.calls:
+            return None
+        receivers: list[CallEvents] = [make(life.fqn, service) for make in life.runtime.observers.calls]
+        if level != "off":
+            receivers.append(ServiceEvents(life, self._publish_on, service, kind, contents=level == "contents"))
+        return AllEvents(tuple(receivers))
 
+    def _introspect_action(self, server: ActionServer) -> None:
+        observers, level = server.observers, self._level(_ACTION)
+        observers.requested = [one for one in observers.requested if not GoalEvents.made(one)]
+        observers.ended = [one for one in observers.ended if not GoalEvents.made(one)]
+        if level != "off":
+            events = GoalEvents(self._life, self._publish_on, server, contents=level == "contents")
+            observers.requested.append(events.requested)
+            observers.ended.append(events.ended)
 
-def _left_over(
-    life: Incarnation, entry: TopicEntry, type: type[M], label: str, concurrent: int
-) -> HandlerSubscription[M] | None:
-    """The first subscription of the last incarnation with the same handler, topic and type that has not been taken over; else None."""
-    for each in life.record.subscriptions:
-        same = each.node is not life and each.label == label and each.entry is entry and each.type is type
-        if same and concurrent == (each.concurrent if isinstance(each, ConcurrentSubscription) else 0):
-            return each
-    return None
+    # -- from the start of the life to its end ------------------------------------------------------------------------------
 
+    def open_declared(self) -> None:
+        """Open all endpoints that the node's class declares. Messages are queued from now on, and handled once the node has started."""
+        life = self._life
+        node, declarations = life.node, life.declarations
+        for topic in declarations.topics:
+            handler, label = getattr(node, topic.attribute), declarations.labels[topic.attribute]
+            self.handle(topic.topic, topic.qos, handler, label, topic.concurrent, topic.patience)
+        for service in declarations.services:
+            handler, label = getattr(node, service.attribute), declarations.labels[service.attribute]
+            self.serve(service.service, handler, label, service.concurrent)
+        for action in declarations.actions:
+            hooks = {
+                hook.verb: getattr(node, hook.attribute) for hook in declarations.hooks if hook.action is action.action
+            }
+            body, label = getattr(node, action.attribute), declarations.labels[action.attribute]
+            self.serve_action(action.action, GoalHandlers(label, body, **hooks), action.arrivals, action.result_timeout)
 
-def serve(
-    life: Incarnation,
-    service: Service[Req, Resp],
-    handler: Callable[[Req], Coroutine[Any, Any, Resp]],
-    label: str,
-    concurrent: int = 0,
-) -> None:
-    """Let `handler` answer the requests of `service`. Raises `DeclarationError` when another node serves it."""
-    life.check_use()
-    entry = life.runtime.graph.service(life.identity.service(service.name))
-    if entry.local is not None:
-        _refuse_second(life, entry.name, entry.local, "service", service.type)
-    server = Server(life, entry, service.type, handler, label, concurrent)
-    introspection.watch_server(life, server)
-    life.record.services[entry.name] = server
-    entry.open(server)
+    def open_published(self) -> None:
+        """Make the publishers and streams that the node's class declares, its attributes."""
+        node, declarations = self._life.node, self._life.declarations
+        for published in declarations.publishers:
+            setattr(node, published.attribute, self.publisher(published.topic, published.qos))
+        for stream in declarations.streams:
+            setattr(node, stream.attribute, self.subscribe(stream.topic, stream.qos))
 
+    def serve_concurrently(self) -> None:
+        """Let concurrent handlers begin, with the messages and requests that came during the start phase."""
+        life = self._life
+        for subscription in life.record.subscriptions:
+            if isinstance(subscription, ConcurrentSubscription):
+                subscription.start(life.spawn)
+        for server in life.record.services.values():
+            server.begin()
 
-def _serve_action(life: Incarnation, entry: ActionEntry, server: ActionServer) -> None:
-    if entry.local is not None:
-        _refuse_second(life, entry.name, entry.local, "action", server.type)
-    introspection.watch_action(life, server)
-    life.record.actions[entry.name] = server
-    entry.open(server)
-    graph = life.runtime.graph
-    for part in ("status", "feedback"):  # a subscription that outlives the last incarnation receives from this one
-        topic = graph.topics.get(f"{entry.name}/_action/{part}")
-        if topic is not None and topic.subscriptions:
-            graph.open_standard_topic(topic)
+    def retire(self, error: Callable[[], Exception]) -> None:
+        """Close all declared endpoints of a node that goes on for its standard services only. What it publishes from now on is discarded.
 
+        Unanswered requests fail with `error()`, goals are aborted with its text and their bodies interrupted, and messages that wait are lost.
+        """
+        life = self._life
+        record = life.record
+        for publisher in [one for one in self.publishers if one.gated]:
+            publisher.close()
+            publisher.suspend()
+        for stream in list(self.streams):
+            stream.close()
+        for subscription in record.subscriptions:
+            subscription.close()
+        record.subscriptions.clear()
+        record.inbox.discard(lambda item: isinstance(item, HandlerSubscription))
+        for action in record.actions.values():
+            action.stop(str(error()))
+        servers: list[Server | ActionServer] = [*record.services.values(), *record.actions.values()]
+        for server in servers:
+            server.fail_all(error)
+            server.entry.close(life.fqn)
+        told = tuple(f"{name}/_action/" for name in record.actions)
+        for publisher in [one for one in self.publishers if one.entry.name.startswith(told)]:
+            publisher.close()
+        record.services.clear()
+        record.actions.clear()
 
-def _refuse_second(
-    life: Incarnation, name: str, first: ServicePeer | ActionPeer, kind: str, offered: type[Any]
-) -> NoReturn:
-    served_type, offered_type = first.type.__ros_type__, offered.__ros_type__
-    types = f" as {served_type}, not as {offered_type}" if served_type != offered_type else ""
-    raise DeclarationError(
-        f"{life.fqn} would be the second server of {kind} {name}, which {first.host} serves already{types}: "
-        "give one of them another name or namespace"
-    )
+    def close(self) -> None:
+        """Close the endpoints that belong to this life only: publishers, streams, clients and standard services.
 
-
-def serve_concurrently(life: Incarnation) -> None:
-    """Let concurrent handlers begin, with the messages and requests that came during the start phase."""
-    life.serving = True
-    for subscription in life.record.subscriptions:
-        if isinstance(subscription, ConcurrentSubscription):
-            subscription.start(life.spawn)
-    for server in life.record.services.values():
-        server.begin()
-
-
-def event_publisher(life: Incarnation, type: type[M], entry: TopicEntry) -> Publisher[M]:
-    """The node's publisher on a standard topic, which is not declared in its class. It is made at its first use, and always delivers."""
-    for publisher in life.publishers:
-        if publisher.entry is entry and not publisher.gated:  # the node's code may have, and close, another one
-            return publisher
-    publisher = publisher_for(life, entry, type, _EVENT_QOS.get(entry.name.rpartition("/")[2], DEFAULT))
-    publisher.gated = False
-    add_publisher(life, publisher)
-    return publisher
-
-
-def add_publisher(life: Incarnation, publisher: Publisher[Any]) -> None:
-    """Let `publisher` join its topic. The incarnation keeps it until it is closed."""
-
-    def closed(publisher: Publisher[Any]) -> None:
-        del life.publishers[publisher]
-        life.record.note((publisher.entry,))
-
-    life.publishers[publisher] = None
-    publisher.on_close = closed
-    publisher.entry.add_publisher(publisher)
-
-
-def retire(life: Incarnation, error: Callable[[], Exception]) -> None:
-    """Close all declared endpoints of a node that goes on for its standard services only. What it publishes from now on is discarded.
-
-    Unanswered requests fail with `error()`, goals are aborted with its text and their bodies interrupted, and messages that wait are lost.
-    """
-    record = life.record
-    for publisher in [one for one in life.publishers if one.gated]:
-        publisher.close()
-        publisher.suspend()
-    for stream in list(life.streams):
-        stream.close()
-    for subscription in record.subscriptions:
-        subscription.close()
-    record.subscriptions.clear()
-    record.inbox.discard(lambda item: isinstance(item, HandlerSubscription))
-    for action in record.actions.values():
-        action.stop(str(error()))
-    servers: list[Server | ActionServer] = [*record.services.values(), *record.actions.values()]
-    for server in servers:
-        server.fail_all(error)
-        server.entry.close(life.fqn)
-    told = tuple(f"{name}/_action/" for name in record.actions)
-    for publisher in [one for one in life.publishers if one.entry.name.startswith(told)]:
-        publisher.close()
-    record.services.clear()
-    record.actions.clear()
-
-
-def close_all(life: Incarnation) -> None:
-    """Close the endpoints that belong to this incarnation only: publishers, streams, clients and standard services.
-
-    Subscriptions and declared servers stay in the record for the next incarnation.
-    """
-    record = life.record
-    for publisher in list(life.publishers):
-        publisher.close()
-    if life.clients:
-        record.note(client.entry for client in life.clients.values())
-    for subscription in list(life.streams):
-        subscription.close()
-    if life.standard_services:
-        record.note(server.entry for server in life.standard_services)
-        for server in life.standard_services:
-            server.fail_all(life.absent)
-            server.entry.withdraw()
-        life.standard_services.clear()
+        Subscriptions and declared servers stay in the record for the next life.
+        """
+        life = self._life
+        record = life.record
+        for publisher in list(self.publishers):
+            publisher.close()
+        if self.clients:
+            record.note(client.entry for client in self.clients.values())
+        for subscription in list(self.streams):
+            subscription.close()
+        if self.standard:
+            record.note(server.entry for server in self.standard)
+            for server in self.standard:
+                server.fail_all(life.absent)
+                server.entry.withdraw()
+            self.standard.clear()

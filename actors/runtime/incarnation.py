@@ -1,64 +1,61 @@
-"""`Incarnation`: one life of one node, with its endpoints, timers, tasks, clock and log.
+"""`Incarnation`: one life of one node, from its making to its clean-up.
 
-A `Node` object holds the user's code and state; its incarnation runs it. `actors.runtime.life` describes a life from start to end.
+A `Node` object holds the user's code and state; its incarnation runs it. A start makes the node object, opens its endpoints, so that messages
+are queued from the first moment on, restores what the last life left, and calls `on_start`. Timers and background tasks begin after that. All
+of it runs in the one task that then serves the inbox. To keep a start cheap, it makes only what every node needs: log, random numbers,
+parameter store, timers and ROS time are made at their first use.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Callable, Coroutine
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias
 
-from actors.errors import Ended, NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread
-from actors.inbox.control import Failure, StopRequest, blame
-from actors.logs import WARN
-from actors.runtime import answers, endpoints, life, owned_tasks, timers, uses
-from actors.runtime.ids import uuid_of
-from actors.runtime.node_parameters import check_store, make_store
+from actors.errors import DeclarationError, Ended, NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread
+from actors.inbox.border import outside
+from actors.inbox.control import Failure, StopRequest, StopServing, blame, stray_cancel
+from actors.logs import ERROR, WARN
+from actors.parameters.declare import INTROSPECTION, LOGGER_SERVICE, OPTIONAL_PARAMETERS
+from actors.parameters.hooks import attach_hooks
+from actors.parameters.rates import guard_rates
+from actors.places import awaited_in, error_fields
+from actors.runtime.endpoints import Endpoints
+from actors.runtime.members import check_assigned
+from actors.runtime.node import Node
+from actors.runtime.tasks import Tasks, contained
+from actors.runtime.timers import Timers
 from actors.services.introspection import caller_id
-from actors.supervision.reasons import Stop
+from actors.supervision.reasons import Failed, Killed, Skip, Stop, Stopped
 
 if TYPE_CHECKING:
     from random import Random
 
-    from actors.actions.client import Goal
-    from actors.contracts.contracts import Action, Service, Topic
     from actors.inbox.inbox import Item
-    from actors.interfaces.message import Message
     from actors.logs import NodeLog
-    from actors.node.declarations import Late
-    from actors.node.node import ErrorVerdict, Node
-    from actors.parameters import ParameterStore
-    from actors.qos.policies import QoS
+    from actors.parameters import ParameterChange, ParameterStore
+    from actors.runtime.node import ErrorVerdict
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
     from actors.runtime.sim_time import SimTime
     from actors.runtime.timers import NodeTimer
-    from actors.services.client import Client
     from actors.services.introspection import CallId
-    from actors.services.server import Server
+    from actors.supervision.declarations import Child
+    from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.deadlines import Deadlines
-    from actors.topics.content_filter import ContentFilter
-    from actors.topics.handler import Handler, HandlerSubscription
-    from actors.topics.publisher import Publisher
-    from actors.topics.stream import Stream, StreamSubscription
 
-__all__ = ["Incarnation", "Phase", "incarnation_of"]
+__all__ = ["Incarnation", "Phase", "incarnation_of", "made"]
 
-M = TypeVar("M", bound="Message")
-G = TypeVar("G", bound="Message")
-R = TypeVar("R", bound="Message")
-F = TypeVar("F", bound="Message")
-Req = TypeVar("Req", bound="Message")
-Resp = TypeVar("Resp", bound="Message")
-
-Phase = Literal["new", "on_start", "begin", "running"]
+Phase: TypeAlias = Literal["new", "on_start", "begin", "running"]
 
 
 class Incarnation:
     """One life of one node. For its supervisor it is a `Life`; for endpoints it is the node that they belong to.
+
+    Its parts: `endpoints`, `tasks`, `timers` and `ros_time()`, the last two made at their first use.
 
     Invariants:
 
@@ -66,38 +63,14 @@ class Incarnation:
       nothing, receives nothing and spawns no task.
     - `phase` only moves forwards: new, on_start, begin (the framework's own part of the start), running. It stays as it is in the clean-up.
     - `serving` turns true once, after the node has become ready. Concurrent handlers begin to run then.
-    - `tasks` holds the tasks that have not ended. The failure of one ends the incarnation, and an orderly clean-up ends all of them.
+    - The failure of one of `tasks` ends the incarnation, and an orderly clean-up ends all of them.
     - `asked` is the reason for which the supervisor asked for the end; None before it asks.
     """
 
     __slots__ = (
-        "_ids",
-        "_log",
-        "_parameters",
-        "_rng",
-        "asked",
-        "clients",
-        "clock",
-        "declarations",
-        "ended",
-        "identity",
-        "inbox",
-        "incarnation",
-        "made_timers",
-        "node",
-        "phase",
-        "publishers",
-        "publishing",
-        "record",
-        "runtime",
-        "serving",
-        "sim",
-        "standard_services",
-        "streams",
-        "tasks",
-        "timers",
-        "waits_for",
-    )
+        "_ids", "_log", "_parameters", "_rng", "_timers", "asked", "clock", "declarations", "ended", "endpoints", "identity", "inbox",
+        "incarnation", "node", "phase", "record", "runtime", "serving", "sim", "tasks", "waits_for",
+    )  # fmt: skip
 
     def __init__(self, runtime: Runtime, record: NodeRecord, node: Node) -> None:
         if record.life is not None:  # it refused a kill and was abandoned: it must not keep its endpoints
@@ -116,19 +89,9 @@ class Incarnation:
         self.asked: str | None = None
         self.serving = self.ended = False
         self.waits_for: Any = None
-        self.tasks: dict[asyncio.Task[Any], None] = {}
-        self.publishers: dict[Publisher[Any], None] = {}
-        """The open publishers, in the order in which they were made."""
-        self.publishing = True
-        """Whether the node's declared publishers deliver. For a lifecycle node that depends on its state."""
-        self.streams: list[StreamSubscription[Any]] = []
-        self.clients: dict[Any, Client[Any, Any]] = {}
-        self.timers: list[NodeTimer] = []
-        """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
-        self.made_timers: dict[NodeTimer, None] = {}
-        """The timers that the node has made and not canceled."""
-        self.standard_services: list[Server] = []
-        """The standard services of the node that have been opened, because they were asked for."""
+        self.tasks = Tasks(self)
+        self.endpoints = Endpoints(self)
+        self._timers: Timers | None = None
         self.sim: SimTime | None = None
         self._parameters: ParameterStore | None = None
         self._log: NodeLog | None = None
@@ -142,7 +105,163 @@ class Incarnation:
 
     # -- the life, for its supervisor ---------------------------------------------------------------------------------------
 
-    run = life.run  # the function itself: a method around it would cost each node one more coroutine
+    async def run(self, started: Callable[[], None]) -> None:
+        """Run the whole life; call `started` when the node is ready. Returns after an orderly end that the supervisor asked for.
+
+        Raises `Stop` when the node itself asked for its end, and the error when it fails. `SystemExit` and `KeyboardInterrupt` of the node's
+        code stop the whole system; the node then ends with `ProgramExit`.
+        """
+        try:
+            try:
+                await self._start()
+                self.phase = "running"
+                started()
+                self.runtime.ready(self)
+                if self.asked is not None:
+                    self.request_stop(self.asked)
+                self.serving = True
+                self.endpoints.serve_concurrently()
+                await self.inbox.serve(self.on_error, self.on_holding)
+            except BaseException as error:
+                try:
+                    if not await self._end(error):
+                        raise
+                except (SystemExit, KeyboardInterrupt) as request:
+                    # Before `release`, so that no caller is answered with `NodeRestarting`.
+                    raise _exit(self.runtime, self.fqn, request) from request
+            finally:
+                killed = bool(self.tasks.running) and self.runtime.killed(self)
+                if not self.ended:  # else it was abandoned and released already, and another incarnation may run
+                    self.release()
+                    self.runtime.ended(self)
+                if killed:
+                    await self.tasks.outlast_kill(self.log)
+        except (asyncio.CancelledError, ProgramExit, SystemExit, KeyboardInterrupt) as error:
+            _raise_in_words(self.runtime, self.fqn, self.phase, error)
+
+    async def _end(self, error: BaseException) -> bool:
+        """Clean up, because `error` has ended the start phase or the service. Returns whether that was the orderly end that was asked for.
+
+        Raises another error if that is what the end counts as.
+        """
+        if isinstance(error, StopServing):
+            try:
+                await self._clean_up(Stopped(error.reason))
+            except asyncio.CancelledError:
+                if not self.runtime.killed(self):  # for example `asyncio.run` at its end; a kill is reported anyway
+                    self.log.error(
+                        "clean-up cut short", after=str(error), because="its task was canceled by somebody else"
+                    )
+                raise
+            if self.asked is None:
+                raise Stop(error.reason) from None
+            return True
+        if isinstance(error, Stop):
+            await self._clean_up(Stopped(error.reason))
+        elif isinstance(error, asyncio.CancelledError):
+            await self._canceled(error)
+        else:
+            await self._failed(error)
+        return False
+
+    async def _start(self) -> None:
+        """Run the start phase. Calls from it count as calls from a handler, so that a call of the node to itself is refused at once."""
+        node, record = self.node, self.record
+        self.inbox.task = asyncio.current_task()
+        self.runtime.starts.begin(self.inbox, self.warn)
+        self._open_endpoints()
+        if record.saved is not None:
+            node.resume(record.saved)
+        self.phase = "on_start"
+        await node.on_start()
+        if not self.declarations.clean:
+            check_assigned(node)
+            self.declarations.clean = True
+        self.phase = "begin"
+        await node.__begin__()
+        if self.identity.overrides and type(node) is not Node:  # a node of a script may declare parameters later
+            from actors.parameters.unknown import refuse_unknown
+
+            refuse_unknown(self.parameters, type(node).__name__, self.identity.optional)
+        if self.incarnation > 1:
+            self.runtime.lost(self.fqn, record.sweep(self))
+        if not node.managed:
+            self.start_timers()
+        for background in self.declarations.backgrounds:
+            self.own(getattr(node, background.attribute)(), name=background.attribute)
+
+    def _open_endpoints(self) -> None:
+        """Open all endpoints that the node's class declares.
+
+        A setting that nobody has made costs a start nothing: without overrides and observers the parameters are opened at their first use.
+        """
+        declarations, overrides = self.declarations, self.identity.overrides
+        announced = declarations.parameters and (overrides or self.runtime.observers.parameters)
+        if announced and declarations.overridable:
+            self.open_parameters(announce=True)
+        self.endpoints.open_published()
+        if announced and not declarations.overridable:
+            self.open_parameters(announce=True)
+        if "use_sim_time" in overrides and self.parameters.value("use_sim_time"):
+            self.ros_time().use(True)
+        self.endpoints.open_declared()
+
+    async def _failed(self, error: BaseException) -> None:
+        """Clean up after an error; raise the failure that it means if that is another error."""
+        failure = blame(error, f"{self.fqn} {self.phase}")
+        child = self.runtime.child_of(self)
+        if failure is None or child is None or child.task is not asyncio.current_task():
+            return  # the task is being ended and cannot await, or the incarnation was abandoned
+        if isinstance(failure, Skip) and self.phase != "running":
+            await self.tasks.cancel()
+        else:
+            if isinstance(failure, ProgramExit):  # before the clean-up, so that callers are answered with `NotRunning`
+                _exit(self.runtime, self.fqn, failure)
+            await self._clean_up_after(Failed(failure))
+        if failure is not error:
+            raise failure from error
+
+    async def _canceled(self, error: asyncio.CancelledError) -> None:
+        """Clean up after a cancellation that is no kill: a start is broken off, or code outside of the framework canceled the task."""
+        if self.runtime.killed(self):
+            return
+        if self.phase != "running" and self.asked is not None:
+            await self._clean_up_after(Stopped(self.asked))
+        else:
+            stray = stray_cancel(error, f"{self.fqn} {self.phase}")
+            await self._clean_up_after(Killed(None) if stray is None else Failed(stray))
+
+    async def _clean_up(self, reason: ExitReason) -> None:
+        """Clean up: end the goals, which may still communicate, then the tasks, and then call `on_stop` if the start phase had begun."""
+        node, record = self.node, self.record
+        self.inbox.task = asyncio.current_task()
+        self.runtime.cleans_up(self)
+        cleaning: list[asyncio.Task[None]] = []
+        for action in record.actions.values():
+            cleaning += action.stop(f"{self.fqn} stops: {reason}")
+        if cleaning:
+            await asyncio.wait(cleaning)
+        if self.tasks.running:
+            await self.tasks.cancel()
+        try:
+            if self.phase in ("begin", "running"):
+                await node.__finish__()
+        finally:
+            if self.phase != "new":
+                await node.on_stop(reason)
+        if self.phase == "running" and isinstance(reason, Stopped) and (state := node.handover()) is not None:
+            record.saved = state
+
+    async def _clean_up_after(self, reason: ExitReason) -> None:
+        """Clean up after a failure. An error of the clean-up is logged, not raised, so that it does not hide the failure."""
+        try:
+            await self._clean_up(reason)
+        except BaseException as error:
+            if blame(error, "clean-up") is None:
+                if isinstance(error, asyncio.CancelledError):  # the report will only say "killed": log the reason here
+                    self.log.error("clean-up cut short", after=str(reason))
+                raise
+            self.log.exception("clean-up failed", after=str(reason))
 
     def stop(self, reason: str) -> None:
         """Ask for an orderly end. It takes effect after the present handler, before all items that wait."""
@@ -187,16 +306,59 @@ class Incarnation:
 
         Raises `ParameterError` for an override that does not fit its declaration, or that a hook refuses.
         """
-        store = self._parameters = make_store(self, announce=announce)
-        check_store(self, store)  # after the assignment, because the node's hooks may read parameters
+        from actors.parameters import ParameterStore
+
+        declarations, overrides = self.declarations, self.identity.overrides
+        store = self._parameters = ParameterStore(
+            self.fqn,
+            overrides,
+            table=declarations.table,
+            allow_undeclared=self.node.allow_undeclared_parameters,
+            automatically_declare=self.node.automatically_declare_parameters_from_overrides,
+            on_event=self._parameters_changed,
+            announce=announce,
+        )
+        for name, declaration in OPTIONAL_PARAMETERS.items():
+            if name in overrides and not store.has(name):
+                store.declare(name, declaration.default.value, declaration.descriptor)
+        # The rest comes after the assignment, because the node's hooks may read parameters.
+        if declarations.rates:
+            guard_rates(store, declarations.rates)
+        if declarations.parameter_hooks:
+            attach_hooks(store, self.node, declarations.parameter_hooks)
+        store.check_overrides()
         return store
+
+    def _parameters_changed(self, change: ParameterChange) -> None:
+        for parameter in change.changed:
+            if parameter.name == "use_sim_time":
+                self.ros_time().use(parameter.value is True)
+            elif parameter.name in self.declarations.rates:
+                self.timers.retime(self.declarations, parameter.name, parameter.value)
+            elif parameter.name in INTROSPECTION:
+                self.endpoints.introspect()
+        with outside():
+            for observer in self.runtime.observers.parameters:
+                observer(self, change)
+
+    @property
+    def serves_loggers(self) -> bool:
+        """Whether the node is told to serve the levels of the loggers of its process."""
+        given = LOGGER_SERVICE in self.identity.overrides or LOGGER_SERVICE in self.declarations.table.values
+        return given and self.parameters.value(LOGGER_SERVICE) is True
 
     def ros_time(self) -> SimTime:
         """The ROS time of this incarnation, made at its first use. From then on its clock is the node's clock."""
         if self.sim is None:
-            from actors.runtime.sim_time import SimTime
+            from actors.runtime.sim_time import CLOCK, ClockSubscription, SimTime
 
-            self.sim = SimTime(self)
+            def followed(step: Callable[[Any], None]) -> ClockSubscription:
+                entry = self.runtime.graph.topic(self.identity.topic(CLOCK.name))
+                subscription = ClockSubscription(self, entry, step, self.endpoints.stream_closed)
+                self.endpoints.join(subscription)
+                return subscription
+
+            self.sim = SimTime(self, self.runtime.clock, self.runtime.ticker, self.timers, followed)
             self.clock = self.sim.clock
         return self.sim
 
@@ -211,7 +373,7 @@ class Incarnation:
         """A new id of 16 bytes in the form of a random UUID, from a stream of this incarnation's own."""
         if self._ids is None:
             self._ids = self.runtime.ids(self.fqn)
-        drawn = uuid_of(self._ids)
+        drawn = _uuid_of(self._ids)
         if self.inbox.border is not None:
             self.inbox.border.send("id", self.fqn, drawn)
         return drawn
@@ -236,77 +398,68 @@ class Incarnation:
     def _over(self) -> Ended:
         return Ended(f"{self.fqn}, incarnation {self.incarnation}, has ended: ask its successor, if there is one")
 
-    # -- endpoints ----------------------------------------------------------------------------------------------------------
+    # -- timers -------------------------------------------------------------------------------------------------------------
 
-    def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
-        return uses.publisher(self, topic, qos)
+    @property
+    def timers(self) -> Timers:
+        """The node's timers; the part is made at its first use."""
+        if self._timers is None:
+            runtime = self.runtime
+            on_late = None if runtime.stalls is None else self._loop_late
+            self._timers = Timers(self.inbox, runtime.ticker, on_late)
+        return self._timers
 
-    def subscribe(self, topic: Topic[M], qos: QoS, filter: ContentFilter | None = None) -> Stream[M]:
-        return uses.subscribe(self, topic, qos, filter)
+    def start_timers(self) -> None:
+        """Start the timers that the class declares."""
+        if self.declarations.timers:
+            self.timers.start(self.node, self.declarations, lambda: self.parameters, self.record.timers)
 
-    def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
-        """The subscription of this incarnation's first handler of `topic`. Raises `DeclarationError` without one."""
-        return uses.subscription(self, topic)
-
-    def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
-        """Make a client of `service`, which must not be in `clients` yet, and keep it there."""
-        return uses.client(self, service)
-
-    def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
-        return uses.goal(self, action, message, timeout)
-
-    def handle(self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str) -> None:
-        """Subscribe `handler` to `topic` from now on."""
-        endpoints.handle(self, topic, qos, handler, label)
-
-    def serve(
-        self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]], label: str
-    ) -> None:
-        """Let `handler` answer the requests of `service` from now on."""
-        endpoints.serve(self, service, handler, label)
-
-    def let_publish(self, allowed: bool) -> None:
-        """Let the node's declared publishers deliver, or discard, what they are given. Those of standard topics always deliver."""
-        self.publishing = allowed
-        for publisher in self.publishers:
-            if publisher.gated:
-                if allowed:
-                    publisher.resume()
-                else:
-                    publisher.suspend()
-
-    def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
-        """Start a timer that the node makes while it runs."""
-        self.check_use()
-        return timers.tick(self, hz, handler, late, label)
-
-    def end_ticks(self, timer: NodeTimer) -> None:
-        """End the ticks of such a timer."""
-        timers.end_ticks(self, timer)
-
-    def stop_timers(self) -> None:
-        """Stop the timers that the class declares."""
-        for timer in self.timers:
-            timer.stop()
-        self.timers.clear()
+    def _loop_late(self, timer: NodeTimer, seconds: float, lost: int) -> None:
+        """Report to the stall watch that the event loop was late for a tick by a period or more."""
+        if (stalls := self.runtime.stalls) is not None:
+            with outside():
+                stalls.delayed(self.fqn, 1.0 / timer.hz, seconds, lost)
 
     # -- errors -------------------------------------------------------------------------------------------------------------
 
     def service_failed(self, service: str, error: Exception) -> None:
         """Handle an exception that left a service handler and was given to its caller: `on_error` decides whether the node fails, too."""
-        answers.answered_with(self, error, service, "service handler failed")
+        self.goal_failed(service, error, "service handler failed")
 
     def service_took_long(self, service: str, seconds: float) -> None:
-        answers.tell_took_long(self, service, seconds)
+        """Log a warning that a request of a concurrent service took `seconds`."""
+        remedy = "make it an action: its client hears how it goes, and can cancel it"
+        self.log.warning(f"a request took {seconds:.1f} s", service=service, remedy=remedy)
 
     def goal_failed(self, action: str, error: Exception, event: str = "goal failed") -> None:
-        """Handle an exception that left an action's body or hook: log it as `event`; `on_error` decides whether the node fails, too."""
-        answers.answered_with(self, error, action, event)
+        """Handle an exception that left an action's body or hook, and that its caller has been given.
+
+        It is logged as `event`, the observers are told, and `on_error` decides whether the node fails as well. `Stop` and `ProgramExit` end
+        the incarnation without being asked about.
+        """
+        if isinstance(error, (Stop, ProgramExit)):
+            self.fail(error, action, decided=True)
+            return
+        self._write(error, action, event)
+        for observer in self.runtime.observers.answered:
+            observer(error)
+        try:
+            verdict = self.node.on_error(error, action)
+        except BaseException as problem:  # that is the node's failure, and must not reach the caller's code
+            label = f"on_error for {action}"
+            self.fail(blame(problem, label) or problem, label, decided=True)
+            return
+        if verdict == "fail":
+            self.fail(error, action, decided=True)
+
+    def _write(self, error: BaseException, handler: str, event: str) -> None:
+        fields = {"handler": handler, **error_fields(error)}
+        self.log.write(ERROR, event, fields, *self.runtime.journal.new_error(error, fields.get("at", "")))
 
     def fail(self, error: BaseException, label: str, *, decided: bool = False) -> None:
         """Let `error` end this incarnation, as the next item of its inbox. Unless `decided`, `on_error` is asked first."""
         if self.ended:  # the next incarnation is not to blame
-            answers.tell_late(self, error, label)
+            self._write(error, label, "failed after the end of its node")
         else:
             self.inbox.put_control(Failure(error, label, decided=decided))
 
@@ -321,8 +474,19 @@ class Incarnation:
         return verdict
 
     def on_holding(self, item: Item, seconds: float) -> None:
-        """Log that a handler keeps the node's other handlers waiting, for `seconds` so far."""
-        answers.tell_holding(self, item, seconds)
+        """Log a warning that a handler has kept the node's other handlers waiting for `seconds`, with the line at which it waits.
+
+        Nothing is logged when it was the event loop's thread that waited, for a processor.
+        """
+        stalls = self.runtime.stalls
+        if stalls is not None and stalls.waited(monotonic() - seconds) > 0.5 * seconds:
+            return
+        task = self.inbox.task
+        lost = 0 if self._timers is None else sum(one.record.missed - one.record.blocked for one in self._timers)
+        self.log.warning(
+            f"handler holds the inbox for more than {seconds:g} s", handler=item.label, awaits=awaited_in(task) if task else "",
+            ticks_lost=lost, remedy="declare it concurrent=n, make it an action, or self.offload() its work",
+        )  # fmt: skip
 
     def absent(self) -> Exception:
         """The error for callers whose answer this incarnation owes at its end: `NotRunning` if the system stops, else `NodeRestarting`."""
@@ -338,8 +502,7 @@ class Incarnation:
             work.close()
             raise self._over()
         task = self.runtime.loop.create_task(work, name=f"{self.fqn} {name or getattr(work, '__qualname__', work)}")
-        self.tasks[task] = None
-        task.add_done_callback(self._task_ended)
+        self.tasks.add(task)
         return task
 
     def own(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
@@ -347,12 +510,13 @@ class Incarnation:
         if self.ended:
             work.close()
             raise self._over()
-        return owned_tasks.spawn_contained(self, work, name)
-
-    def _task_ended(self, task: asyncio.Task[Any]) -> None:
-        self.tasks.pop(task, None)
-        if not task.cancelled() and (error := task.exception()) is not None:
-            self.fail(error, task.get_name())
+        called = getattr(work, "__qualname__", "")
+        name = name or called or str(work)
+        guarded: Any = contained(work, f"{self.fqn} {name}")
+        guarded.__qualname__ = called or name  # so that reports name the user's code
+        task = self.spawn(guarded, name=name)
+        task.add_done_callback(lambda _: work.close())  # for a task that was canceled before its first step
+        return task
 
     def threadsafe(self, function: Callable[[], object]) -> None:
         """Call `function` in the event loop, soon; may be called from any thread. What `function` raises is this node's failure."""
@@ -374,23 +538,71 @@ class Incarnation:
     def release(self) -> None:
         """End this incarnation at once, without waiting: close its endpoints, stop its timers, cancel its tasks. Must be called once."""
         self.ended = True
+        self.runtime.starts.end(self.inbox)
         record = self.record
         record.life = None
-        self.stop_timers()
-        for timer in list(self.made_timers):
-            self.end_ticks(timer)
-        for task in reversed(self.tasks):
+        if self._timers is not None:
+            self._timers.close()
+        for task in reversed(self.tasks.running):
             task.cancel()
         if self.sim is not None:
-            self.sim.clock.close()
-        endpoints.close_all(self)
+            self.sim.close()
+        self.endpoints.close()
         record.park(self.absent)
+
+
+def made(runtime: Runtime, child: Child, fqn: str) -> Node:
+    """Make the node object of `child`. Raises `DeclarationError` when the factory makes no node, and what the factory raises."""
+    try:
+        node = child.factory(*child.args)
+        if not isinstance(node, Node):
+            raise DeclarationError(f"{fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node")
+        if not type(node).declarations.clean:
+            check_assigned(node)
+    except (asyncio.CancelledError, ProgramExit, SystemExit, KeyboardInterrupt) as error:
+        _raise_in_words(runtime, fqn, "new", error)
+    return node
+
+
+def _raise_in_words(
+    runtime: Runtime,
+    fqn: str,
+    phase: str,
+    error: asyncio.CancelledError | ProgramExit | SystemExit | KeyboardInterrupt,
+) -> NoReturn:
+    """Raise `error` as the supervisor is to see it.
+
+    A cancellation of the node's task is raised as it is; one that only left the node's code becomes a `RuntimeError`; a request to exit
+    stops the system and becomes a `ProgramExit`.
+    """
+    if isinstance(error, asyncio.CancelledError):
+        if (stray := stray_cancel(error, f"{fqn} {phase}")) is None:
+            raise error
+        raise stray from error
+    request = _exit(runtime, fqn, error)
+    if runtime.tree.exit_request is None:  # no block of `run` is there to raise it: end the program from here
+        raise request.error from None
+    raise request from request.error
+
+
+def _exit(runtime: Runtime, fqn: str, error: ProgramExit | SystemExit | KeyboardInterrupt) -> ProgramExit:
+    """Have the system stop in order, because code of the node `fqn` asks the program to exit."""
+    request = error if isinstance(error, ProgramExit) else ProgramExit(fqn, error)
+    runtime.tree.exits(request)
+    return request
 
 
 def incarnation_of(node: Node) -> Incarnation:
     """The incarnation that runs this node object. Raises `NotStarted` before its start."""
-    machinery = node.__machinery__
-    if machinery is None:
+    life = node.__machinery__
+    if life is None:
         raise NotStarted(f"{type(node).__name__} has not been started yet")
-    assert isinstance(machinery, Incarnation)
-    return machinery
+    return life
+
+
+def _uuid_of(numbers: Random) -> bytes:
+    """The next id of `numbers`: 16 bytes in the form of a random UUID (version 4)."""
+    raw = bytearray(numbers.randbytes(16))
+    raw[6] = raw[6] & 0x0F | 0x40
+    raw[8] = raw[8] & 0x3F | 0x80
+    return bytes(raw)

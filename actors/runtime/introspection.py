@@ -8,101 +8,40 @@ the topics of its services `<action>/_action/send_goal` and `.../get_result`. Wh
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.interfaces import derived
-from actors.parameters.declare import INTROSPECTION
-from actors.services.introspection import AllEvents, CallStep, caller_id
+from actors.services.introspection import CallStep, caller_id
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from actors.actions.driver import Host
     from actors.actions.goals import GoalRecord
     from actors.actions.requests import GoalRequest
     from actors.actions.server import ActionServer
-    from actors.runtime.incarnation import Incarnation
-    from actors.services.client import Client
-    from actors.services.introspection import CallEvents, CallId, IdentifiedCall
-    from actors.services.server import Server
+    from actors.services.introspection import CallId, IdentifiedCall
     from actors.topics.publisher import Publisher
 
-__all__ = ["PARAMETERS", "apply", "watch_action", "watch_client", "watch_server"]
-
-SERVICE, CLIENT, ACTION = PARAMETERS = INTROSPECTION
+__all__ = ["GoalEvents", "ServiceEvents"]
 
 EVENT: Final = "/_service_event"
 
-
-def apply(life: Incarnation) -> None:
-    """Let all services, clients and actions of this incarnation do as the parameters say now."""
-    for server in life.record.services.values():
-        watch_server(life, server)
-    for client in life.clients.values():
-        watch_client(life, client)
-    for action in life.record.actions.values():
-        _apply_action(life, action)
-
-
-def watch_server(life: Incarnation, server: Server) -> None:
-    """Begin with a server that has just been made."""
-    server.events = _events(life, SERVICE, server.entry.name, server.type)
-
-
-def watch_client(life: Incarnation, client: Client[Any, Any]) -> None:
-    """Begin with a client that has just been made."""
-    client.events = _events(life, CLIENT, client.entry.name, client.type)
-
-
-def watch_action(life: Incarnation, server: ActionServer) -> None:
-    """Begin with an action server that has just been made."""
-    for observer in life.runtime.observers.goals:
-        observer(server)
-    if _level(life, ACTION) != "off":
-        _apply_action(life, server)
-
-
-def _level(life: Incarnation, parameter: str) -> str:
-    """`off`, `metadata` or `contents`."""
-    if parameter not in life.identity.overrides and parameter not in life.declarations.table.values:
-        return "off"  # without making the store of the parameters
-    level = str(life.parameters.value(parameter))
-    return "off" if level == "disabled" else level
-
-
-def _events(life: Incarnation, parameter: str, service: str, kind: Any) -> CallEvents | None:
-    level = _level(life, parameter)
-    observers = [make(life.fqn, service) for make in life.runtime.observers.calls]
-    published = [] if level == "off" else [ServiceEvents(life, service, kind, contents=level == "contents")]
-    receivers: tuple[CallEvents, ...] = (*observers, *published)
-    return AllEvents(receivers) if receivers else None
-
-
-def _apply_action(life: Incarnation, server: ActionServer) -> None:
-    observers, level = server.observers, _level(life, ACTION)
-    observers.requested = [one for one in observers.requested if not _is_of_introspection(one)]
-    observers.ended = [one for one in observers.ended if not _is_of_introspection(one)]
-    if level != "off":
-        events = GoalEvents(life, server, contents=level == "contents")
-        observers.requested.append(events.requested)
-        observers.ended.append(events.ended)
-
-
-def _is_of_introspection(observer: Any) -> bool:
-    return isinstance(getattr(observer, "__self__", None), GoalEvents)
+PublishOn: TypeAlias = "Callable[[Any, str], Publisher[Any]]"
+"""Gives the publisher of a node for messages of a type on a topic, by its full name."""
 
 
 class ServiceEvents:
     """Publishes the steps of the calls of one service, as one end of them takes them."""
 
-    def __init__(self, life: Incarnation, service: str, kind: Any, *, contents: bool) -> None:
-        from actors.runtime.endpoints import event_publisher
-
-        self._life = life
+    def __init__(self, host: Host, publish_on: PublishOn, service: str, kind: Any, *, contents: bool) -> None:
+        self._host = host
         self._contents = contents
         self._type: Any = derived.event_message(kind)
-        entry = life.runtime.graph.topic(service + EVENT)
-        self._publisher: Publisher[Any] = event_publisher(life, self._type, entry)
+        self._publisher = publish_on(self._type, service + EVENT)
 
     def tell(self, step: CallStep, call: IdentifiedCall, message: Any) -> None:
-        border = self._life.inbox.border
+        border = self._host.inbox.border
         # the number of a call is that of its server, which may be another node's
         call_id: CallId = call.call_id if border is None else border.compute(getattr, (call, "call_id"))
         self.publish(step, call_id, message)
@@ -114,10 +53,10 @@ class ServiceEvents:
         """Publish a step of a call."""
         from actors.interfaces.service_msgs.msg import ServiceEventInfo
 
-        life, (gid, number) = self._life, call_id
-        if life.ended:
+        gid, number = call_id
+        if self._publisher.on_close is None:  # it is closed, as all are at the end of the node
             return
-        info = ServiceEventInfo(event_type=step, stamp=life.clock.stamp(), client_gid=gid, sequence_number=number)
+        info = ServiceEventInfo(event_type=step, stamp=self._host.clock.stamp(), client_gid=gid, sequence_number=number)
         held = (message,) if self._contents else ()
         if step in (CallStep.REQUEST_SENT, CallStep.REQUEST_RECEIVED):
             self._publisher.publish(self._type(info=info, request=held))
@@ -128,14 +67,19 @@ class ServiceEvents:
 class GoalEvents:
     """Publishes the requests for goals of one action, the answers to them, and the results, as its server sees them."""
 
-    def __init__(self, life: Incarnation, server: ActionServer, *, contents: bool) -> None:
+    def __init__(self, host: Host, publish_on: PublishOn, server: ActionServer, *, contents: bool) -> None:
         name = f"{server.entry.name}/_action/"
         self._send: Any = derived.send_goal_service(server.type)
         self._get: Any = derived.get_result_service(server.type)
-        self._sent = ServiceEvents(life, f"{name}send_goal", self._send, contents=contents)
-        self._got = ServiceEvents(life, f"{name}get_result", self._get, contents=contents)
+        self._sent = ServiceEvents(host, publish_on, f"{name}send_goal", self._send, contents=contents)
+        self._got = ServiceEvents(host, publish_on, f"{name}get_result", self._get, contents=contents)
         self._result: Any = server.action.result
         self._goals = 0
+
+    @staticmethod
+    def made(observer: object) -> bool:
+        """Whether an observer of goals is a method of one of these."""
+        return isinstance(getattr(observer, "__self__", None), GoalEvents)
 
     def requested(self, request: GoalRequest) -> None:
         from actors.interfaces.unique_identifier_msgs.msg import UUID

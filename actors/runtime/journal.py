@@ -14,8 +14,10 @@ from actors.supervision.log_lines import log_line
 from actors.supervision.reasons import cause_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from actors.logs import LogSink
     from actors.logs.levels import LevelTree, NanosecondClock
-    from actors.runtime.observers import Observers
     from actors.supervision.report import Report
     from actors.time.clock import Clock
 
@@ -26,7 +28,7 @@ _ADDRESS: Final = re.compile(r" at 0x[0-9a-f]+")
 
 
 class Journal:
-    """The log lines and reports of one system.
+    """The log lines and reports of one system. It gives them to `sinks` and `observers`, to which others may be added at any time.
 
     Invariants:
 
@@ -40,14 +42,15 @@ class Journal:
         loop: asyncio.AbstractEventLoop,
         clock: Clock,
         levels: LevelTree,
-        observers: Observers,
+        sinks: Iterable[LogSink],
+        observers: Iterable[Callable[[Report], None]],
     ) -> None:
         self.levels = levels
         self.records: deque[LogRecord] = deque(maxlen=1000)
         self.reports: deque[Report] = deque(maxlen=10_000)
         self._loop = loop
         self._clock = clock
-        self._observers = observers
+        self._sinks, self._observers = sinks, observers
         self._errors: dict[tuple[type[BaseException], str], int] = {}
         self._last_error: BaseException | None = None
 
@@ -66,7 +69,7 @@ class Journal:
         if (border := INSIDE.get()) is not None:
             border.send("log", LEVEL_NAMES.get(record.level, ""), (record.event, _ADDRESS.sub("", repr(record.fields))))
         with outside():
-            for sink in self._observers.sinks:
+            for sink in self._sinks:
                 try:
                     sink(record)
                 except Exception as error:  # a broken pipe or a full disk must not stop a robot
@@ -89,7 +92,7 @@ class Journal:
     def keep(self, report: Report) -> None:
         """Keep a supervisor's report and tell the observers."""
         self.reports.append(report)
-        for observer in self._observers.reports:
+        for observer in self._observers:
             observer(report)
 
     def write_report(self, report: Report, ended_at: float | None) -> None:

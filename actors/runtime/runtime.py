@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterable
 from random import Random
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from actors.errors import DeclarationError
 from actors.graph.graph import Graph
 from actors.inbox.border import outside
 from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
-from actors.node.placement import HERE, Placement
-from actors.runtime.directory import Directory
-from actors.runtime.incarnation import Incarnation
+from actors.runtime.incarnation import Incarnation, made
 from actors.runtime.journal import Journal
-from actors.runtime.life import made
-from actors.runtime.observers import Observers
 from actors.runtime.offload import CallsFromThreads, Offload
+from actors.runtime.placement import HERE, Placement
 from actors.runtime.preload import preload
+from actors.runtime.record import Directory, NodeRecord
 from actors.runtime.stall import StallWatch
-from actors.runtime.standard import StandardEndpoints
 from actors.runtime.start_watch import StartWatch
 from actors.runtime.tree import RunningTree
 from actors.supervision.declarations import Child, Supervisor
@@ -32,15 +29,85 @@ from actors.time.deadlines import Deadlines
 from actors.time.ticker import Ticker
 
 if TYPE_CHECKING:
+    from actors.actions.server import ActionServer
     from actors.logs import LogSink
-    from actors.node.node import Node
+    from actors.parameters import ParameterChange
+    from actors.runtime.node import Node
     from actors.runtime.options import RunOptions
     from actors.runtime.record import NodeRecord
+    from actors.services.introspection import CallEvents
     from actors.supervision.child_task import ChildTask
     from actors.supervision.report import Report
     from actors.supervision.seam import Life
 
-__all__ = ["OtherProcesses", "Runtime"]
+__all__ = ["HostLease", "Observers", "OtherProcesses", "Runtime"]
+
+
+class HostLease(NamedTuple):
+    """What a machine holds to which parts of the tree are given: for how many seconds it may run them, 0 if it cannot be reached, and how many."""
+
+    host: str
+    left: float
+    parts: int
+
+
+class Observers:
+    """The callbacks of one system, one list for each kind of event. The callbacks of a list are called in its order.
+
+    A callback must not block. Those in `sinks` may raise, and then do not get that line; the others must not raise.
+
+    Invariants: a callback is never removed while the system exists.
+    """
+
+    __slots__ = (
+        "answered", "calls", "closed", "closing", "dismissed", "ended", "goals", "leases", "opening", "parameters", "ready", "reports", "sinks",
+        "tree_ended",
+    )  # fmt: skip
+
+    def __init__(self, sinks: tuple[LogSink, ...]) -> None:
+        self.sinks: list[LogSink] = list(sinks)
+        """Called with every log line, those of supervisors' reports included."""
+        self.reports: list[Callable[[Report], None]] = []
+        """Called with every report of a supervisor, before it is logged."""
+        self.parameters: list[Callable[[Incarnation, ParameterChange], None]] = []
+        """Called when parameters were declared, set or undeclared, but not for those declared before the first of these was added."""
+        self.ready: list[Callable[[Incarnation], None]] = []
+        """Called when an incarnation has become ready, before it handles any item of its inbox."""
+        self.answered: list[Callable[[Exception], None]] = []
+        """Called with the error that left a service handler or an action body, which is the answer to the caller."""
+        self.calls: list[Callable[[str, str], CallEvents]] = []
+        """Called with a node and a service when the node opens a server or a client of it; what they return is told of its calls."""
+        self.goals: list[Callable[[ActionServer], None]] = []
+        """Called with every action server when it is opened."""
+        self.ended: list[Callable[[Incarnation], None]] = []
+        """Called when an incarnation has ended and closed its endpoints; its tasks may still be ending."""
+        self.dismissed: list[Callable[[NodeRecord], None]] = []
+        """Called when a node has ended for good and its endpoints are closed; may be called again for the same node."""
+        self.leases: list[Callable[[], Iterable[HostLease]]] = []
+        """Called for the leases of the machines to which parts of the tree are given, when they are to be shown."""
+        self.opening: list[Callable[[], Coroutine[Any, Any, None]]] = []
+        """Run beside the start of the tree, which is over when they have returned. They must not raise."""
+        self.closing: list[Callable[[], Coroutine[Any, Any, None]]] = []
+        """Run after the tree and the nodes beside it have ended, before the stop of the system returns. They must not raise."""
+        self.tree_ended: list[Callable[[], None]] = []
+        """Called when the tree has ended, for any reason."""
+        self.closed: list[Callable[[], None]] = []
+        """Called when the system has ended: the tree, and the nodes beside it."""
+
+    def add(
+        self,
+        *,
+        reports: Callable[[Report], None] | None = None,
+        lines: LogSink | None = None,
+        end: Callable[[], None] | None = None,
+    ) -> None:
+        """See `System.observe`."""
+        if reports is not None:
+            self.reports.append(reports)
+        if lines is not None:
+            self.sinks.append(lines)
+        if end is not None:
+            self.tree_ended.append(end)
 
 
 class OtherProcesses(Protocol):
@@ -111,15 +178,14 @@ class Runtime:
         self.observers = Observers(sinks)
         self.options = options
         self.journal = Journal(
-            loop, self.clock, LevelTree(Level(level)) if options is None else options.levels, self.observers
+            loop,
+            self.clock,
+            LevelTree(Level(level)) if options is None else options.levels,
+            self.observers.sinks,
+            self.observers.reports,
         )
         self.log = self.journal.log("system", 1)
-        standard = StandardEndpoints(self)
-        self.graph = make_graph(
-            self.clock.now,
-            open_standard_service=standard.open_service,
-            open_standard_topic=standard.open_topic,
-        )
+        self.graph = make_graph(self.clock.now)
         self.tree = RunningTree(self)
         self.directory = Directory(self.tree, loop, options)
         self.starts = StartWatch(loop, virtual=self.clock.virtual)
@@ -143,8 +209,12 @@ class Runtime:
         self.openings = tuple(self.loop.create_task(self._begin(opening)) for opening in self.observers.opening)
         if not self.clock.virtual:
             preload(structlog=structlog_sink in self.observers.sinks)
-            self.stalls = StallWatch(self)
+            self.stalls = self.stall_watch()
             self.stalls.start()
+
+    def stall_watch(self) -> StallWatch:
+        """What finds the handlers that block the event loop, still to be started."""
+        return StallWatch(self.loop, self.thread, self.journal, self.directory.runner_of)
 
     def close(self) -> None:
         """Close all records and stop watching, after the tree and the nodes beside it have ended."""
@@ -244,7 +314,7 @@ class Runtime:
     def ready(self, life: Incarnation) -> None:
         """Note that an incarnation is ready, and tell the observers."""
         with outside():
-            self.starts.end(life)
+            self.starts.end(life.inbox)
             if not life.ended:  # else it was abandoned, and another one may run in its place
                 life.record.node_class = type(life.node)
                 for observer in self.observers.ready:
@@ -259,7 +329,6 @@ class Runtime:
     def ended(self, life: Incarnation) -> None:
         """Note that an incarnation has ended, and tell the observers. If the system stops, close its record as well."""
         with outside():
-            self.starts.end(life)
             record = life.record
             record.ended_at = self.loop.time()
             if self.stop_reason is not None:

@@ -35,12 +35,14 @@ from actors.topics.stream import StreamSubscription
 from actors.waiting import wake
 
 if TYPE_CHECKING:
+    from actors.actions.driver import Host
     from actors.graph.graph import TopicEntry
     from actors.inbox.expiring import ExpiringMessage
-    from actors.runtime.incarnation import Incarnation
-    from actors.runtime.timers import NodeTimer
+    from actors.runtime.timers import NodeTimer, Timers
+    from actors.time.ticker import Ticker
+    from actors.topics.peers import Participant
 
-__all__ = ["CLOCK", "SimClock", "SimTime"]
+__all__ = ["CLOCK", "ClockSubscription", "SimClock", "SimTime"]
 
 CLOCK: Final = Topic(ClockMessage, "/clock", qos.CLOCK)
 """The topic that carries simulated time: best effort, keep_last 1."""
@@ -157,19 +159,19 @@ _FAR: Final = 1e10
 """A time, in seconds, later than any that a `/clock` message can hold."""
 
 
-class _ClockSubscription(StreamSubscription[ClockMessage]):
+class ClockSubscription(StreamSubscription[ClockMessage]):
     """A subscription without a queue: time is set at the moment of publication, not when the node has its turn."""
 
     __slots__ = ("_step",)
 
     def __init__(
         self,
-        life: Incarnation,
+        node: Participant,
         entry: TopicEntry,
         step: Callable[[ClockMessage], None],
         on_close: Callable[[StreamSubscription[ClockMessage]], None],
     ) -> None:
-        super().__init__(life, entry, CLOCK.type, CLOCK.qos, on_close)
+        super().__init__(node, entry, CLOCK.type, CLOCK.qos, on_close)
         self._step = step
 
     def deliver(self, message: ClockMessage) -> None:
@@ -182,33 +184,62 @@ class _ClockSubscription(StreamSubscription[ClockMessage]):
 
 
 class SimTime:
-    """The ROS time of one incarnation, from its first use to the end of the incarnation.
+    """The ROS time of one life of a node, from its first use to the end of the life.
 
-    Invariants: until the incarnation ends, `_subscription` is set and `ros.active` is true exactly while simulated time is switched on;
-    every timer of the incarnation ticks by `ticker` then, and by the system's ticker otherwise.
+    `system` and `ticker` are those of the system; `follow` subscribes a function to `/clock`.
+
+    Invariants: until the life ends, `_subscription` is set and `ros.active` is true exactly while simulated time is switched on;
+    every timer of the life ticks by `ticker` then, and by the system's ticker otherwise.
     """
 
-    __slots__ = ("_life", "_subscription", "_warned", "clock", "ros", "ticker")
+    __slots__ = (
+        "_ended",
+        "_follow",
+        "_host",
+        "_loop",
+        "_subscription",
+        "_system_ticker",
+        "_timers",
+        "_warned",
+        "clock",
+        "ros",
+        "ticker",
+    )
 
-    def __init__(self, life: Incarnation) -> None:
-        runtime = life.runtime
-        self._life = life
-        self._subscription: _ClockSubscription | None = None
-        self._warned = False
-        self.ros = RosClock(runtime.clock.wall_ns)
-        self.clock = SimClock(self.ros, runtime.clock, runtime.loop)
+    def __init__(
+        self,
+        host: Host,
+        system: Clock,
+        ticker: Ticker,
+        timers: Timers,
+        follow: Callable[[Callable[[ClockMessage], None]], ClockSubscription],
+    ) -> None:
+        self._host = host
+        self._loop = host.inbox.loop
+        self._system_ticker = ticker
+        self._timers = timers
+        self._follow = follow
+        self._subscription: ClockSubscription | None = None
+        self._ended = self._warned = False
+        self.ros = RosClock(system.wall_ns)
+        self.clock = SimClock(self.ros, system, self._loop)
         self.ticker = SimTicker(self.ros)
 
     def __repr__(self) -> str:
-        return f"<ROS time of {self._life.fqn}: {self.ros!r}>"
+        return f"<ROS time of {self._host.fqn}: {self.ros!r}>"
 
     def use(self, simulated: bool) -> None:
         """Switch simulated time on or off, as setting `use_sim_time` does. Nothing happens if it is so already, or the node has ended."""
-        if simulated is not self.ros.active and not self._life.ended:
+        if simulated is not self.ros.active and not self._ended:
             if simulated:
                 self._on()
             else:
                 self._off()
+
+    def close(self) -> None:
+        """End all sleeps, because the life has ended."""
+        self._ended = True
+        self.clock.close()
 
     def on_jump(
         self,
@@ -223,28 +254,17 @@ class SimTime:
                 if callback is not None:
                     callback(*arguments)
             except Exception as error:
-                self._life.fail(error, "jump callback")
+                self._host.fail(error, "jump callback")
 
         return self.ros.on_jump(threshold, pre=lambda: guarded(pre), post=lambda jump: guarded(post, jump))
-
-    def begin(self, timer: NodeTimer) -> None:
-        """Let a timer of the node tick from now on, on the clock that is in use."""
-        if self.ros.active:
-            timer.time = self.clock.now
-            timer.begin(self.ticker)
-        else:
-            timer.begin(self._life.runtime.ticker)
 
     # -- the switch ---------------------------------------------------------------------------------------------------------
 
     def _on(self) -> None:
-        life = self._life
-        entry: TopicEntry = life.runtime.graph.topic(life.identity.topic(CLOCK.name))
-        self._subscription = subscription = _ClockSubscription(life, entry, self._step, self._closed)
-        life.streams.append(subscription)
-        entry.add_subscription(subscription)
-        moving = [(timer, self._taken(timer)) for timer in (*life.timers, *life.made_timers)]
+        self._subscription = self._follow(self._step)
+        moving = [(timer, self._taken(timer)) for timer in self._timers]
         self.ros.activate()
+        self._timers.use(self.ticker, self.clock.now)
         for timer, tick in moving:
             timer.move(tick, self.clock.now)
         self.ticker.deliver()
@@ -252,34 +272,31 @@ class SimTime:
     def _off(self) -> None:
         assert self._subscription is not None
         self._subscription.close()
+        self._subscription = None
         self.ros.deactivate()
+        self._timers.use(self._system_ticker, None)
         self.clock.wake_all()
-        for timer in (*self._life.timers, *self._life.made_timers):
+        for timer in self._timers:
             self._give_back(timer)
 
     def _taken(self, timer: NodeTimer) -> SimTick:
         """Move a timer from the loop's clock to simulated time. Must be called before the switch, which keeps the rest of the period."""
-        loop, handle = self._life.runtime.loop, timer.handle
+        handle = timer.handle
         assert isinstance(handle, TickHandle)
-        last = self.ros.now_ns() - round((loop.time() - (handle.start + handle.k / handle.hz)) * 1e9)
+        last = self.ros.now_ns() - round((self._loop.time() - (handle.start + handle.k / handle.hz)) * 1e9)
         handle.cancel()
         return self.ticker.add(timer.hz, timer.entrance(), last / 1e9, handle.k)
 
     def _give_back(self, timer: NodeTimer) -> None:
         """Move a timer back to the loop's clock; it waits for the rest of its period."""
-        runtime, tick = self._life.runtime, timer.handle
+        tick = timer.handle
         assert isinstance(tick, SimTick)
         wait = max(0, tick.wait(self.ros.now_ns()))
         tick.cancel()
-        handle = runtime.ticker.add(timer.hz, timer.entrance(), runtime.loop.time() + wait / 1e9 - 1.0 / timer.hz)
+        handle = self._system_ticker.add(timer.hz, timer.entrance(), self._loop.time() + wait / 1e9 - 1.0 / timer.hz)
         handle.start -= tick.k / timer.hz  # the numbers of its ticks go on
         handle.k = tick.k
         timer.move(handle, timer.loop_time)
-
-    def _closed(self, subscription: StreamSubscription[ClockMessage]) -> None:
-        self._subscription = None
-        self._life.streams.remove(subscription)
-        self._life.record.note((subscription.entry,))
 
     # -- the time -----------------------------------------------------------------------------------------------------------
 
@@ -289,7 +306,7 @@ class SimTime:
         if nanoseconds < 0:
             if not self._warned:
                 self._warned = True
-                self._life.warn("time before 0 on /clock: ignored", sec=stamp.sec, nanosec=stamp.nanosec)
+                self._host.warn("time before 0 on /clock: ignored", sec=stamp.sec, nanosec=stamp.nanosec)
             return
         self.ros.set(nanoseconds)
         if self.ros.active:  # a jump callback may have switched it off

@@ -30,11 +30,12 @@ from actors.time.lockstep import lockstep_of
 from actors.time.processor import Processor
 
 if TYPE_CHECKING:
-    from actors.inbox.inbox import Inbox
-    from actors.runtime.record import NodeRecord
-    from actors.runtime.runtime import Runtime
+    from collections.abc import Callable
 
-__all__ = ["CLOSE_FOR", "CLOSE_POLL", "CLOSE_REST", "POLL_SECONDS", "StallWatch", "work_of"]
+    from actors.inbox.inbox import Inbox
+    from actors.runtime.journal import Journal
+
+__all__ = ["CLOSE_FOR", "CLOSE_POLL", "CLOSE_REST", "POLL_SECONDS", "Runner", "StallWatch", "work_of"]
 
 POLL_SECONDS = 0.2
 """Time between two checks of the thread, seconds."""
@@ -51,6 +52,14 @@ STARVED_FOR = 2.0
 """For how long it is measured how much of a core a process gets whose timers are late, seconds."""
 STARVED = 0.25
 """It is told if the loop's thread waited for at least this share of that time."""
+
+
+class Runner(NamedTuple):
+    """The node that a task runs, or that has an inbox: its full name, the number of its life, and its inbox."""
+
+    node: str
+    incarnation: int
+    inbox: Inbox
 
 
 class _Block(NamedTuple):
@@ -74,8 +83,17 @@ class StallWatch:
     - `_harm` and `_telling` are set and cleared together, in the loop.
     """
 
-    def __init__(self, runtime: Runtime) -> None:
-        self._runtime = runtime
+    def __init__(
+        self,
+        loop: asyncio.AbstractEventLoop,
+        thread: int,
+        journal: Journal,
+        runner_of: Callable[[asyncio.Task[Any] | Inbox], Runner | None],
+    ) -> None:
+        self._loop = loop
+        self._loop_thread = thread
+        self._journal = journal
+        self._runner_of = runner_of
         self._end = Event()
         self._asked = False
         """Whether `turned` has been submitted to the loop and has not run yet."""
@@ -102,7 +120,7 @@ class StallWatch:
         """When a measurement of the share of a core began, with the processor time of the process and the waiting time by then."""
         self._starved: asyncio.TimerHandle | None = None
         self._told_starved = False
-        self.caught: tuple[NodeRecord | None, str, str, float] | None = None
+        self.caught: tuple[Runner | None, str, str, float] | None = None
         """What blocks the loop now: node, handler, line, and the time of the check that found it, on the monotonic clock."""
         self._thread = Thread(target=self._run, name="robactor stall watch", daemon=True)
 
@@ -135,18 +153,23 @@ class StallWatch:
 
     def look(self, now: float) -> None:
         """Check the loop once, from the thread, at `now` seconds on the monotonic clock."""
-        task = asyncio.current_task(self._runtime.loop)
+        task = asyncio.current_task(self._loop)
         if task is None or self.caught is not None:
             return
-        record = self._runtime.directory.owner_of(task)
-        suspect = (task, record.inbox.handled if record is not None else 0)
+        runner = self._runner_of(task)
+        suspect = (task, runner.inbox.handled if runner is not None else 0)
         if not self._asked or suspect != self._suspect:
             self._suspect, self._since = suspect, now
             self._ask()
         elif now - self._since >= (
             self._limit if now < self._close_until else HOLDING_SECONDS
         ) and not self._waited_most(now - self._since, now):
-            self.caught = (record, work_of(record, task), line_of(self._runtime.thread), now)
+            self.caught = (
+                runner,
+                work_of(None if runner is None else runner.inbox, task),
+                line_of(self._loop_thread),
+                now,
+            )
 
     def waited(self, since: float) -> float:
         """For how long the loop's thread has waited for a processor, or was stopped, since `since` or some tenths of a second before."""
@@ -162,7 +185,7 @@ class StallWatch:
             return
         self._asked = True
         try:
-            self._runtime.loop.call_soon_threadsafe(self.turned)
+            self._loop.call_soon_threadsafe(self.turned)
         except RuntimeError:  # the loop has been closed although the system was not stopped
             self._end.set()
 
@@ -174,8 +197,8 @@ class StallWatch:
         caught, self.caught = self.caught, None
         if caught is None:
             return
-        record, handler, line, seen = caught
-        node, life = ("", 0) if record is None else (record.identity.fqn, record.incarnation)
+        runner, handler, line, seen = caught
+        node, life = ("", 0) if runner is None else (runner.node, runner.incarnation)
         self._block = block = _Block(node, life, handler, line, self._since, max(seen, monotonic()))
         if block.ended - block.begun >= HOLDING_SECONDS:
             self._tell(block, {})
@@ -185,9 +208,8 @@ class StallWatch:
         now = monotonic()
         if self._waited_most(seconds, now):
             return
-        for record in self._runtime.directory.records.values():
-            if record.inbox is inbox:
-                self._block = _Block(record.identity.fqn, record.incarnation, handler, "", now - seconds, now)
+        if (runner := self._runner_of(inbox)) is not None:
+            self._block = _Block(runner.node, runner.incarnation, handler, "", now - seconds, now)
 
     def delayed(self, node: str, period: float, seconds: float, lost: int) -> None:
         """Find the cause of a tick that is `seconds` late, a period or more, and cost `lost` ticks; it is not the timer's own node."""
@@ -199,15 +221,15 @@ class StallWatch:
                 self._look_closely(now, period)
         elif self._harm is None:
             self._harm = (block, lost, node)
-            self._telling = self._runtime.loop.call_later(STEP_SECONDS, self.tell_harm)
+            self._telling = self._loop.call_later(STEP_SECONDS, self.tell_harm)
         elif lost > self._harm[1]:
             self._harm = (block, lost, node)
 
     def _measure(self, now: float) -> None:
         """Measure how much of a core the process gets, unless that has been told. A simulated world that is slow is told by who runs it."""
-        if self._starving is None and not self._told_starved and lockstep_of(self._runtime.loop) is None:
+        if self._starving is None and not self._told_starved and lockstep_of(self._loop) is None:
             self._starving = (now, process_time(), self.waited(now))
-            self._starved = self._runtime.loop.call_later(STARVED_FOR, self.tell_starved)
+            self._starved = self._loop.call_later(STARVED_FOR, self.tell_starved)
 
     def tell_starved(self) -> None:
         """Log how much of a core the process got, if that was too little, once."""
@@ -217,7 +239,7 @@ class StallWatch:
         waited = self.waited(begun) - waited
         if waited >= STARVED * seconds:
             self._told_starved = True
-            self._runtime.log.warning(
+            self._journal.log("system", 1).warning(
                 f"this process got {(process_time() - ran) / seconds:.0%} of a core: its timers are late",
                 waited_for_a_processor=f"{waited / seconds:.0%} of the time",
                 remedy="end other programs, give it more of the machine, or ask less of it",
@@ -243,7 +265,7 @@ class StallWatch:
         if (block.node, block.handler) in self._reported:
             return
         self._reported.add((block.node, block.handler))
-        log = self._runtime.journal.log(block.node, block.incarnation) if block.node else self._runtime.log
+        log = self._journal.log(block.node, block.incarnation) if block.node else self._journal.log("system", 1)
         fields: dict[str, Any] = {"at": block.line, **harm} if block.line else harm
         log.warning(
             f"handler blocked the event loop for {block.ended - block.begun:.2f} s", handler=block.handler, **fields,
@@ -251,8 +273,7 @@ class StallWatch:
         )  # fmt: skip
 
 
-def work_of(record: NodeRecord | None, task: asyncio.Task[Any]) -> str:
+def work_of(inbox: Inbox | None, task: asyncio.Task[Any]) -> str:
     """The label of the handler that runs in `task`, or the task's name if it runs no item of an inbox. May be called from any thread."""
-    inbox = record.inbox if record is not None else None
     item = inbox.current if inbox is not None and inbox.task is task else None
     return task.get_name() if item is None else item.label

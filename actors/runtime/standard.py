@@ -13,8 +13,6 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from actors.runtime.endpoints import event_publisher
-from actors.runtime.node_parameters import serves_loggers
 from actors.runtime.standard_actions import ACTION_SERVICES, ACTION_TOPICS, AT_ONCE, serve_standard
 
 if TYPE_CHECKING:
@@ -56,6 +54,8 @@ class StandardEndpoints:
 
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
+        runtime.graph.open_standard_service = self.open_service
+        runtime.graph.open_standard_topic = self.open_topic
         self._awaited: dict[str, set[str]] = {}
         self._watches = False
         """Whether it is told of nodes that have become ready: from the first service on that is awaited."""
@@ -110,7 +110,7 @@ class StandardEndpoints:
             from actors.interfaces.rcl_interfaces.msg import ParameterEvent
             from actors.parameters.messages import to_event
 
-            publisher = event_publisher(life, ParameterEvent, graph.topic(PARAMETER_EVENTS))
+            publisher = life.endpoints.event_publisher(ParameterEvent, graph.topic(PARAMETER_EVENTS))
             publisher.publish(to_event(change, life.fqn, life.clock.stamp()))
 
         self._runtime.observers.parameters.append(publish)
@@ -126,7 +126,7 @@ class StandardEndpoints:
             life = runtime.directory.find(record.node)
             if life is not None:
                 message = log_message(record, runtime.clock.wall_ns_at(record.time))
-                event_publisher(life, Log, runtime.graph.topic(ROSOUT)).publish(message)
+                life.endpoints.event_publisher(Log, runtime.graph.topic(ROSOUT)).publish(message)
 
         runtime.observers.sinks.insert(0, publish)
         oldest = runtime.clock.now() - ROSOUT_SECONDS
@@ -172,7 +172,7 @@ def _type_description_service(life: Incarnation, name: str, last: str) -> tuple[
 
 def _logger_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] | None:
     """The type and the handler of one of the two services for the levels of loggers, or None for a node that is not told to have them."""
-    if not serves_loggers(life):
+    if not life.serves_loggers:
         return None
     from actors.logs.services import LOGGER_SERVICES
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import Reject
-from actors.runtime.endpoints import event_publisher
 from actors.services.server import Server
 from actors.time.values import nanoseconds_of, stamp_of
 
@@ -29,7 +28,7 @@ Handlers = tuple[Any, Any]
 def serve_standard(life: Incarnation, entry: ServiceEntry, type: Any, handler: Any, concurrent: int = 0) -> None:
     """Serve `entry` from now until the end of this incarnation, besides what its node declares."""
     server = Server(life, entry, type, handler, entry.name, concurrent)
-    life.standard_services.append(server)
+    life.endpoints.standard.append(server)
     entry.open(server)
 
 
@@ -100,13 +99,13 @@ def _open_status(life: Incarnation, server: ActionServer, entry: TopicEntry) -> 
         return
     from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
 
-    publisher = event_publisher(life, GoalStatusArray, entry)
+    publisher = life.endpoints.event_publisher(GoalStatusArray, entry)
     pending = False
 
     def tell() -> None:
         nonlocal pending
         pending = False
-        if publisher not in life.publishers:
+        if publisher not in life.endpoints.publishers:
             return
         publisher.publish(
             GoalStatusArray(
@@ -134,7 +133,7 @@ def _open_feedback(life: Incarnation, server: ActionServer, entry: TopicEntry) -
     from actors.interfaces.unique_identifier_msgs.msg import UUID
 
     message: Any = types.feedback_message(server.action.type)
-    publisher: Publisher[Any] = event_publisher(life, message, entry)
+    publisher: Publisher[Any] = life.endpoints.event_publisher(message, entry)
 
     def feed(goal_id: bytes, feedback: Any) -> None:
         publisher.publish(message(goal_id=UUID(uuid=goal_id), feedback=feedback))

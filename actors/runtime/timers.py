@@ -9,37 +9,32 @@ from __future__ import annotations
 import inspect
 from array import array
 from collections import deque
-from collections.abc import Awaitable, Callable
-from functools import lru_cache, partial
+from collections.abc import Awaitable, Callable, Iterator
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from actors.checks import is_number
 from actors.errors import ActorError
-from actors.inbox.border import outside
+from actors.runtime.callables import takes_argument
 
 if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
-    from actors.node.declarations import Late
-    from actors.runtime.incarnation import Incarnation
-    from actors.runtime.stall import StallWatch
+    from actors.parameters import ParameterStore
+    from actors.runtime.declarations import Declarations, Late
+    from actors.time.clock import Clock
     from actors.time.ticker import Ticking, TickSource
 
-__all__ = [
-    "Lateness",
-    "NodeTimer",
-    "Tick",
-    "TickMissed",
-    "TimerRecord",
-    "end_ticks",
-    "retime",
-    "start_timers",
-    "tick",
-]
+__all__ = ["Lateness", "NodeTimer", "Rate", "Tick", "TickMissed", "Timer", "TimerRecord", "Timers"]
 
 KEPT = 65536
 """How many measured values of lateness are kept for each timer."""
 
 BACKLOG = 1000
 """The most ticks that wait with ``late="catch_up"``; further ones are lost and counted."""
+
+
+SHORTEST = 1e-6
+"""The shortest period of a timer, seconds: that of the fastest `every`."""
 
 
 class TickMissed(ActorError):
@@ -299,59 +294,256 @@ def _arguments(function: Callable[..., Any]) -> int:
     return code.co_argcount if code is not None else 0
 
 
-def start_timers(life: Incarnation) -> None:
-    """Start the timers that the node's class declares by `@every`."""
-    node, labels, stalls = life.node, life.declarations.labels, life.runtime.stalls
-    on_late = None if stalls is None else partial(_tell_late, stalls, life.fqn)
-    for declared in life.declarations.timers:
-        hz = life.parameters.value(declared.hz) if isinstance(declared.hz, str) else declared.hz
-        record = life.record.timers.get(declared.attribute)
-        if record is None:
-            record = life.record.timers[declared.attribute] = TimerRecord(hz)
-        record.hz = hz
-        handler, label = getattr(node, declared.attribute), labels[declared.attribute]
-        timer = NodeTimer(life.inbox, handler, hz, declared.late, label, record, on_late)
-        life.timers.append(timer)
-        _begin(life, timer)
+class Timers:
+    """The timers of one life of a node: those that its class declares by `@every`, and those that it makes while it runs.
+
+    `ticker` gives the ticks until `use` names another source; `on_late` is called when the event loop was late for a tick by a period or more.
+
+    Invariants: all timers tick by the same source, and show the time of its clock.
+    """
+
+    __slots__ = ("_inbox", "_on_late", "_source", "_time", "declared", "made")
+
+    def __init__(
+        self,
+        inbox: Inbox,
+        ticker: TickSource,
+        on_late: Callable[[NodeTimer, float, int], None] | None,
+    ) -> None:
+        self._inbox = inbox
+        self._source = ticker
+        self._time: Callable[[], float] | None = None
+        self._on_late = on_late
+        self.declared: list[NodeTimer] = []
+        """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
+        self.made: dict[NodeTimer, None] = {}
+        """The timers that the node has made and not canceled."""
+
+    def __iter__(self) -> Iterator[NodeTimer]:
+        yield from self.declared
+        yield from self.made
+
+    def start(
+        self,
+        node: object,
+        declarations: Declarations,
+        parameters: Callable[[], ParameterStore],
+        kept: dict[str, TimerRecord],
+    ) -> None:
+        """Start the timers that the class of `node` declares. `kept` holds their figures over all lives, by the name of the method."""
+        for declared in declarations.timers:
+            hz: float = parameters().value(declared.hz) if isinstance(declared.hz, str) else declared.hz
+            record = kept.get(declared.attribute)
+            if record is None:
+                record = kept[declared.attribute] = TimerRecord(hz)
+            record.hz = hz
+            handler, label = getattr(node, declared.attribute), declarations.labels[declared.attribute]
+            timer = NodeTimer(self._inbox, handler, hz, declared.late, label, record, self._on_late)
+            self.declared.append(timer)
+            self._begin(timer)
+
+    def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
+        """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
+        timer = NodeTimer(self._inbox, handler, hz, late, label, TimerRecord(hz), self._on_late)
+        self.made[timer] = None
+        self._begin(timer)
+        return timer
+
+    def end(self, timer: NodeTimer) -> None:
+        """End the ticks of a timer that `tick` has started. Ending twice is harmless."""
+        timer.stop()
+        self.made.pop(timer, None)
+
+    def retime(self, declarations: Declarations, parameter: str, hz: float) -> None:
+        """Change the rate of the timers that tick by this parameter, which has been set to `hz`."""
+        for declared, timer in zip(declarations.timers, self.declared, strict=False):  # no timers in an inactive node
+            if declared.hz == parameter and timer.hz != hz:
+                timer.retime(hz, self._source)
+
+    def use(self, source: TickSource, time: Callable[[], float] | None) -> None:
+        """Let timers that start from now on tick by `source`, on the clock that shows `time()`; None is the event loop's."""
+        self._source, self._time = source, time
+
+    def stop(self) -> None:
+        """Stop the timers that the class declares."""
+        for timer in self.declared:
+            timer.stop()
+        self.declared.clear()
+
+    def close(self) -> None:
+        """Stop all timers, because the life has ended."""
+        self.stop()
+        for timer in list(self.made):
+            self.end(timer)
+
+    def _begin(self, timer: NodeTimer) -> None:
+        if self._time is not None:
+            timer.time = self._time
+        timer.begin(self._source)
 
 
-def tick(
-    life: Incarnation, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str
-) -> NodeTimer:
-    """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
-    stalls = life.runtime.stalls
-    on_late = None if stalls is None else partial(_tell_late, stalls, life.fqn)
-    timer = NodeTimer(life.inbox, handler, hz, late, label, TimerRecord(hz), on_late)
-    life.made_timers[timer] = None
-    _begin(life, timer)
-    return timer
+class _Run:
+    """The time between the start of a timer and its end, reset or change of period. A tick that comes later is not the timer's."""
+
+    __slots__ = ("timer",)
+
+    def __init__(self, timer: Timer) -> None:
+        self.timer = timer
+
+    def tick(self, tick: Any) -> Awaitable[None] | None:
+        return self.timer.on_tick(self, tick)
 
 
-def end_ticks(life: Incarnation, timer: NodeTimer) -> None:
-    """End the ticks of a timer that `tick` has started. Ending twice is harmless."""
-    timer.stop()
-    life.made_timers.pop(timer, None)
+class Timer:
+    """A timer made at run time: periodic, or with one tick only. Its ticks are handled as those of `every`, one at a time with the
+    node's other handlers, in every state of a lifecycle node, until it is canceled or the node ends.
+
+    `period`, in seconds, may be assigned; the next tick is then due one new period later. `fired` is the number of ticks handled.
+
+    It has no public constructor: `Node.create_timer` gives one.
+    """
+
+    # Invariants: `_run` and `_ticks` are set from a start to the next cancellation, and None otherwise. `_since` is when the timer was
+    # started, or when the tick that was handled last was due, in seconds on the node's clock.
+
+    __slots__ = (
+        "_callback",
+        "_check_use",
+        "_clock_of",
+        "_label",
+        "_late",
+        "_once",
+        "_period",
+        "_run",
+        "_since",
+        "_takes_tick",
+        "_ticks",
+        "_timers",
+        "fired",
+    )
+
+    def __init__(
+        self,
+        timers: Timers,
+        check_use: Callable[[], None],
+        clock_of: Callable[[], Clock],
+        callback: Callable[..., Awaitable[None] | None],
+        period: float,
+        *,
+        once: bool,
+        late: Late,
+        label: str,
+        autostart: bool,
+    ) -> None:
+        self._timers = timers
+        self._check_use = check_use
+        self._clock_of = clock_of
+        self._callback = callback
+        self._takes_tick = takes_argument(callback)
+        self._period = checked_period(label, period)
+        self._once = once
+        self._late: Late = late
+        self._label = label
+        self._run: _Run | None = None
+        self._ticks: NodeTimer | None = None
+        self._since = 0.0
+        self.fired = 0
+        if autostart:
+            self.reset()
+
+    def __repr__(self) -> str:
+        state = "canceled" if self.canceled else f"every {self._period:g} s" if not self._once else "once"
+        return f"<timer {self._label}, {state}: {self.fired} ticks>"
+
+    @property
+    def canceled(self) -> bool:
+        """Whether no tick will come: it was canceled, or never started, or was to tick once and has."""
+        return self._run is None
+
+    @property
+    def period(self) -> float:
+        return self._period
+
+    @period.setter
+    def period(self, seconds: float) -> None:
+        self._period = checked_period(self._label, seconds)
+        if not self.canceled:
+            self.reset()
+
+    @property
+    def missed(self) -> int:
+        """How many ticks were lost since the last start, because the node was busy."""
+        return 0 if self._ticks is None else self._ticks.missed
+
+    @property
+    def remaining(self) -> float | None:
+        """The time until the next tick is due, in seconds on the node's clock; None if the timer is canceled."""
+        return None if self.canceled else self._period - (self._clock_of().now() - self._since) % self._period
+
+    def cancel(self) -> None:
+        """Let no further tick come, not even one that waits already. Canceling twice is harmless."""
+        ticks, self._ticks, self._run = self._ticks, None, None
+        if ticks is not None:
+            self._timers.end(ticks)
+
+    def reset(self) -> None:
+        """Start, or start again: the next tick is due one period from now. Raises `Ended` after the end of the node."""
+        self.cancel()
+        self._check_use()
+        run = _Run(self)
+        self._ticks = self._timers.tick(1.0 / self._period, run.tick, self._late, self._label)
+        self._run = run
+        self._since = self._clock_of().now()
+
+    def on_tick(self, run: _Run, tick: Any) -> Awaitable[None] | None:
+        """Handle a tick of `run`; nothing happens if that is over."""
+        if run is not self._run:
+            return None
+        self.fired += 1
+        self._since = self._clock_of().now() - tick.late
+        if self._once:
+            self.cancel()
+        return self._callback(tick) if self._takes_tick else self._callback()
 
 
-def _begin(life: Incarnation, timer: NodeTimer) -> None:
-    """Let a timer tick on the clock that is in use."""
-    if life.sim is None:
-        timer.begin(life.runtime.ticker)
-    else:
-        life.sim.begin(timer)
+class Rate:
+    """Keeps a loop at a rate: ``while True: ...; await rate.sleep()``.
+
+    Its instants lie one period apart on the node's clock, from the moment in which it was made. One that has passed is left out. A
+    `sleep` that begins after simulated time has jumped back takes at most one period of it.
+
+    It has no public constructor: `Node.create_rate` gives one.
+    """
+
+    # Invariant: `_last` is the number of the instant that `sleep` waited for last, 0 before the first.
+
+    __slots__ = ("_clock_of", "_last", "_period_ns", "_start_ns", "period")
+
+    def __init__(self, clock_of: Callable[[], Clock], hz: float) -> None:
+        if not is_number(hz) or not 0 < hz <= 1 / SHORTEST:
+            raise ValueError(f"a rate of {hz!r:.40} Hz: it must be more than 0 and at most {1 / SHORTEST:g}")
+        self.period = 1.0 / hz
+        """Seconds."""
+        self._clock_of = clock_of
+        self._period_ns = max(1, round(1e9 / hz))
+        self._start_ns = clock_of().now_ns()
+        self._last = 0
+
+    def __repr__(self) -> str:
+        return f"<rate of {1.0 / self.period:g} Hz>"
+
+    async def sleep(self) -> None:
+        """Wait until the next instant of the grid."""
+        clock = self._clock_of()
+        passed = (clock.now_ns() - self._start_ns) // self._period_ns
+        if passed < self._last - 1:
+            self._last = passed
+        self._last = max(passed, self._last) + 1
+        await clock.sleep_until((self._start_ns + self._last * self._period_ns) / 1e9)
 
 
-def _tell_late(stalls: StallWatch, node: str, timer: NodeTimer, seconds: float, lost: int) -> None:
-    """Report to the stall watch that the event loop was late for a tick by a period or more."""
-    with outside():
-        stalls.delayed(node, 1.0 / timer.hz, seconds, lost)
-
-
-def retime(life: Incarnation, name: str, hz: float) -> None:
-    """Change the rate of the timers that tick by the parameter `name`, which has been set to `hz`."""
-    ticker: TickSource = life.runtime.ticker
-    if life.sim is not None and life.sim.ros.active:
-        ticker = life.sim.ticker
-    for declared, timer in zip(life.declarations.timers, life.timers, strict=False):  # no timers in an inactive node
-        if declared.hz == name and timer.hz != hz:
-            timer.retime(hz, ticker)
+def checked_period(label: str, seconds: float) -> float:
+    """The period of a timer. Raises `ValueError` for what is no number of seconds that a timer can tick at."""
+    if not is_number(seconds) or not SHORTEST <= seconds <= 1e9:
+        raise ValueError(f"{label}: a period of {seconds!r:.40} s; it must be a number of seconds from {SHORTEST:g} on")
+    return float(seconds)

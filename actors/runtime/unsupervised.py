@@ -20,7 +20,7 @@ from actors.supervision.refs import ChildRef
 
 if TYPE_CHECKING:
     from actors.names.identity import Identity
-    from actors.node.node import Node
+    from actors.runtime.node import Node
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
     from actors.supervision.declarations import Child

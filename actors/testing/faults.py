@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from actors.checks import default_name
 from actors.contracts.contracts import Topic
-from actors.node.node import Node
+from actors.runtime.node import Node
 from actors.testing.fault_values import CLOCK, Fault, Kind, Possible, Profile, drawn_seconds, parse
 from actors.testing.network_faults import (
     NETWORK_KINDS,

@@ -32,9 +32,9 @@ from actors.transport.simulated.conditions import LAN, Conditions
 from actors.transport.simulated.network import Network
 
 if TYPE_CHECKING:
-    from actors.node.node import Node
     from actors.running.options import ParameterSources
     from actors.running.trees import Runnable
+    from actors.runtime.node import Node
     from actors.supervision.declarations import Spec
     from actors.testing.fault_values import Fault
 

@@ -24,13 +24,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 from actors.errors import NotStarted
 from actors.logs import DEBUG, LogRecord
-from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
-from actors.node.placement import HERE, Placement
 from actors.places import awaited_in
 from actors.qos import of
 from actors.running.options import options_of
 from actors.running.trees import tree_of
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
+from actors.runtime.placement import HERE, Placement
 from actors.runtime.record import UNSUPERVISED, NodeRecord
 from actors.supervision.declarations import Child
 from actors.system import System
@@ -304,14 +304,14 @@ class Rig:
         me = incarnation_of(self.me)
         entry = self.system.graph.topic(name or me.identity.topic(topic.name))
         probe = Probe(me, entry, topic.type, topic.qos if qos is None else of(qos), self.system.clock.now)
-        me.streams.append(cast("Any", probe))
+        me.endpoints.streams.append(cast("Any", probe))
         entry.add_subscription(probe)
         return probe
 
     def publish(self, topic: Topic[M], message: M) -> None:
         """Publish a message. It is delivered when the test next awaits."""
         me = incarnation_of(self.me)
-        for publisher in me.publishers:
+        for publisher in me.endpoints.publishers:
             if publisher.type is topic.type and publisher.entry.name == me.identity.topic(topic.name):
                 publisher.publish(message)
                 return

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from actors.contracts.contracts import Topic
 from actors.interfaces.geometry_msgs.msg import TransformStamped
 from actors.interfaces.tf2_msgs.msg import TFMessage
-from actors.node.node import Node
 from actors.qos import STATE
 from actors.qos.policies import Durability, QoS
+from actors.runtime.node import Node
 
 __all__ = ["TF", "TF_STATIC", "StaticTransformBroadcaster", "TransformBroadcaster"]
 

@@ -33,7 +33,7 @@ from actors.waiting import Waiters
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from actors.node.node import Node
+    from actors.runtime.node import Node
 
 __all__ = ["FRAMES", "Buffer"]
 

@@ -28,7 +28,7 @@ from actors.time.deadlines import check_timeout
 from actors.time.values import Duration, stamp_of
 
 if TYPE_CHECKING:
-    from actors.node.node import Node
+    from actors.runtime.node import Node
 
 __all__ = ["ERRORS", "LOOKUP", "BufferClient"]
 

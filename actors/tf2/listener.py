@@ -14,8 +14,8 @@ from actors.time.values import Duration
 
 if TYPE_CHECKING:
     from actors.interfaces.geometry_msgs.msg import TransformStamped
-    from actors.node.node import Node
     from actors.qos.policies import QoS
+    from actors.runtime.node import Node
     from actors.topics.stream import Stream
 
 __all__ = ["TransformListener"]

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from actors.qos import PARAMETER_EVENTS, PARAMETERS, ROSOUT, SERVICES, TRANSITION_EVENT
-from actors.runtime.node_parameters import serves_loggers
 
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
@@ -32,7 +31,7 @@ def standard_services(life: Incarnation) -> Iterator[Standard]:
         yield Standard(f"{life.fqn}/{service.name}", service.type, PARAMETERS)
     if life.parameters.value("start_type_description_service"):
         yield Standard(f"{life.fqn}/get_type_description", GetTypeDescription, SERVICES)
-    if serves_loggers(life):
+    if life.serves_loggers:
         from actors.logs.services import LOGGER_SERVICES
 
         for name, (kind, _) in LOGGER_SERVICES.items():

@@ -113,7 +113,7 @@ async def fetched(
         foreign = foreign_uses(asked, uses)
         if not foreign:
             raise
-    from actors.node.remote_types import action_parts, fetch
+    from actors.runtime.remote_types import action_parts, fetch
 
     parts = action_parts(system.graph, name, asked) if get is get_action else [(asked, foreign[0][1].type_hash)]
     await fetch(node, asked, parts, (user for user, _ in foreign))

@@ -22,7 +22,7 @@ IMPORTANCE = (1.0, 1.0, 9.0, 100.0, 100.0, 16.0)
 EFFORT = 1e-3
 """Weight of the forces themselves: it makes the problem regular where two feet leave a moment free."""
 LEAST, MOST = 10.0, 600.0
-"""Bounds of a standing foot's vertical force, N."""
+"""Bounds of a standing foot's vertical force under the reference body, N."""
 FRICTION = 0.6
 """Half-width of the friction cone on level ground: force along the ground per force into it."""
 STEEP_FRICTION = 0.3
@@ -36,12 +36,13 @@ def distribute(
     wrench: Sequence[float],
     slope: tuple[float, float] = (0.0, 0.0),
     friction_shares: Sequence[float] = (1.0,) * 4,
+    share: float = 1.0,
 ) -> list[Triple]:
     """Ground forces at contact points `arms` (from the centre of mass) that best give `wrench` (force, moment about it; six numbers).
 
     Regularised least squares; if some feet would have to pull, once more with the others alone. Then each force is bounded along the ground's
     normal and to the friction cone around it. Axes: any, z vertical; `slope` is the ground's rise per metre along x and y; `friction_shares` are
-    the shares of the usual friction that the feet may use. Units N and m.
+    the shares of the usual friction that the feet may use; `share` is the robot's mass over the reference body's, for whose feet the bounds are. Units N and m.
     """
     steepness = hypot(*slope)
     length = sqrt(1.0 + steepness * steepness)
@@ -54,7 +55,8 @@ def distribute(
         again = iter(_without_bounds(pushing, wrench))
         forces = [force if pulls else next(again) for force, pulls in zip(forces, pulled, strict=True)]
     return [
-        _into_friction_cone(force, up, friction * share) for force, share in zip(forces, friction_shares, strict=False)
+        _into_friction_cone(force, up, friction * grip, share)
+        for force, grip in zip(forces, friction_shares, strict=False)
     ]
 
 
@@ -116,13 +118,13 @@ def solve_definite(rows: Sequence[Sequence[float]], right: Sequence[float]) -> l
     return half
 
 
-def _into_friction_cone(force: Triple, up: Triple, friction: float) -> Triple:
+def _into_friction_cone(force: Triple, up: Triple, friction: float, share: float) -> Triple:
     """The force with its normal part within `LEAST` and `MOST`, and the rest scaled down into the friction cone around `up`."""
     x, y, z = force
     ux, uy, uz = up
     pressing = x * ux + y * uy + z * uz
     x, y, z = x - pressing * ux, y - pressing * uy, z - pressing * uz
-    pressing = max(LEAST, min(MOST, pressing))
+    pressing = max(share * LEAST, min(share * MOST, pressing))
     sideways = sqrt(x * x + y * y + z * z)
     scale = min(1.0, friction * pressing / sideways) if sideways > 0.0 else 1.0
     return (x * scale + pressing * ux, y * scale + pressing * uy, z * scale + pressing * uz)

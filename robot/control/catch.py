@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from robot.control.gaits import GAITS
+from robot.control.gaits import gaits_of
 from robot.control.walk import WalkController
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.predict import PredictedState
@@ -23,6 +23,7 @@ from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.actuators import MOTOR_DELAY
 from robot.model.legs import LEVEL, foot_velocities, leg_state
 from robot.model.parameters import GRAVITY
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["SLOW", "STEADY", "Catch", "Settling", "ground_speed"]
 
@@ -71,17 +72,17 @@ class Catch:
         self.over = False
 
     @classmethod
-    def begin(cls, imu: ImuSample, joints: JointSample) -> Catch | None:
+    def begin(cls, imu: ImuSample, joints: JointSample, model: RobotModel = SPOT) -> Catch | None:
         """For a robot of which nothing but these samples is known; None if it is at rest, or has no foot on the ground that could tell."""
-        vx, vy = ground_speed(joints)
+        vx, vy = ground_speed(joints, model)
         if hypot(vx, vy) < SLOW:
             return None
-        estimate, terrain = Estimator(), TerrainPlane()
+        estimate, terrain = Estimator(model), TerrainPlane()
         estimate.update(FIRST, ImuSample(imu.gyro, np.array((0.0, 0.0, GRAVITY))), joints)
         estimate.moving((vx, vy, 0.0), DOUBT)
         terrain.update(inf, estimate.contacts)
         ahead = PredictedState(estimate, joints, MOTOR_DELAY, (0.0, 0.0, 0.0))
-        walker = WalkController(GAITS["trot"], ahead)
+        walker = WalkController(gaits_of(model)["trot"], ahead)
         walker.join(estimate, ahead)
         return cls(estimate, terrain, walker)
 
@@ -98,12 +99,12 @@ class Catch:
         return walker.step(dt, estimate, ahead, self._terrain, (0.0, 0.0, 0.0)).freeze()
 
 
-def ground_speed(joints: JointSample) -> tuple[float, float]:
+def ground_speed(joints: JointSample, model: RobotModel = SPOT) -> tuple[float, float]:
     """The velocity (m/s, forward and left) of a level body over its standing feet, bounded; over all four if none is said to stand."""
     angles, speeds = joints.position.tolist(), joints.velocity.tolist()
     contact: list[bool] = joints.contact.tolist()
     standing = contact if any(contact) else [True] * 4
-    moving, _ = foot_velocities(leg_state(angles, LEVEL), angles, speeds, (0.0, 0.0, 0.0), LEVEL)
+    moving, _ = foot_velocities(leg_state(angles, LEVEL, model), angles, speeds, (0.0, 0.0, 0.0), LEVEL)
     feet: list[Triple] = [speed for speed, stands in zip(moving, standing, strict=True) if stands]
     vx, vy = -sum(x for x, _, _ in feet) / len(feet), -sum(y for _, y, _ in feet) / len(feet)
     fast = hypot(vx, vy)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 from robot.geometry.vectors import Triple
+from robot.model.robot import RobotModel
 
 __all__ = ["CommandLimits", "CommandShaper"]
 
@@ -20,6 +21,13 @@ class CommandLimits:
     turn: float = 1.5
     slew: float = 1.5
     turn_slew: float = 4.0
+
+    def of(self, model: RobotModel) -> CommandLimits:
+        """These limits of the reference body, for another one: speeds at the same Froude numbers."""
+        length, speed = model.length, model.speed
+        return CommandLimits(
+            self.forward * speed, self.backward * speed, self.sideways * speed, self.turn / speed, self.slew, self.turn_slew / length
+        )  # fmt: skip
 
     def clip(self, vx: float, vy: float, wz: float) -> Triple:
         """The nearest velocity within the limits."""

@@ -10,7 +10,6 @@ from robot.estimation.leg_odometry import Estimator
 from robot.geometry.vectors import Triple, Vector, to_body, to_ground
 from robot.hardware.body import MotorTargets
 from robot.model.kinematics import feet, leg_inverse
-from robot.model.parameters import HIPS, SIDES
 
 __all__ = ["DoubtfulLegs"]
 
@@ -35,7 +34,7 @@ class DoubtfulLegs:
         joints = told.position.copy()
         if not walking:
             return joints
-        led = feet(told.position).tolist()
+        led = feet(told.position, estimate.legs.model).tolist()
         px, py, pz = estimate.position
         for leg in range(4):
             if told.kp[3 * leg] > 0.0:
@@ -58,12 +57,15 @@ class DoubtfulLegs:
             joints = slice(3 * leg, 3 * leg + 3)
             if targets.kp[3 * leg] == 0.0 and not estimate.contact[leg]:
                 targets.position[joints] = self._reach(estimate, leg)
-                targets.kp[joints], targets.kd[joints] = (SPRING,) * 3, (DAMPER,) * 3
+                model = estimate.legs.model
+                targets.kp[joints] = (SPRING * model.spring,) * 3
+                targets.kd[joints] = (DAMPER * model.damper,) * 3
 
     def _reach(self, estimate: Estimator, leg: int) -> Triple:
         """The joints of a leg whose foot is at its place, rad."""
         (px, py, pz), (x, y, z) = estimate.position, self._places[leg]
         fx, fy, fz = to_body(estimate.rotation, (x - px, y - py, z - pz))
-        hip_x, hip_y = HIPS[leg]
-        hip, shoulder, knee, *_ = leg_inverse(SIDES[leg], fx - hip_x, fy - hip_y, fz)
+        model = estimate.legs.model
+        hip_x, hip_y = model.hips[leg]
+        hip, shoulder, knee, *_ = leg_inverse(model.sides[leg], fx - hip_x, fy - hip_y, fz, model)
         return (hip, shoulder, knee)

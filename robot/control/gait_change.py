@@ -5,9 +5,10 @@ from __future__ import annotations
 from math import hypot
 
 from robot.control.command import CommandLimits
-from robot.control.gaits import GAITS, Gait, gait_named
+from robot.control.gaits import Gait, gait_named, gaits_of
 from robot.control.walk import WalkController
 from robot.estimation.predict import PredictedState
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["GaitChange"]
 
@@ -22,9 +23,10 @@ CATCH_TIME = 1.5
 class GaitChange:
     """The gait that was asked for, and the way of a walk to it."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, model: RobotModel = SPOT) -> None:
         """Raises ValueError for an unknown name, as `select` does."""
-        self.wanted = gait_named(name)
+        self._model = model
+        self.wanted = gait_named(name, model)
         self._catching = self._held_for = 0.0
 
     def begin(self) -> None:
@@ -33,7 +35,7 @@ class GaitChange:
 
     def select(self, name: str) -> None:
         """Ask for another gait. Raises ValueError for an unknown name."""
-        self.wanted = gait_named(name)
+        self.wanted = gait_named(name, self._model)
 
     def step(
         self, dt: float, walker: WalkController, ahead: PredictedState, command: tuple[float, float, float]
@@ -60,7 +62,7 @@ class GaitChange:
     def _chosen(self, dt: float, walker: WalkController) -> Gait:
         """The gait asked for; a trot for a while if that one has lost its balance: a trot can catch itself."""
         self._catching = CATCH_TIME if walker.upset else max(0.0, self._catching - dt)
-        return GAITS["trot"] if self._catching > 0.0 and self.wanted.sway is not None else self.wanted
+        return gaits_of(self._model)["trot"] if self._catching > 0.0 and self.wanted.sway is not None else self.wanted
 
 
 def _slow_enough(

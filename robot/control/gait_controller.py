@@ -11,7 +11,7 @@ from robot.control.command import CommandLimits, CommandShaper
 from robot.control.doubtful_legs import DoubtfulLegs
 from robot.control.gait_change import GaitChange
 from robot.control.gait_state import GaitState
-from robot.control.gaits import GAITS
+from robot.control.gaits import gaits_of
 from robot.control.safe_stop import SafeStop
 from robot.control.senses import Senses
 from robot.control.sitting import Sitting
@@ -26,8 +26,7 @@ from robot.geometry.vectors import Triple, Vector
 from robot.hardware.body import JOINT_NAMES, ImuSample, JointSample, MotorTargets
 from robot.model.actuators import MOTOR_DELAY
 from robot.model.modes import GOALS, Mode
-from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
-from robot.model.stance import NOMINAL
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["GaitController"]
 
@@ -63,6 +62,7 @@ class GaitController:
 
     Call `step` at a fixed rate, 200 Hz by design (100 to 500 Hz work). `motor_delay` (s) is how late the drives act on targets,
     as far as it is known: the controller acts on the state it predicts for that moment. `own_feet` is false for a body that steps by itself.
+    `model` is the robot whose legs they are; `limits` bound its speeds, by default those of the reference body at the same Froude numbers.
     """
 
     def __init__(
@@ -72,17 +72,19 @@ class GaitController:
         motor_delay: float = MOTOR_DELAY,
         limits: CommandLimits | None = None,
         own_feet: bool = True,
+        model: RobotModel = SPOT,
     ) -> None:
-        self._gaits = GaitChange(gait)
+        self._model = model
+        self._gaits = GaitChange(gait, model)
         self._delay = motor_delay
-        self._commands = CommandShaper(limits or CommandLimits())
-        self._estimate = Estimator()
+        self._commands = CommandShaper(limits or CommandLimits().of(model))
+        self._estimate = Estimator(model)
         self._terrain = TerrainPlane()
         self._mode: Mode = Mode.SIT
         self._goal: Mode = Mode.SIT
         self._planted: StandController | None = None
         self._walker: WalkController | None = None
-        self._sitting = Sitting()
+        self._sitting = Sitting(model)
         self._stopping_for, self._settling = 0.0, Settling()
         """Of the stop that goes on, or the last one: for how long, s, and whether it may end in sitting down."""
         self._safe: SafeStop | None = None
@@ -91,7 +93,7 @@ class GaitController:
         """How often it has sat down because its feet slid."""
         self._senses = Senses(own_feet)
         self._doubtful = DoubtfulLegs()
-        self._trim = Trim()
+        self._trim = Trim(model)
         self._overtaken_for = 0.0
         self.overtaken = False
         """Whether the drives have acted by themselves, and the walk has not rejoined its stride since."""
@@ -268,7 +270,7 @@ class GaitController:
         self._walker = self._planted = None
         self.overtaken = False
         self._commands.halt()
-        self._safe = SafeStop(steps=steps, speed=speed)
+        self._safe = SafeStop(self._model, steps=steps, speed=speed)
 
     def _act(self, dt: float, imu: ImuSample, joints: JointSample, blind: bool) -> MotorTargets:
         estimate = self._estimate
@@ -303,7 +305,7 @@ class GaitController:
     def _rejoin(self, ahead: PredictedState) -> None:
         """Go on with a walk from where the legs are, as fast as the body is."""
         self.overtaken, self._settling = False, Settling()
-        self._walker = WalkController(GAITS["trot"], ahead, trim=self._trim)
+        self._walker = WalkController(gaits_of(self._model)["trot"], ahead, trim=self._trim)
         self._walker.join(self._estimate, ahead)
         (vx, vy, _), c, s = ahead.velocity, cos(ahead.yaw), sin(ahead.yaw)
         self._commands.resume(c * vx + s * vy, c * vy - s * vx, ahead.turn[2])
@@ -317,14 +319,14 @@ class GaitController:
                 self._sitting.begin(joints)
         elif mode == Mode.SIT:
             if goal != Mode.SIT and self._sitting.may_rise(joints):
-                self._plant(Mode.RISING, ahead, STAND_HEIGHT, weight=0.0)
+                self._plant(Mode.RISING, ahead, self._model.stand_height, weight=0.0)
         elif mode in (Mode.RISING, Mode.LOWERING) and planted is not None:
             if goal == Mode.SIT and mode == Mode.RISING:
                 self._mode = Mode.LOWERING
-                planted.go(SIT_HEIGHT, RISE_TIME)
+                planted.go(self._model.sit_height, RISE_TIME)
             elif goal != Mode.SIT and mode == Mode.LOWERING:
                 self._mode = Mode.RISING
-                planted.go(STAND_HEIGHT, RISE_TIME)
+                planted.go(self._model.stand_height, RISE_TIME)
             elif planted.arrived:
                 self._mode = Mode.STAND if mode == Mode.RISING else Mode.SIT
                 if mode == Mode.LOWERING:
@@ -333,7 +335,7 @@ class GaitController:
         elif mode == Mode.STAND and planted is not None:
             if goal == Mode.SIT:
                 self._mode = Mode.LOWERING
-                planted.go(SIT_HEIGHT, RISE_TIME)
+                planted.go(self._model.sit_height, RISE_TIME)
             elif goal == Mode.WALK:
                 self._mode, self._planted = Mode.WALK, None
                 self._gaits.begin()
@@ -360,10 +362,10 @@ class GaitController:
             if not walker.swinging:
                 self._walker = None
                 self._commands.halt()
-                self._plant(Mode.STAND, ahead, STAND_HEIGHT, weight=1.0)
+                self._plant(Mode.STAND, ahead, self._model.stand_height, weight=1.0)
         elif max(abs(part) for part in self._commands.velocity) < REST_COMMAND:
             speed = walker.speed(ahead)
-            feet = np.array(ahead.legs.feet)[:, :2] - np.array(NOMINAL)
+            feet = np.array(ahead.legs.feet)[:, :2] - np.array(self._model.nominal)
             untwisted = np.abs(feet - feet.mean(axis=0)).max() < TWIST
             walker.halting = (speed < REST_SPEED and bool(untwisted)) or self._stopping_for > self._patience()
 

@@ -7,12 +7,15 @@ and Alexander (1984), see docs/control.md#gaits.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from types import MappingProxyType
 
 from robot.control.command import CommandLimits
+from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["GAITS", "Gait", "GaitClock", "gait_named"]
+__all__ = ["GAITS", "Gait", "GaitClock", "gait_named", "gaits_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +42,20 @@ class Gait:
     """Speeds that the gait is good for; None: all that the robot may be asked for."""
     entry: CommandLimits | None = None
     """Speeds at which it can be begun, and from which on it grows faster within one period; None: `most`."""
+
+    def of(self, model: RobotModel) -> Gait:
+        """This gait of the reference body, for another one: the same steps, at the same Froude numbers."""
+        length, speed = model.length, model.speed
+        return replace(
+            self,
+            period=self.period * speed,
+            shortest=self.shortest * speed,
+            clearance=self.clearance * length,
+            hurry=(self.hurry[0] * speed, self.hurry[1] * speed),
+            sway=None if self.sway is None else (self.sway[0] * length, self.sway[1] * length),
+            most=None if self.most is None else self.most.of(model),
+            entry=None if self.entry is None else self.entry.of(model),
+        )
 
 
 GAITS = MappingProxyType(
@@ -82,11 +99,17 @@ GAITS = MappingProxyType(
 )
 
 
-def gait_named(name: str) -> Gait:
+@lru_cache(maxsize=16)
+def gaits_of(model: RobotModel) -> Mapping[str, Gait]:
+    """All gaits by name, as a robot walks them."""
+    return GAITS if model is SPOT else MappingProxyType({name: gait.of(model) for name, gait in GAITS.items()})
+
+
+def gait_named(name: str, model: RobotModel = SPOT) -> Gait:
     """The gait of that name. Raises `ValueError` when there is none."""
     if name not in GAITS:
         raise ValueError(f"There is no gait {name!r}: choose one of {', '.join(sorted(GAITS))}.")
-    return GAITS[name]
+    return gaits_of(model)[name]
 
 
 LEAD_IN = 0.02

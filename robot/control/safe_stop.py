@@ -18,8 +18,8 @@ from robot.geometry.vectors import Triple
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.kinematics import leg_inverse
 from robot.model.legs import LEVEL, LegState, leg_state, torques
-from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT
-from robot.model.stance import NOMINAL
+from robot.model.parameters import GRAVITY
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["SafeStop"]
 
@@ -34,7 +34,7 @@ BRAKE = 4.0
 SEARCH = 0.3
 """How fast a foot that has still not found the ground goes on downwards, m/s."""
 LONGEST = 0.58
-"""Farthest that a foot is sent below the hip plane, m: 88 % of the stretched leg."""
+"""Farthest that a foot of the reference body is sent below the hip plane, m: 88 % of the stretched leg."""
 CARRY = 0.5
 """Share of the weight that is given as forces; the joint springs give the rest, as the body sinks."""
 _NO_SPEED = 1e-9
@@ -54,10 +54,13 @@ class SafeStop:
     2 s more, and does not fall at any speed that it may be told to walk at; without an IMU, or with `steps` false, that holds up to 0.7 m/s.
     """
 
-    def __init__(self, *, steps: bool = True, speed: tuple[float, float] | None = None) -> None:
+    def __init__(
+        self, model: RobotModel = SPOT, *, steps: bool = True, speed: tuple[float, float] | None = None
+    ) -> None:
         """`steps`: whether it may bring a walk to rest by steps. `speed` (forward, left, m/s) is that of the body where it is known better than
         by the standing feet, as when they slide.
         """
+        self._model = model
         self._steps = steps
         """Whether it may still be about to step."""
         self._catch: Catch | None = None
@@ -65,7 +68,7 @@ class SafeStop:
         self._anchors: list[tuple[Triple, float] | None] = []
         """Of each foot that has touched the ground since the start: where, body frame, and how far the body had gone by then."""
         self._start: list[Triple] = []
-        self._height = SIT_HEIGHT
+        self._height = model.sit_height
         self._known_speed, self._speed = speed, (0.0, 0.0)
 
     @property
@@ -76,7 +79,7 @@ class SafeStop:
     def step(self, dt: float, joints: JointSample, imu: ImuSample | None = None) -> MotorTargets:
         """The motor targets of this step, `dt` seconds after the last; `imu` None: there is none."""
         if self._steps and imu is not None:
-            self._catch = self._catch or Catch.begin(imu, joints)
+            self._catch = self._catch or Catch.begin(imu, joints, self._model)
             if self._catch is not None and not self._catch.over:
                 return self._catch.step(dt, imu, joints)
         self._steps = False
@@ -85,7 +88,8 @@ class SafeStop:
     def _sit(self, dt: float, joints: JointSample) -> MotorTargets:
         """By the joints alone."""
         angles = joints.position.tolist()
-        legs = leg_state(angles, LEVEL)
+        model = self._model
+        legs = leg_state(angles, LEVEL, model)
         standing: list[bool] = joints.contact.tolist()
         if not self._start:
             self._begin(legs, joints, standing)
@@ -99,15 +103,15 @@ class SafeStop:
         targets = Targets()
         for leg in range(4):
             x, y, z = self._place(leg)
-            hip_x, hip_y = HIPS[leg]
-            reach = leg_inverse(SIDES[leg], x - hip_x, y - hip_y, z)
+            hip_x, hip_y = model.hips[leg]
+            reach = leg_inverse(model.sides[leg], x - hip_x, y - hip_y, z, model)
             push = torques(legs.jacobians[leg], *((1.0 - relaxed) * part for part in loads[leg]))
             targets.leg(
                 leg,
                 effort=[a + b for a, b in zip(push, legs.weight[3 * leg : 3 * leg + 3], strict=True)],
                 position=reach[:3],
-                kp=SPRING + (REST_SPRING - SPRING) * relaxed,
-                kd=DAMPER + (REST_DAMPER - DAMPER) * relaxed,
+                kp=model.spring * (SPRING + (REST_SPRING - SPRING) * relaxed),
+                kd=model.damper * (DAMPER + (REST_DAMPER - DAMPER) * relaxed),
             )
         return targets.freeze()
 
@@ -117,8 +121,8 @@ class SafeStop:
         self._start = legs.feet
         self._anchors = [(foot, 0.0) if stands else None for foot, stands in zip(legs.feet, stood, strict=True)]
         deepest = [-foot[2] for foot, stands in zip(legs.feet, stood, strict=True) if stands]
-        self._height = max(SIT_HEIGHT, sum(deepest) / len(deepest))
-        self._speed = ground_speed(joints) if self._known_speed is None else self._known_speed
+        self._height = max(self._model.sit_height, sum(deepest) / len(deepest))
+        self._speed = ground_speed(joints, self._model) if self._known_speed is None else self._known_speed
 
     def _gone(self) -> float:
         """How far the body should have gone by now, m: on for a moment, then braked."""
@@ -130,9 +134,9 @@ class SafeStop:
         """Where a foot should be now, body frame."""
         share = 0.5 * (1.0 - cos(pi * min(1.0, self._time / SIT_TIME)))
         found = min(1.0, self._time / FIND_TIME)
-        height = self._height + (SIT_HEIGHT - self._height) * share
+        height = self._height + (self._model.sit_height - self._height) * share
         vx, vy = self._speed
-        goal_x, goal_y = NOMINAL[leg]
+        goal_x, goal_y = self._model.nominal[leg]
         anchor = self._anchors[leg]
         if anchor is None:
             x, y, z = self._start[leg]
@@ -143,7 +147,7 @@ class SafeStop:
             back = (self._gone() - before) / max(_NO_SPEED, hypot(vx, vy))
             x, y = x - back * vx, y - back * vy
             z += (-height - z) * found
-        return (x + (goal_x - x) * share, y + (goal_y - y) * share, max(z, -LONGEST))
+        return (x + (goal_x - x) * share, y + (goal_y - y) * share, max(z, -LONGEST * self._model.length))
 
 
 def _loads(legs: LegState, standing: list[bool]) -> list[list[float]]:
@@ -152,8 +156,10 @@ def _loads(legs: LegState, standing: list[bool]) -> list[list[float]]:
     loads = [[0.0, 0.0, 0.0] for _ in range(4)]
     if down:
         cx, cy, cz = legs.centre
-        arms = [(x - cx, y - cy, z - cz - FOOT_RADIUS) for x, y, z in (legs.feet[leg] for leg in down)]
-        carry = CARRY * min(1.0, len(down) / 2) * MASS * GRAVITY
-        for leg, force in zip(down, distribute(arms, (0.0, 0.0, carry, 0.0, 0.0, 0.0)), strict=True):
+        arms = [(x - cx, y - cy, z - cz - legs.model.foot_radius) for x, y, z in (legs.feet[leg] for leg in down)]
+        carry = CARRY * min(1.0, len(down) / 2) * legs.model.mass * GRAVITY
+        for leg, force in zip(
+            down, distribute(arms, (0.0, 0.0, carry, 0.0, 0.0, 0.0), share=legs.model.force), strict=True
+        ):
             loads[leg] = list(force)
     return loads

@@ -8,7 +8,7 @@ from robot.control.drive import Targets
 from robot.geometry.vectors import Vector
 from robot.hardware.body import JointSample
 from robot.model.kinematics import inverse
-from robot.model.parameters import SIT_HEIGHT
+from robot.model.robot import SPOT, RobotModel
 from robot.model.stance import nominal_feet
 
 __all__ = ["Sitting"]
@@ -25,8 +25,9 @@ SIT_SPRING, SIT_DAMPER = 60.0, 4.0
 class Sitting:
     """Gathers the legs to the sitting pose from wherever they are at its first step."""
 
-    def __init__(self) -> None:
-        self._pose: Vector = inverse(nominal_feet(SIT_HEIGHT)).joints
+    def __init__(self, model: RobotModel = SPOT) -> None:
+        self._spring, self._damper = SIT_SPRING * model.spring, SIT_DAMPER * model.damper
+        self._pose: Vector = inverse(nominal_feet(model.sit_height, model), model).joints
         self._held: Vector | None = None
         self._lying = 0.0
 
@@ -49,5 +50,5 @@ class Sitting:
         targets = Targets()
         for leg in range(4):
             part = slice(3 * leg, 3 * leg + 3)
-            targets.leg(leg, effort=weight[part], position=held[part], kp=SIT_SPRING, kd=SIT_DAMPER)
+            targets.leg(leg, effort=weight[part], position=held[part], kp=self._spring, kd=self._damper)
         return targets

@@ -17,19 +17,18 @@ from robot.geometry.vectors import Triple, to_body, to_ground
 from robot.model.kinematics import leg_inverse
 from robot.model.legs import torques
 from robot.model.mass import standing_mass
-from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
+from robot.model.parameters import GRAVITY
 
 __all__ = ["StandController"]
 
 SPRING, DAMPER = 120.0, 4.0
-"""Joint gains, N m/rad and N m s/rad."""
+"""Joint gains of the reference body, N m/rad and N m s/rad."""
 ATTITUDE_SPRING, ATTITUDE_DAMPER = 60.0, 8.0
 """Stiffness and damping of roll and pitch per inertia, 1/s2 and 1/s: 1.2 Hz, half of critical damping."""
 SWAY_DAMPER = 6.0
 """Damping of the body's horizontal velocity per mass, 1/s."""
 LOADING = 0.4
 """Seconds within which the legs take up the whole weight; chosen."""
-BODY = standing_mass(STAND_HEIGHT)
 CENTRING = 0.6
 """Seconds over which the body moves above the middle of its feet."""
 
@@ -41,6 +40,9 @@ class StandController:
         """Capture the feet as they stand. `weight` is the share of the robot's weight the legs carry at once (0 to 1); `trim` is what is known of
         a load, and learns on while the height stays.
         """
+        model = self._model = ahead.legs.model
+        self._body = standing_mass(model.stand_height, model)
+        self._spring, self._damper = SPRING * model.spring, DAMPER * model.damper
         c, s = cos(ahead.yaw), sin(ahead.yaw)
         level = [(c * x + s * y, c * y - s * x, z) for x, y, z in ahead.feet]
         mx, my, mz = (sum(column) / 4 for column in zip(*level, strict=True))
@@ -53,7 +55,7 @@ class StandController:
         self._time = self._duration = 0.0
         self._clock = 0.0
         self._weight = weight
-        self._trim = trim or Trim()
+        self._trim = trim or Trim(model)
 
     def go(self, height: float, duration: float) -> None:
         """Move the body to `height` over the feet (m) within `duration` seconds, along a half-cosine."""
@@ -79,40 +81,43 @@ class StandController:
         for leg in range(4):
             push = torques(ahead.legs.jacobians[leg], *(self._weight * force for force in forces[leg]))
             effort = [a + b for a, b in zip(push, ahead.legs.weight[3 * leg : 3 * leg + 3], strict=True)]
-            targets.leg(leg, effort=effort, position=angles[leg], kp=SPRING, kd=DAMPER)
+            targets.leg(leg, effort=effort, position=angles[leg], kp=self._spring, kd=self._damper)
         return targets
 
     def _forces(self, ahead: PredictedState) -> list[Triple]:
         c, s = cos(ahead.yaw), sin(ahead.yaw)
-        inertia_x, inertia_y, _ = BODY.inertia
+        model = self._model
+        spring, damper = ATTITUDE_SPRING / model.length, ATTITUDE_DAMPER / model.speed
+        inertia_x, inertia_y, _ = self._body.inertia
         lift, roll, pitch = self._trim.value
-        moment_x = inertia_x * (ATTITUDE_SPRING * (self._roll - ahead.roll) - ATTITUDE_DAMPER * ahead.turn[0] + roll)
-        moment_y = inertia_y * (ATTITUDE_SPRING * (self._pitch - ahead.pitch) - ATTITUDE_DAMPER * ahead.turn[1] + pitch)
+        moment_x = inertia_x * (spring * (self._roll - ahead.roll) - damper * ahead.turn[0] + roll)
+        moment_y = inertia_y * (spring * (self._pitch - ahead.pitch) - damper * ahead.turn[1] + pitch)
         vx, vy, _ = ahead.velocity
-        brake = -MASS * SWAY_DAMPER
+        brake = -model.mass * SWAY_DAMPER / model.speed
         wrench = (
             brake * vx,
             brake * vy,
-            MASS * (GRAVITY + lift),
+            model.mass * (GRAVITY + lift),
             c * moment_x - s * moment_y,
             s * moment_x + c * moment_y,
             0.0,
         )
         x, y, z = to_ground(ahead.rotation, ahead.legs.centre)
-        z += FOOT_RADIUS
-        return distribute([(fx - x, fy - y, fz - z) for fx, fy, fz in ahead.feet], wrench)
+        z += model.foot_radius
+        return distribute([(fx - x, fy - y, fz - z) for fx, fy, fz in ahead.feet], wrench, share=model.force)
 
     def _pose(self) -> list[tuple[float, float, float]]:
         """The joint angles of a body above the middle of its feet, at the present height, parallel to the ground."""
         share = 0.5 * (1.0 + cos(pi * min(1.0, self._clock / CENTRING)))
-        x0 = BODY.behind + (self._offset[0] - BODY.behind) * share
+        model, behind = self._model, self._body.behind
+        x0 = behind + (self._offset[0] - behind) * share
         y0 = self._offset[1] * share
         cr, sr, cp, sp = cos(self._roll), sin(self._roll), cos(self._pitch), sin(self._pitch)
         pose: list[tuple[float, float, float]] = []
-        for (fx, fy, fz), (hip_x, hip_y), side in zip(self._feet, HIPS, SIDES, strict=True):
+        for (fx, fy, fz), (hip_x, hip_y), side in zip(self._feet, model.hips, model.sides, strict=True):
             x, y, z = fx - x0, fy - y0, fz - self.height
             along = cp * x - sp * z
             lifted = sp * x + cp * z
-            angles = leg_inverse(side, along - hip_x, cr * y + sr * lifted - hip_y, cr * lifted - sr * y)
+            angles = leg_inverse(side, along - hip_x, cr * y + sr * lifted - hip_y, cr * lifted - sr * y, model)
             pose.append((angles.q1, angles.q2, angles.q3))
         return pose

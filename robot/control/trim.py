@@ -12,6 +12,7 @@ from math import exp
 from typing import Final
 
 from robot.geometry.vectors import Triple
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["Trim"]
 
@@ -31,7 +32,11 @@ class Trim:
     Invariants: each is within its bound; each is exactly zero until a low-passed error has been beyond what begins it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, model: RobotModel = SPOT) -> None:
+        rate, turn = GAIN[1] / model.length**1.5, MOST[1] / model.length  # formula: dynamic similarity
+        self._begin: Triple = (BEGIN[0] * model.length, *BEGIN[1:])
+        self._gain: Triple = (GAIN[0] / model.length**1.5, rate, rate)  # formula: dynamic similarity
+        self._most: Triple = (MOST[0], turn, turn)
         self.value: Triple = (0.0, 0.0, 0.0)
         self._error: Triple = (0.0, 0.0, 0.0)
         """Low-passed."""
@@ -43,7 +48,9 @@ class Trim:
         self._error = (a, b, c)
         x, y, z = (
             _integral(value, error, begin, dt * gain, most)
-            for value, error, begin, gain, most in zip(self.value, self._error, BEGIN, GAIN, MOST, strict=True)
+            for value, error, begin, gain, most in zip(
+                self.value, self._error, self._begin, self._gain, self._most, strict=True
+            )
         )
         self.value = (x, y, z)
 

@@ -26,8 +26,7 @@ from robot.geometry.vectors import Triple, to_body, to_ground
 from robot.model.kinematics import leg_inverse, leg_jacobian
 from robot.model.legs import torques
 from robot.model.mass import standing_mass
-from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, STAND_HEIGHT
-from robot.model.stance import NOMINAL
+from robot.model.parameters import GRAVITY
 
 __all__ = ["WalkController"]
 
@@ -66,22 +65,23 @@ class WalkController:
         self, gait: Gait, ahead: PredictedState, config: WalkConfig | None = None, trim: Trim | None = None
     ) -> None:
         """`trim` is what is known of a load, and learns on."""
-        self._config = config or WalkConfig()
-        lowest = min(STAND_HEIGHT, self._config.height - self._config.crouch)
-        self._heights = (lowest, max(STAND_HEIGHT, self._config.height))
+        model = self._model = ahead.legs.model
+        self._config = config or WalkConfig.of(model)
+        lowest = min(model.stand_height, self._config.height - self._config.crouch)
+        self._heights = (lowest, max(model.stand_height, self._config.height))
         """Between which the hip plane stays over the feet, m."""
-        self._low, self._high = (standing_mass(height) for height in self._heights)
+        self._low, self._high = (standing_mass(height, model) for height in self._heights)
         self.clock = GaitClock(gait)
         self.clock.restart(settle=self._config.sway_time if gait.sway else 0.0)
         self.acceleration: Triple = (0.0, 0.0, 0.0)
         """Of the body, odom axes, m/s2: what the forces asked for last imply, less what only makes up for losses."""
         self._legs = [_Leg() for _ in range(4)]
         self._state = WalkState(ahead.yaw)
-        self._trim = trim or Trim()
+        self._trim = trim or Trim(model)
         self._tracking = AT_REST
         """Of the latest step with a foot on the ground: a body in the air is not steered."""
-        self.height = STAND_HEIGHT
-        self._mass = standing_mass(STAND_HEIGHT)
+        self.height = model.stand_height
+        self._mass = standing_mass(model.stand_height, model)
         """How the mass lies at that height."""
         self.caution = 0.0
         """How much higher feet are lifted since one stumbled, m."""
@@ -108,7 +108,7 @@ class WalkController:
         deep = [sum(_bears(estimate, leg) for leg in pair) for pair in pairs]
         first = deep[0] >= deep[1]
         standing = pairs[0] if first else pairs[1]
-        feet = [(estimate.legs.feet[leg], NOMINAL[leg]) for leg in standing]
+        feet = [(estimate.legs.feet[leg], self._model.nominal[leg]) for leg in standing]
         before = sum(((x - x0) * vx + (y - y0) * vy) / speed for (x, y, _), (x0, y0) in feet) / len(feet)
         share = 0.5 - before / (speed * self.clock.stance_time)
         self.clock.phase = (
@@ -126,7 +126,8 @@ class WalkController:
     def change(self, gait: Gait, ahead: PredictedState) -> None:
         """Go on with another gait; all feet stand. Of its legs, the one that is left behind most lifts first."""
         vx, vy, _ = to_body(ahead.rotation, ahead.velocity)
-        ahead_by = [(x - x0) * vx + (y - y0) * vy for (x, y, _), (x0, y0) in zip(ahead.legs.feet, NOMINAL, strict=True)]
+        nominal = self._model.nominal
+        ahead_by = [(x - x0) * vx + (y - y0) * vy for (x, y, _), (x0, y0) in zip(ahead.legs.feet, nominal, strict=True)]
         self.clock.restart(gait, ahead_by.index(min(ahead_by)), self._config.sway_time if gait.sway else 0.0)
         self._swaying = 0.0
 
@@ -313,11 +314,11 @@ class WalkController:
             self._trim.learn(step.dt, sag(step, standing), *self._tracking.lean[:2])
         wrench = body_wrench(config, self._state, self._tracking, step, standing, self._trim.value)
         x, y, z = to_ground(ahead.rotation, ahead.legs.centre)
-        z += FOOT_RADIUS
+        z += self._model.foot_radius
         arms = [(fx - x, fy - y, fz - z) for fx, fy, fz in (ahead.feet[leg] for leg in standing)]
         friction_shares = [self._legs[leg].grip for leg in standing]
-        forces = distribute(arms, wrench, (terrain.slope_x, terrain.slope_y), friction_shares)
-        fx, fy, fz = (sum(column) / MASS for column in zip(*forces, strict=True))
+        forces = distribute(arms, wrench, (terrain.slope_x, terrain.slope_y), friction_shares, self._model.force)
+        fx, fy, fz = (sum(column) / self._model.mass for column in zip(*forces, strict=True))
         self.acceleration = (fx, fy, fz - GRAVITY - self._trim.value[0])
         wx, wy, wz = to_body(ahead.rotation, (*step.wanted, 0.0))
         for leg, force in zip(standing, forces, strict=True):
@@ -346,12 +347,13 @@ class WalkController:
             speed = (0.0, 0.0, -config.search_speed)
         px, py, pz = ahead.position
         x, y, z = to_body(ahead.rotation, (place[0] - px, place[1] - py, place[2] - pz))
-        hip_x, hip_y = HIPS[index]
-        angles = leg_inverse(SIDES[index], x - hip_x, y - hip_y, z)
+        model = self._model
+        (hip_x, hip_y), side = model.hips[index], model.sides[index]
+        angles = leg_inverse(side, x - hip_x, y - hip_y, z, model)
         vx, vy, vz = ahead.velocity
         u, v, w = to_body(ahead.rotation, (speed[0] - vx, speed[1] - vy, speed[2] - vz))
         a, b, c = ahead.turn
-        jacobian = leg_jacobian(SIDES[index], *angles[:3])
+        jacobian = leg_jacobian(side, *angles[:3], model)
         speeds = joint_speeds(jacobian, u - (b * z - c * y), v - (c * x - a * z), w - (a * y - b * x))
         targets.leg(
             index,

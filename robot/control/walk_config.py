@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 from robot.geometry.vectors import Triple
-from robot.model.parameters import CALF, THIGH
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["WalkConfig"]
 
@@ -124,13 +125,55 @@ class WalkConfig:
     most_error: float = 0.30
     """The same for a velocity that is off by more, m/s; chosen."""
 
+    reach: float = SPOT.leg
+    """Length of a stretched leg, m."""
+
+    @classmethod
+    def of(cls, model: RobotModel) -> WalkConfig:
+        """These numbers of the reference body, for another one, that moves alike at the same Froude number (docs/control.md#other-bodies)."""
+        own = cls()
+        return replace(own, **{name: _scaled(getattr(own, name), scale(model)) for name, scale in _LAWS.items()})
+
     def __post_init__(self) -> None:
-        if not 0.0 <= self.crouch < self.height < THIGH + CALF:
+        if not 0.0 <= self.crouch < self.height < self.reach:
             raise ValueError(
-                f"A walk at {self.height:g} m with a crouch of {self.crouch:g} m is none: choose 0 <= crouch < height < {THIGH + CALF:g} m."
+                f"A walk at {self.height:g} m with a crouch of {self.crouch:g} m is none: choose 0 <= crouch < height < {self.reach:g} m."
             )
         slow, fast = self.crouch_speeds
         if not slow < fast:
             raise ValueError(
                 f"The body is lowered between two speeds that grow, not between {slow:g} and {fast:g} m/s."
             )
+
+
+def _scaled(value: float | Triple, scale: float) -> float | tuple[float, ...]:
+    return tuple(part * scale for part in value) if isinstance(value, tuple) else value * scale
+
+
+_LAWS: Mapping[str, Callable[[RobotModel], float]] = {
+    **dict.fromkeys(
+        ("height", "crouch", "most_capture", "most_boost", "caution", "most_caution", "reach"),
+        lambda model: model.length,
+    ),
+    **dict.fromkeys(
+        (
+            "crouch_speeds",
+            "rise_speed",
+            "least_stride",
+            "boost_speed",
+            "calm",
+            "waiting_speed",
+            "search_speed",
+            "most_error",
+        ),
+        lambda model: model.speed,
+    ),
+    **dict.fromkeys(("capture", "most_wait", "sway_time"), lambda model: model.speed),
+    **dict.fromkeys(("height_damper", "turn_damper", "speed_gain"), lambda model: 1.0 / model.speed),
+    **dict.fromkeys(("height_spring", "turn_spring", "speed_integral"), lambda model: 1.0 / model.length),
+    "swing_spring": lambda model: model.spring,
+    "swing_damper": lambda model: model.damper,
+    "stance_damper": lambda model: model.damper,
+}
+"""By what each number is multiplied: lengths, speeds, times, frequencies and their squares, joint springs and dampers. The others are shares, angles
+and accelerations, which stay, and `grace`, which is that of the samples."""

@@ -28,8 +28,7 @@ from robot.estimation.terrain import TerrainPlane
 from robot.geometry.angles import wrap
 from robot.geometry.vectors import Triple
 from robot.model.mass import StandingMass
-from robot.model.parameters import GRAVITY, MASS
-from robot.model.stance import NOMINAL
+from robot.model.parameters import GRAVITY
 
 __all__ = ["AT_REST", "Step", "Tracking", "WalkState", "body_wrench", "foothold", "has_lost_balance", "sag", "track"]
 
@@ -153,10 +152,11 @@ def body_wrench(
             strict=True,
         )
     )
+    mass = ahead.legs.model.mass
     return (
-        MASS * (c * push_x - s * push_y),
-        MASS * (s * push_x + c * push_y),
-        MASS * max(config.least_lift * GRAVITY, lift),
+        mass * (c * push_x - s * push_y),
+        mass * (s * push_x + c * push_y),
+        mass * max(config.least_lift * GRAVITY, lift),
         c * mx - s * my,
         s * mx + c * my,
         mz,
@@ -172,7 +172,8 @@ def foothold(
     c, s = cos(yaw), sin(yaw)
     roll, pitch = tracking.ground
     # Seen from above, the stance of a body that leans with the slope is shorter.
-    nominal_x, nominal_y = NOMINAL[leg][0] * cos(pitch) - step.mass.behind, NOMINAL[leg][1] * cos(roll)
+    place_x, place_y = ahead.legs.model.nominal[leg]
+    nominal_x, nominal_y = place_x * cos(pitch) - step.mass.behind, place_y * cos(roll)
     rx, ry = c * nominal_x - s * nominal_y, s * nominal_x + c * nominal_y
     (fore, forward, _), (side, left, _) = step.sway
     now_c, now_s = cos(ahead.yaw), sin(ahead.yaw)

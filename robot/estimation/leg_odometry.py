@@ -26,7 +26,8 @@ from robot.estimation.gyro_bias import FootLine
 from robot.geometry.vectors import Rows, Triple, Vector, to_body, to_ground
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.legs import LEVEL, LegState, foot_velocities, leg_state
-from robot.model.parameters import FOOT_RADIUS, GRAVITY
+from robot.model.parameters import GRAVITY
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["Estimator"]
 
@@ -74,7 +75,7 @@ class Estimator:
     The odom frame starts under the robot at the first sample, x forward. Until `update` has been called once, everything is zero.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, model: RobotModel = SPOT) -> None:
         self.attitude = AttitudeFilter()
         self.rotation: Rows = self.attitude.rotation
         """Body to odom, three rows."""
@@ -83,7 +84,7 @@ class Estimator:
         self.velocity: Triple = _NOWHERE
         """Body origin in odom axes, m/s."""
         self.contact: tuple[bool, ...] = (False,) * 4
-        self.legs: LegState = leg_state((0.0,) * 12, LEVEL)
+        self.legs: LegState = leg_state((0.0,) * 12, LEVEL, model)
         self.contacts: list[Triple] = [_NOWHERE] * 4
         """Where each foot's centre was when it last stood, odom, m."""
         self.slipping = [False] * 4
@@ -126,7 +127,7 @@ class Estimator:
         self.attitude.update(dt, gyro, accel, own, still)
         up = self.attitude.up
         self.rotation = rotation = self.attitude.rotation
-        self.legs = leg_state(angles, up)
+        self.legs = leg_state(angles, up, self.legs.model)
         moving, rolling = foot_velocities(self.legs, angles, speeds, self.attitude.turn, up)
         self.contact = tuple(joints.contact.tolist())
         arms = [to_ground(rotation, foot) for foot in self.legs.feet]
@@ -267,8 +268,8 @@ class Estimator:
 
     def _pin_height(self, dt: float) -> None:
         """Shift body and feet together towards height zero of the soles: no innovation of the filter changes by it."""
-        state = self._state
-        heights = [state[leg + 2][2] - FOOT_RADIUS for leg in range(4) if self.contact[leg]]
+        state, radius = self._state, self.legs.model.foot_radius
+        heights = [state[leg + 2][2] - radius for leg in range(4) if self.contact[leg]]
         if not heights:
             return
         shift = sum(heights) / len(heights) * min(1.0, dt / FLOOR_TIME)

@@ -59,6 +59,6 @@ class PredictedState:
         self.pitch = -asin(max(-1.0, min(1.0, up_x)))
         angles, speeds = joints.position.tolist(), joints.velocity.tolist()
         self.angles: Sequence[float] = [angle + speed * lead for angle, speed in zip(angles, speeds, strict=True)]
-        self.legs: LegState = leg_state(self.angles, third)
+        self.legs: LegState = leg_state(self.angles, third, estimate.legs.model)
         self.feet: list[Triple] = [to_ground(self.rotation, foot) for foot in self.legs.feet]
         """Foot centres from the body origin."""

@@ -12,13 +12,13 @@ import numpy as np
 
 from robot.control.gait_controller import GaitController
 from robot.geometry.vectors import Vector
-from robot.hardware.body import Body
 from robot.model.actuators import MOTOR_DELAY
 from robot.model.arm import JOINTS, LIMITS, STOWED, forward, inverse
 from robot.model.modes import Mode
 from robot.planning.trajectory import ARM_LIMITS, Quintic, Stop
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Simulation
 from robot.testing import FLAT, PERIOD
 
 __all__ = [
@@ -169,7 +169,7 @@ class Standing:
     """A robot with an arm, standing; the kinematic one lies."""
 
     def __init__(self, seed: int, backend: Backend) -> None:
-        self.body: Body = (
+        self.body: Simulation = (
             PhysicsBody(FLAT, seed=seed, arm=True) if backend == "physics" else KinematicBody(FLAT, seed=seed, arm=True)
         )
         self.gait = GaitController(motor_delay=MOTOR_DELAY)
@@ -243,7 +243,7 @@ async def _carry(seed: int, backend: Backend) -> Errand:
     cup = (2.05 + float(random.uniform(-0.09, 0.09)), 1.0 + float(random.uniform(-0.09, 0.09)))
     place = (OTHER_TABLE.x + float(random.uniform(-0.06, 0.06)), OTHER_TABLE.y + float(random.uniform(-0.06, 0.06)))
     scene = kitchen(cup)
-    body: Body = (
+    body: Simulation = (
         PhysicsBody(scene, seed=seed, arm=True) if backend == "physics" else KinematicBody(scene, seed=seed, arm=True)
     )
     tree = robot_tree(body, Pack(90.0), None)

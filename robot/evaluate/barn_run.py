@@ -22,12 +22,12 @@ from robot.evaluate.barn_worlds import BarnWorld
 from robot.evaluate.fidelity import IDEAL, Fidelity
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2, Twist2
-from robot.hardware.body import Body
 from robot.model.actuators import MOTOR_DELAY
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Simulation
 
 __all__ = ["LIMIT", "Backend", "Ended", "Outcome", "Walk", "run"]
 
@@ -76,7 +76,7 @@ class Walk:
     ) -> None:
         self.world = world
         self._tuning = tuning or (SHEET if backend == "kinematic" else WALKING)
-        self.body: Body
+        self.body: Simulation
         self._drive: KinematicBody | None = None
         if backend == "kinematic":
             self.body = self._drive = KinematicBody(world.scene, seed=seed, sensors=fidelity.errors)

@@ -12,7 +12,7 @@ from robot.estimation.history import pose_history
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
-from robot.hardware.body import Body
+from robot.sim.simulation import Simulation
 
 __all__ = ["Level", "Leveled", "Sight"]
 
@@ -35,7 +35,7 @@ class Sight(Protocol):
 class Level:
     """A LiDAR in a gimbal, all of whose beams look at one instant."""
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: Simulation) -> None:
         self._body = body
 
     def moved(self, now: float, state: GaitState) -> None:
@@ -49,7 +49,7 @@ class Level:
 class Leveled:
     """A LiDAR that turns on a body that walks and leans: its sweeps are corrected by odometry."""
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: Simulation) -> None:
         self._body = body
         self._deskew, self._poses = Deskew(), pose_history()
         self._seen = -inf

@@ -15,12 +15,12 @@ from robot.evaluate.odometry_worlds import Hall, flat_hall, rough_hall
 from robot.evaluate.walk_measures import off
 from robot.geometry.messages import from_pose
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import GaitStatus
 from robot.model.modes import Mode
 from robot.run.choice import only
 from robot.sim.battery import Pack
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Simulation
 from robot.tree import robot_tree
 
 __all__ = ["astray"]
@@ -57,7 +57,7 @@ class _Walker(Node):
 
     commands = publishes(CMD_VEL)
 
-    def __init__(self, body: Body, hall: Hall) -> None:
+    def __init__(self, body: Simulation, hall: Hall) -> None:
         self._body, self._hall = body, hall
         self._mode = ""
         self._told = Pose2(0.0, 0.0)

@@ -16,11 +16,11 @@ from robot.contracts import LOCALIZATION, POSE
 from robot.evaluate.fidelity import Fidelity
 from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose
-from robot.hardware.body import Body
 from robot.run.judge import Judge, Score
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Simulation
 from robot.tree import robot_tree
 
 __all__ = ["OnMap", "patrol"]
@@ -90,7 +90,7 @@ def patrol(seed: int, delay: float, seconds: float, fidelity: Fidelity, world: s
 class _Witness(Node):
     """Compares every pose with the true one of its instant."""
 
-    def __init__(self, body: Body, seen: list[Seen], said: list[str]) -> None:
+    def __init__(self, body: Simulation, seen: list[Seen], said: list[str]) -> None:
         self._body, self._seen, self._said = body, seen, said
 
     @POSE.on()

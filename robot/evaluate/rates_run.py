@@ -15,12 +15,12 @@ from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_srvs.srv import Trigger
 from robot import contracts
 from robot.evaluate.load import busy
-from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorTargets
 from robot.link.turns import short_turns
 from robot.run.choice import changed, only
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
+from robot.sim.simulation import Simulation
 from robot.tree import robot_tree
 
 __all__ = [
@@ -254,7 +254,7 @@ def clockwork_rates(system: System) -> dict[str, float]:
     return {name: by_rate[hz] for _, name, hz in TIMERS}
 
 
-def _body(backend: str, seed: int, world: str) -> Body:
+def _body(backend: str, seed: int, world: str) -> Simulation:
     """One that the loop does not wait for: it is measured how punctual that is."""
     from robot.sim.kinematic import KinematicBody
     from robot.sim.physics import PhysicsBody

@@ -1,7 +1,6 @@
 """The arm as its driver node meets it, the same for every body: joints that follow motions within limits, and a gripper.
 
 The motion lives in the device, not in the node: joint drives follow it at their own rate, and there is one answer to where the arm is.
-Instants are the body's; advance the body to the present before asking or telling.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from robot.geometry.vectors import Vector
+from robot.hardware.devices import Device
 
 __all__ = ["ArmBusy", "ArmDevice", "ArmState", "GripperState"]
 
@@ -43,7 +43,7 @@ class GripperState:
     """The jaws were stopped by something between them, and press on it."""
 
 
-class ArmDevice(Protocol):
+class ArmDevice(Device, Protocol):
     """One arm on one body."""
 
     def move(self, target: Sequence[float]) -> float:
@@ -67,8 +67,3 @@ class ArmDevice(Protocol):
 
     @property
     def gripper(self) -> GripperState: ...
-
-    @property
-    def held(self) -> str | None:
-        """The name of the thing in the gripper, for judges and tests only: no controller may read it."""
-        ...

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 from actors.processes.signals import leave_to_parent
 from actors.time.processor import is_runnable
 from robot.hardware.arm import ArmBusy
-from robot.hardware.body import Body
 from robot.link.firmware import Drives
 from robot.link.priority import favour
 from robot.link.records import (
@@ -26,6 +25,7 @@ from robot.link.records import (
 from robot.link.segment import Segment, attached
 from robot.sim.charger import charger_connected
 from robot.sim.mjcf import obstacle_names
+from robot.sim.simulation import Simulation
 
 if TYPE_CHECKING:
     from robot.hardware.sensors import Sensors
@@ -115,7 +115,7 @@ class BodyHost:
     the motion.
     """
 
-    def __init__(self, body: Body, segment: Segment, began: float) -> None:
+    def __init__(self, body: Simulation, segment: Segment, began: float) -> None:
         self._body, self._segment, self._began = body, segment, began
         self._names = obstacle_names(body.scene)
         self._drives = Drives()

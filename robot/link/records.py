@@ -11,9 +11,10 @@ import numpy as np
 
 from robot.geometry.vectors import Vector
 from robot.hardware.arm import ArmState, GripperState
-from robot.hardware.body import ActuatorState, ImuSample, JointSample, MotorTargets, Sample, Truth
+from robot.hardware.body import ActuatorState, ImuSample, JointSample, MotorTargets, Sample
 from robot.link.segment import ARM, COMMAND, THING
 from robot.scenes.scene import Thing
+from robot.sim.simulation import Truth
 
 __all__ = [
     "Call", "Command", "Order", "State", "arm_of", "command_record", "held_of", "read_command", "read_power", "read_state", "read_truth", "sample_of",

@@ -17,18 +17,18 @@ import numpy as np
 from actors.time.lockstep import Lockstep, Simulated
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector, rotation_of
-from robot.hardware.arm import ArmBusy, ArmDevice, ArmState, GripperState
+from robot.hardware.arm import ArmBusy, ArmState, GripperState
 from robot.hardware.beams import BEAMS, MAX_RANGE, beam_angles
 from robot.hardware.body import (
     NO_REPLAY,
     ActuatorState,
     BodySilent,
+    Capabilities,
     ImuSample,
     JointSample,
     MotorTargets,
     Sample,
     Sweep,
-    Truth,
 )
 from robot.hardware.sensors import Sensors
 from robot.link.phase import Phase
@@ -53,6 +53,7 @@ from robot.sim.mjcf import obstacle_names
 from robot.sim.noise import LidarNoise
 from robot.sim.rays import cast
 from robot.sim.sight import sight
+from robot.sim.simulation import SimulationArm, Truth
 from robot.sim.spin import beam_directions
 
 __all__ = ["LinkedBody"]
@@ -72,7 +73,7 @@ _NOT_HERE: Final = "{}() moves a body by force, and this one lives in another pr
 
 
 class LinkedBody(Simulated):
-    """The physics body of the segment `name`; implements `Body`.
+    """The physics body of the segment `name`; implements `Simulation`.
 
     Its `advance` waits for nothing: the body advances by itself. What it says is of the newest instant that it has told, at most a sample
     period old. Everything that reads raises `BodySilent` when that is a second old.
@@ -118,6 +119,11 @@ class LinkedBody(Simulated):
         return "physics"
 
     @property
+    def capabilities(self) -> Capabilities:
+        """Those of the physics body."""
+        return Capabilities()
+
+    @property
     def scene(self) -> Scene:
         return self._scene
 
@@ -131,7 +137,7 @@ class LinkedBody(Simulated):
         return self.state().at + self._shift()
 
     @property
-    def arm(self) -> ArmDevice | None:
+    def arm(self) -> LinkedArm | None:
         return self._arm
 
     @property
@@ -286,8 +292,8 @@ class LinkedBody(Simulated):
         return self._offset if self._offset > -inf else 0.0
 
 
-class LinkedArm:
-    """The arm of a linked body; implements `ArmDevice`. A call waits for its answer, a few milliseconds. Raises `BodySilent` without one."""
+class LinkedArm(SimulationArm):
+    """The arm of a linked body. A call waits for its answer, a few milliseconds. Raises `BodySilent` without one."""
 
     def __init__(self, body: LinkedBody) -> None:
         self._body = body

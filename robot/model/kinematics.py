@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robot.geometry.vectors import Triple, Vector
-from robot.model.parameters import ABDUCTION, CALF, HIPS, JOINT_LIMITS, SIDES, THIGH
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = [
     "LegAngles",
@@ -51,47 +51,52 @@ class Reach(NamedTuple):
     reachable: tuple[bool, bool, bool, bool]
 
 
-def leg_forward(side: float, q1: float, q2: float, q3: float) -> Triple:
+def leg_forward(side: float, q1: float, q2: float, q3: float, model: RobotModel = SPOT) -> Triple:
     """The foot's centre in the hip frame, metres."""
+    thigh, calf = model.thigh, model.calf
     q23 = q2 + q3
-    height = -THIGH * cos(q2) - CALF * cos(q23)
+    height = -thigh * cos(q2) - calf * cos(q23)
     c1, s1 = cos(q1), sin(q1)
-    offset = side * ABDUCTION
-    return (-THIGH * sin(q2) - CALF * sin(q23), offset * c1 - height * s1, offset * s1 + height * c1)
+    offset = side * model.abduction
+    return (-thigh * sin(q2) - calf * sin(q23), offset * c1 - height * s1, offset * s1 + height * c1)
 
 
-def leg_inverse(side: float, x: float, y: float, z: float) -> LegAngles:
+def leg_inverse(side: float, x: float, y: float, z: float, model: RobotModel = SPOT) -> LegAngles:
     """The angles that put the foot's centre at (x, y, z) of the hip frame, for a foot below the hip.
 
     A point out of reach is answered with the nearest angles and `reachable` False. Joint limits are not applied here: ask
     `within_limits`.
     """
-    offset = side * ABDUCTION
-    squared = y * y + z * z - ABDUCTION * ABDUCTION
+    thigh, calf, abduction = model.thigh, model.calf, model.abduction
+    offset = side * abduction
+    squared = y * y + z * z - abduction * abduction
     reachable = squared >= _SHORTEST * _SHORTEST
     height = -sqrt(squared) if reachable else -_SHORTEST
     q1 = atan2(z, y) - atan2(height, offset)
     q1 -= tau * round(q1 / tau)
-    c3 = (x * x + height * height - THIGH * THIGH - CALF * CALF) / (2.0 * THIGH * CALF)
+    c3 = (x * x + height * height - thigh * thigh - calf * calf) / (2.0 * thigh * calf)
     if c3 > 1.0:
         c3, reachable = 1.0, False
     elif c3 < -1.0:
         c3, reachable = -1.0, False
     q3 = -acos(c3)
-    q2 = atan2(-x, -height) - atan2(CALF * sin(q3), THIGH + CALF * c3)
+    q2 = atan2(-x, -height) - atan2(calf * sin(q3), thigh + calf * c3)
     if q2 > pi:
         q2 -= tau
     return LegAngles(q1, q2, q3, reachable)
 
 
-def leg_jacobian(side: float, q1: float, q2: float, q3: float) -> tuple[Triple, Triple, Triple]:
+def leg_jacobian(
+    side: float, q1: float, q2: float, q3: float, model: RobotModel = SPOT
+) -> tuple[Triple, Triple, Triple]:
     """The derivative of `leg_forward`, as rows x, y, z against columns q1, q2, q3 (m/rad)."""
     q23 = q2 + q3
-    calf_x, calf_z = CALF * sin(q23), CALF * cos(q23)
-    height = -THIGH * cos(q2) - calf_z
-    x = -THIGH * sin(q2) - calf_x
+    thigh, calf = model.thigh, model.calf
+    calf_x, calf_z = calf * sin(q23), calf * cos(q23)
+    height = -thigh * cos(q2) - calf_z
+    x = -thigh * sin(q2) - calf_x
     c1, s1 = cos(q1), sin(q1)
-    offset = side * ABDUCTION
+    offset = side * model.abduction
     return (
         (0.0, height, -calf_z),
         (-offset * s1 - height * c1, x * s1, -calf_x * s1),
@@ -99,26 +104,27 @@ def leg_jacobian(side: float, q1: float, q2: float, q3: float) -> tuple[Triple, 
     )
 
 
-def feet(joints: Sequence[float] | Vector) -> Vector:
+def feet(joints: Sequence[float] | Vector, model: RobotModel = SPOT) -> Vector:
     """The four feet's centres in the body frame, shape (4, 3), for 12 joint angles in the order of `JOINT_NAMES`."""
     q = [float(angle) for angle in joints]
     rows: list[Triple] = []
-    for leg, ((hip_x, hip_y), side) in enumerate(zip(HIPS, SIDES, strict=True)):
-        x, y, z = leg_forward(side, q[3 * leg], q[3 * leg + 1], q[3 * leg + 2])
+    for leg, ((hip_x, hip_y), side) in enumerate(zip(model.hips, model.sides, strict=True)):
+        x, y, z = leg_forward(side, q[3 * leg], q[3 * leg + 1], q[3 * leg + 2], model)
         rows.append((hip_x + x, hip_y + y, z))
     return np.array(rows)
 
 
-def inverse(points: Vector) -> Reach:
+def inverse(points: Vector, model: RobotModel = SPOT) -> Reach:
     """The 12 joint angles that put the feet's centres at `points` of the body frame, shape (4, 3)."""
     legs = [
-        leg_inverse(side, x - hip_x, y - hip_y, z)
-        for (x, y, z), (hip_x, hip_y), side in zip(points.tolist(), HIPS, SIDES, strict=True)
+        leg_inverse(side, x - hip_x, y - hip_y, z, model)
+        for (x, y, z), (hip_x, hip_y), side in zip(points.tolist(), model.hips, model.sides, strict=True)
     ]
     fl, fr, rl, rr = (leg.reachable for leg in legs)
     return Reach(np.array([angle for leg in legs for angle in leg[:3]]), (fl, fr, rl, rr))
 
 
-def within_limits(joints: Sequence[float] | Vector, margin: float = 0.0) -> bool:
+def within_limits(joints: Sequence[float] | Vector, margin: float = 0.0, model: RobotModel = SPOT) -> bool:
     """Whether all 12 angles lie inside the joint limits, at least `margin` rad from each."""
-    return all(low + margin <= angle <= high - margin for angle, (low, high) in zip(joints, JOINT_LIMITS, strict=True))
+    limits = zip(joints, model.joint_limits, strict=True)
+    return all(low + margin <= angle <= high - margin for angle, (low, high) in limits)

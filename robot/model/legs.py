@@ -10,31 +10,13 @@ from math import cos, sin
 from typing import NamedTuple
 
 from robot.geometry.vectors import Rows, Triple
-from robot.model.parameters import (
-    ABDUCTION,
-    CALF,
-    CALF_COM,
-    CALF_MASS,
-    FOOT_RADIUS,
-    GRAVITY,
-    HIP_COM,
-    HIP_MASS,
-    HIPS,
-    MASS,
-    SIDES,
-    THIGH,
-    THIGH_COM,
-    THIGH_MASS,
-)
+from robot.model.parameters import GRAVITY
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["LEVEL", "LegState", "foot_velocities", "leg_state", "torques"]
 
 LEVEL: Triple = (0.0, 0.0, 1.0)
 """The vertical of a level body, body axes."""
-
-_THIGH_MASS_POINT = -THIGH_COM[2]
-_CALF_MASS_POINT = -CALF_COM[2]
-_LEGS = tuple((x, y, side, side * ABDUCTION) for (x, y), side in zip(HIPS, SIDES, strict=True))
 
 
 class LegState(NamedTuple):
@@ -48,9 +30,11 @@ class LegState(NamedTuple):
     """Centre of mass of the whole robot in the body frame, m."""
     weight: list[float]
     """The 12 joint torques that carry the links against gravity, N m."""
+    model: RobotModel
+    """Whose legs they are."""
 
 
-def leg_state(angles: Sequence[float], up: Triple) -> LegState:
+def leg_state(angles: Sequence[float], up: Triple, model: RobotModel = SPOT) -> LegState:
     """The legs at 12 joint angles (rad); `up` is the world's vertical in body axes.
 
     Weight torques: minus the sum over the links of J_com^T (m g); see docs/control.md#legs.
@@ -58,29 +42,33 @@ def leg_state(angles: Sequence[float], up: Triple) -> LegState:
     feet: list[Triple] = []
     jacobians: list[Rows] = []
     weight: list[float] = []
-    mx = my = mz = 0.0
+    thigh, calf, abduction = model.thigh, model.calf, model.abduction
+    hip_mass, thigh_mass, calf_mass, mass = model.hip_mass, model.thigh_mass, model.calf_mass, model.mass
+    thigh_point, calf_point, (hip_ahead, hip_aside, _) = -model.thigh_com[2], -model.calf_com[2], model.hip_com
+    mx, my, mz = (model.body_mass * part for part in model.body_com)
     up_x, up_y, up_z = up
-    hip_pull, thigh_pull, calf_pull = HIP_MASS * GRAVITY, THIGH_MASS * GRAVITY, CALF_MASS * GRAVITY
-    for leg, (hip_x, hip_y, side, offset) in enumerate(_LEGS):
+    hip_pull, thigh_pull, calf_pull = hip_mass * GRAVITY, thigh_mass * GRAVITY, calf_mass * GRAVITY
+    for leg, ((hip_x, hip_y), side) in enumerate(zip(model.hips, model.sides, strict=True)):
+        offset = side * abduction
         q1, q2, q3 = angles[3 * leg : 3 * leg + 3]
         s1, c1, s2, c2 = sin(q1), cos(q1), sin(q2), cos(q2)
         s23, c23 = sin(q2 + q3), cos(q2 + q3)
-        calf_x, calf_z = CALF * s23, CALF * c23
-        x, height = -THIGH * s2 - calf_x, -THIGH * c2 - calf_z
+        calf_x, calf_z = calf * s23, calf * c23
+        x, height = -thigh * s2 - calf_x, -thigh * c2 - calf_z
         y, z = offset * c1 - height * s1, offset * s1 + height * c1
         feet.append((hip_x + x, hip_y + y, z))
         jacobians.append(((0.0, height, -calf_z), (-z, x * s1, -calf_x * s1), (y, -x * c1, calf_x * c1)))
 
-        thigh_x, thigh_h = -_THIGH_MASS_POINT * s2, -_THIGH_MASS_POINT * c2
-        shin_x, shin_z = _CALF_MASS_POINT * s23, _CALF_MASS_POINT * c23
-        point_x, point_h = -THIGH * s2 - shin_x, -THIGH * c2 - shin_z
+        thigh_x, thigh_h = -thigh_point * s2, -thigh_point * c2
+        shin_x, shin_z = calf_point * s23, calf_point * c23
+        point_x, point_h = -thigh * s2 - shin_x, -thigh * c2 - shin_z
         thigh_y, thigh_z = offset * c1 - thigh_h * s1, offset * s1 + thigh_h * c1
         point_y, point_z = offset * c1 - point_h * s1, offset * s1 + point_h * c1
-        lean = HIP_COM[0] if hip_x > 0.0 else -HIP_COM[0]
-        hip_side = HIP_COM[1] * side
-        mx += HIP_MASS * (hip_x + lean) + THIGH_MASS * (hip_x + thigh_x) + CALF_MASS * (hip_x + point_x)
-        my += HIP_MASS * (hip_y + hip_side * c1) + THIGH_MASS * (hip_y + thigh_y) + CALF_MASS * (hip_y + point_y)
-        mz += HIP_MASS * hip_side * s1 + THIGH_MASS * thigh_z + CALF_MASS * point_z
+        lean = hip_ahead if hip_x > 0.0 else -hip_ahead
+        hip_side = hip_aside * side
+        mx += hip_mass * (hip_x + lean) + thigh_mass * (hip_x + thigh_x) + calf_mass * (hip_x + point_x)
+        my += hip_mass * (hip_y + hip_side * c1) + thigh_mass * (hip_y + thigh_y) + calf_mass * (hip_y + point_y)
+        mz += hip_mass * hip_side * s1 + thigh_mass * thigh_z + calf_mass * point_z
         sideways = s1 * up_y - c1 * up_z
         weight.append(
             thigh_pull * (thigh_y * up_z - thigh_z * up_y)
@@ -91,7 +79,7 @@ def leg_state(angles: Sequence[float], up: Triple) -> LegState:
             thigh_pull * (thigh_h * up_x + thigh_x * sideways) + calf_pull * (point_h * up_x + point_x * sideways)
         )
         weight.append(calf_pull * (-shin_z * up_x - shin_x * sideways))
-    return LegState(feet, jacobians, (mx / MASS, my / MASS, mz / MASS), weight)
+    return LegState(feet, jacobians, (mx / mass, my / mass, mz / mass), weight, model)
 
 
 def torques(jacobian: Rows, fx: float, fy: float, fz: float) -> Triple:
@@ -112,7 +100,8 @@ def foot_velocities(
     wx, wy, wz = turn
     moving: list[Triple] = []
     rolling: list[Triple] = []
-    rx, ry, rz = FOOT_RADIUS * up[0], FOOT_RADIUS * up[1], FOOT_RADIUS * up[2]
+    radius = now.model.foot_radius
+    rx, ry, rz = radius * up[0], radius * up[1], radius * up[2]
     for leg in range(4):
         a, b, c = speeds[3 * leg : 3 * leg + 3]
         (_, xb, xc), (ya, yb, yc), (za, zb, zc) = now.jacobians[leg]

@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from robot.geometry.vectors import Triple, Vector
 from robot.model.kinematics import inverse
-from robot.model.parameters import (
-    ABDUCTION,
-    BODY_INERTIA,
-    BODY_MASS,
-    CALF_COM,
-    CALF_INERTIA,
-    CALF_MASS,
-    HIP_COM,
-    HIP_INERTIA,
-    HIP_MASS,
-    HIPS,
-    MASS,
-    SIDES,
-    THIGH,
-    THIGH_COM,
-    THIGH_INERTIA,
-    THIGH_MASS,
-)
+from robot.model.robot import SPOT, RobotModel
 from robot.model.stance import nominal_feet
 
 __all__ = ["StandingMass", "standing_mass"]
@@ -46,24 +29,30 @@ class StandingMass(NamedTuple):
         return StandingMass(self.behind + share * (other.behind - self.behind), (a, b, c))
 
 
-@cache
-def standing_mass(height: float) -> StandingMass:
+@lru_cache(maxsize=64)
+def standing_mass(height: float, model: RobotModel = SPOT) -> StandingMass:
     """Of a robot whose hip plane is `height` metres above the centres of its feet."""
-    masses, centres, inertias = [BODY_MASS], [np.zeros(3)], [np.diag(BODY_INERTIA)]
-    angles = inverse(nominal_feet(height)).joints.tolist()
-    for leg, ((hip_x, hip_y), side) in enumerate(zip(HIPS, SIDES, strict=True)):
+    masses, centres, inertias = [model.body_mass], [np.array(model.body_com)], [np.diag(model.body_inertia)]
+    angles = inverse(nominal_feet(height, model), model).joints.tolist()
+    for leg, ((hip_x, hip_y), side) in enumerate(zip(model.hips, model.sides, strict=True)):
         q1, q2, q3 = angles[3 * leg : 3 * leg + 3]
         hip, origin = _about_x(q1), np.array((hip_x, hip_y, 0.0))
         thigh = hip @ _about_y(q2)
         calf = thigh @ _about_y(q3)
-        shoulder = origin + hip @ np.array((0.0, side * ABDUCTION, 0.0))
-        knee = shoulder + thigh @ np.array((0.0, 0.0, -THIGH))
-        hip_com = np.array((HIP_COM[0] if hip_x > 0.0 else -HIP_COM[0], HIP_COM[1] * side, HIP_COM[2]))
-        masses += [HIP_MASS, THIGH_MASS, CALF_MASS]
-        centres += [origin + hip @ hip_com, shoulder + thigh @ np.array(THIGH_COM), knee + calf @ np.array(CALF_COM)]
-        links = ((hip, HIP_INERTIA), (thigh, THIGH_INERTIA), (calf, CALF_INERTIA))
+        shoulder = origin + hip @ np.array((0.0, side * model.abduction, 0.0))
+        knee = shoulder + thigh @ np.array((0.0, 0.0, -model.thigh))
+        hip_com = np.array(
+            (model.hip_com[0] if hip_x > 0.0 else -model.hip_com[0], model.hip_com[1] * side, model.hip_com[2])
+        )
+        masses += [model.hip_mass, model.thigh_mass, model.calf_mass]
+        centres += [
+            origin + hip @ hip_com,
+            shoulder + thigh @ np.array(model.thigh_com),
+            knee + calf @ np.array(model.calf_com),
+        ]
+        links = ((hip, model.hip_inertia), (thigh, model.thigh_inertia), (calf, model.calf_inertia))
         inertias += [turn @ np.diag(inertia) @ turn.T for turn, inertia in links]
-    middle = sum((mass * centre for mass, centre in zip(masses, centres, strict=True)), np.zeros(3)) / MASS
+    middle = sum((mass * centre for mass, centre in zip(masses, centres, strict=True)), np.zeros(3)) / model.mass
     whole = np.zeros((3, 3))
     for mass, centre, inertia in zip(masses, centres, inertias, strict=True):
         arm = centre - middle

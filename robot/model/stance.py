@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from robot.geometry.vectors import Vector
-from robot.model.parameters import ABDUCTION, HIPS, SIDES
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["NOMINAL", "nominal_feet"]
 
-NOMINAL = tuple((x, y + side * ABDUCTION) for (x, y), side in zip(HIPS, SIDES, strict=True))
-"""Foot places (x, y) in the body frame straight below the shoulders, order fl, fr, rl, rr, metres."""
+NOMINAL = SPOT.nominal
+"""Of the reference body: foot places (x, y) in the body frame straight below the shoulders, order fl, fr, rl, rr, metres."""
 
 
-def nominal_feet(height: float) -> Vector:
+def nominal_feet(height: float, model: RobotModel = SPOT) -> Vector:
     """The four foot centres in the body frame with the hip plane `height` metres above them, shape (4, 3)."""
-    return np.array([(x, y, -height) for x, y in NOMINAL])
+    return np.array([(x, y, -height) for x, y in model.nominal])

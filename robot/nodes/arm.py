@@ -44,7 +44,6 @@ from robot.model.arm import JOINTS, check_angles
 if TYPE_CHECKING:
     from actors import ExitReason
     from robot.hardware.arm import ArmDevice, ArmState
-    from robot.hardware.body import Body
 
 __all__ = ["ArmDriver"]
 
@@ -63,7 +62,7 @@ STEADY = 5e-3
 
 
 class ArmDriver(Node):
-    """Drives the arm of `body`: serves move_arm, get_current_position, gripper, calibrate_gripper, calibrate_arm.
+    """Drives `arm`: serves move_arm, get_current_position, gripper, calibrate_gripper, calibrate_arm.
 
     Publishes arm/joint_states (50 Hz) and gripper/state.
     """
@@ -71,11 +70,8 @@ class ArmDriver(Node):
     joints = publishes(ARM_JOINT_STATES)
     gripper_state = publishes(GRIPPER_STATE)
 
-    def __init__(self, body: Body) -> None:
-        if body.arm is None:
-            raise ValueError(f"{body!r} has no arm to drive: make the body with arm=True")
-        self._body = body
-        self._arm: ArmDevice = body.arm
+    def __init__(self, arm: ArmDevice) -> None:
+        self._arm = arm
 
     async def on_start(self) -> None:
         self._stops: tuple[str, ...] = ()
@@ -264,8 +260,8 @@ class ArmDriver(Node):
         return gripper.gripping, gripper.opening
 
     def _state(self) -> ArmState:
-        """The arm now: the body is taken to the present first."""
-        self._body.advance(self.clock.now())
+        """The arm now: it is taken to the present first."""
+        self._arm.advance(self.clock.now())
         return self._arm.state()
 
 

@@ -1,4 +1,4 @@
-"""The battery node: simulates the pack, estimates charge and run time, and publishes both."""
+"""The battery node: reads the pack's gauge, estimates charge and run time, and publishes both."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from robot.estimation.battery_gauge import BatteryGauge, UnknownRobot
 from robot.estimation.battery_levels import CRITICAL, ChargeLevel, LevelMonitor
 from robot.estimation.battery_runtime import RuntimeEstimator
 from robot.hardware.battery import PackState, SupplyStatus
+from robot.hardware.devices import BatteryDevice
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
 from robot.interfaces.tutorials.my_robot_interfaces.srv import (
     GetBatteryStatus,
@@ -19,13 +20,12 @@ from robot.interfaces.tutorials.my_robot_interfaces.srv import (
     GetBatteryStatus_Response,
 )
 from robot.model.power import electrical_power
-from robot.sim.battery import Pack
 
 __all__ = ["Battery"]
 
 
 class Battery(Node):
-    """Simulates the pack under the measured motor power. Publishes battery_state and battery_status at 1 Hz; serves get_battery_status.
+    """Reads the pack's gauge. Publishes battery_state and battery_status at 1 Hz; serves get_battery_status.
 
     An empty pack cuts the drives off until it is charged, and the robot sinks; its computers go on. The pack is the robot's hardware, so it is
     handed in and outlives this node. Parameters: robot_id.
@@ -37,7 +37,7 @@ class Battery(Node):
         "robot_01", read_only=True, description="Whose battery this is; requests for another robot are refused."
     )
 
-    def __init__(self, pack: Pack) -> None:
+    def __init__(self, pack: BatteryDevice) -> None:
         self._pack = pack
         self._levels = LevelMonitor()
         self._runtime = RuntimeEstimator(pack.design)
@@ -131,7 +131,7 @@ class Battery(Node):
                 power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_LION,
                 present=True,
                 location="body",
-                serial_number="sim-605",
+                serial_number=self._pack.serial_number,
             )
         )
         self.judgement(

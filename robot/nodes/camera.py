@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from math import cos, sin
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -13,17 +12,13 @@ from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from robot.contracts import CAMERA_DEPTH, CAMERA_INFO, CAMERA_POINTS, CAMERA_RGB, CAPTURE_PHOTO
-from robot.geometry.angles import yaw_of
-from robot.hardware import mounts
 from robot.hardware.lens import HEIGHT, WIDTH, camera_info
 from robot.nodes.point_clouds import pack_points, points_of_depth
-from robot.sim.camera_columns import Eye
-from robot.sim.camera_view import Frame, View
 
 if TYPE_CHECKING:
-    from robot.hardware.body import Body
+    from robot.hardware.devices import CameraDevice, Frame
 
-__all__ = ["Camera", "eye_of"]
+__all__ = ["Camera"]
 
 RATE: Final = 30.0
 FRAME: Final = "camera_link"
@@ -47,9 +42,8 @@ class Camera(Node):
     rate = parameter(RATE, unit="Hz", ge=1.0, le=120.0, read_only=True, description="Pictures a second.")
     photo_directory = parameter("", description="Where photos are stored; empty: in the place for temporary files.")
 
-    def __init__(self, body: Body) -> None:
-        self._body = body
-        self._scene, self._view = body.scene, View(body.scene)
+    def __init__(self, camera: CameraDevice) -> None:
+        self._camera = camera
         self._clouds = 0
         """Number of clouds due so far, so that a skipped tick does not lose one."""
 
@@ -85,23 +79,9 @@ class Camera(Node):
         return Trigger.Response(success=True, message=str(path))
 
     def _look(self) -> tuple[Frame, Time]:
-        """Render the true world of this instant."""
         now = self.clock.now()
-        self._body.advance(now)
-        if self._body.scene is not self._scene:  # its obstacles have changed
-            self._scene, self._view = self._body.scene, View(self._body.scene)
-        return self._view.look(eye_of(self._body), self._body.things()), self.clock.stamp(now)
-
-
-def eye_of(body: Body) -> Eye:
-    """The pose of the body's camera: it is on a gimbal that follows the body's place and heading and stays level."""
-    truth = body.truth()
-    w, x, y, z = truth.quaternion.tolist()
-    yaw = yaw_of(w, x, y, z)
-    px, py, pz = truth.position.tolist()
-    ahead, left, up = mounts.CAMERA.translation
-    c, s = cos(yaw), sin(yaw)
-    return Eye(px + c * ahead - s * left, py + s * ahead + c * left, pz + up, yaw)
+        self._camera.advance(now)
+        return self._camera.look(), self.clock.stamp(now)
 
 
 def store(path: Path, frame: Frame) -> None:

@@ -81,7 +81,7 @@ class Gait(Node):
     A service answers at once, with success where the robot is in that mode or has begun to go there; gait_status says when it has arrived. During
     an emergency stop, with a critical battery, without its sensors and on its back the robot does not rise: the answer says why, and how to go on.
 
-    Publishes motor_targets (200 Hz), or body_drive for the kinematic body, odom (50 Hz) and gait_status. Parameters: backend, motor_delay, gait,
+    Publishes motor_targets (200 Hz), or body_drive for a robot that walks by itself, odom (50 Hz) and gait_status. Parameters: commands, motor_delay, gait,
     command_timeout, sensor_timeout.
     """
 
@@ -89,11 +89,11 @@ class Gait(Node):
     drive = publishes(BODY_DRIVE)
     odometry = publishes(ODOMETRY)
     status = publishes(GAIT_STATUS)
-    backend = parameter(
-        "physics",
-        choices=("physics", "kinematic"),
+    commands = parameter(
+        "motor_targets",
+        choices=("motor_targets", "body_drive"),
         read_only=True,
-        description="Which body it drives: by motor_targets, or by body_drive.",
+        description="What the robot takes: targets of its motors, or a velocity, if it walks by itself.",
     )
     motor_delay = parameter(
         MOTOR_DELAY,
@@ -118,7 +118,7 @@ class Gait(Node):
     async def on_start(self) -> None:
         self._asked_gait = self.gait
         self._controller = GaitController(
-            gait=self._asked_gait, motor_delay=self.motor_delay, own_feet=self.backend == "physics"
+            gait=self._asked_gait, motor_delay=self.motor_delay, own_feet=self.commands == "motor_targets"
         )
         self._imu: ImuSample | None = None
         self._joints_heard = self._contacts_heard = self._commanded = self._sent = -1.0
@@ -298,7 +298,7 @@ class Gait(Node):
 
     def _send(self, targets: MotorTargets) -> None:
         stamp = self.clock.stamp()
-        if self.backend == "physics":
+        if self.commands == "motor_targets":
             self.targets(
                 MotorTargetsMessage(
                     stamp=stamp,

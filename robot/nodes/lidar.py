@@ -12,11 +12,11 @@ from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Header
 from robot.contracts import LIDAR_POINTS, SCAN, SCAN_RAW
 from robot.geometry.vectors import Floats
-from robot.hardware.beams import BEAMS, MAX_RANGE
+from robot.hardware.beams import MAX_RANGE
 from robot.nodes.point_clouds import pack_points, points_of_scan
 
 if TYPE_CHECKING:
-    from robot.hardware.body import Body
+    from robot.hardware.devices import LidarDevice
 
 __all__ = ["Lidar", "TurningLidar"]
 
@@ -30,15 +30,18 @@ class Lidar(Node):
     scan = publishes(SCAN)
     points = publishes(LIDAR_POINTS)
 
-    def __init__(self, body: Body) -> None:
-        self._body = body
+    def __init__(self, lidar: LidarDevice) -> None:
+        self._lidar = lidar
 
     @every(hz=10)
     def turn(self) -> None:
-        self._body.advance(self.clock.now())
+        self._lidar.advance(self.clock.now())
         if not (self.scan.subscription_count or self.points.subscription_count):
             return
-        ranges = self._body.lidar(BEAMS, MAX_RANGE)
+        sweep = self._lidar.scan()
+        if sweep is None:
+            return
+        ranges = sweep.ranges
         header = Header(stamp=self.clock.stamp(), frame_id="lidar_link")
         self.scan(_scan(header, ranges, scan_time=0.1))
         if self.points.subscription_count:
@@ -56,21 +59,21 @@ class TurningLidar(Node):
     scan = publishes(SCAN_RAW)
     points = publishes(LIDAR_POINTS)
 
-    def __init__(self, body: Body) -> None:
-        self._body = body
+    def __init__(self, lidar: LidarDevice) -> None:
+        self._lidar = lidar
         self._told = -inf
 
     async def on_start(self) -> None:
-        self._body.advance(self.clock.now())
-        self._body.sweep()
+        self._lidar.advance(self.clock.now())
+        self._lidar.scan()
 
     @every(hz=10)
     def turn(self) -> None:
         """Publish a revolution that has been finished since the last time."""
-        self._body.advance(self.clock.now())
+        self._lidar.advance(self.clock.now())
         if not (self.scan.subscription_count or self.points.subscription_count):
             return
-        sweep = self._body.sweep()
+        sweep = self._lidar.scan()
         if sweep is None or sweep.start <= self._told:
             return
         self._told = sweep.start

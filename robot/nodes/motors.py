@@ -25,7 +25,8 @@ from robot.model.parameters import SIT_HEIGHT
 
 if TYPE_CHECKING:
     from actors import ExitReason
-    from robot.hardware.body import Body
+    from robot.hardware.body import Hardware
+    from robot.hardware.devices import ChargerDevice
 
 __all__ = ["RATE", "Motors"]
 
@@ -44,13 +45,15 @@ MOST = 1e4
 
 
 class Motors(Node):
-    """Drives the 12 joints of `body`. Takes motor_targets (or body_drive) and battery_status; publishes motor_power at 10 Hz."""
+    """Drives the 12 joints of `body`, and reads the contacts of the charger, if there is one.
+
+    Takes motor_targets (or body_drive) and battery_status; publishes motor_power at 10 Hz."""
 
     power = publishes(MOTOR_POWER)
 
-    def __init__(self, body: Body) -> None:
-        self._body = body
-        self._stepping: hardware.SteppingBody | None = body if isinstance(body, hardware.SteppingBody) else None
+    def __init__(self, body: Hardware, charger: ChargerDevice | None = None) -> None:
+        self._body, self._charger = body, charger
+        self._stepping = body if isinstance(body, hardware.SteppingHardware) else None
         self._safe: SafeStop | None = None
         self._fence = Fence()
         self._heard = self._drove = 0.0
@@ -89,7 +92,7 @@ class Motors(Node):
             MotorPower(
                 stamp=self.clock.stamp(),
                 mean=mean,
-                charger=self._body.charger,
+                charger=self._charger is not None and self._charger.connected,
                 refused=self._fence.refused,
                 supplied=drives.supplied,
                 temperature=drives.temperature,

@@ -10,7 +10,7 @@ from actors import Node, background
 from robot.link.priority import favour, step_aside
 
 if TYPE_CHECKING:
-    from robot.hardware.body import Body
+    from robot.hardware.body import Hardware
 
 __all__ = ["Hang", "ProcessCare"]
 
@@ -30,7 +30,7 @@ class ProcessCare(Node):
     `body` is that of the robot, if it is used in that process: the clock of a process that has it goes with its time (`actors.time.lockstep`).
     """
 
-    def __init__(self, concern: str, body: Body | None, *hangs: Hang) -> None:
+    def __init__(self, concern: str, body: Hardware | None, *hangs: Hang) -> None:
         self._concern = concern
         self._hangs = hangs
 

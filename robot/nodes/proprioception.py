@@ -21,7 +21,7 @@ from robot.hardware.overdue import merged, taken_together
 from robot.interfaces.robactor_msgs.msg import FootContacts, ImuCalibration
 
 if TYPE_CHECKING:
-    from robot.hardware.body import Body, ImuSample, Sample
+    from robot.hardware.body import Hardware, ImuSample, Sample
 
 __all__ = ["RATE", "Proprioception"]
 
@@ -62,7 +62,7 @@ class Proprioception(Node):
         description="Messages of imu/data a second: a whole part of rate; 0 is all.",
     )
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: Hardware) -> None:
         self._body = body
         self._bias = NO_BIAS
         self._count = 0
@@ -77,6 +77,7 @@ class Proprioception(Node):
                 f"imu_rate {self.imu_rate:g} Hz is no whole part of rate {self.rate:g} Hz: "
                 f"give {self.rate:g}, {self.rate / 2:g}, {self.rate / 3:g} ..."
             )
+        self._feels = self._body.capabilities.contacts
         self._body.advance(self.clock.now())
         self._body.sample(self.rate)
 
@@ -115,7 +116,8 @@ class Proprioception(Node):
         if self._count % self._every == 0:
             self.imu(self._corrected(raw))
         self._count += 1
-        self.contacts(FootContacts(stamp=stamp, contact=joints.contact))
+        if self._feels:
+            self.contacts(FootContacts(stamp=stamp, contact=joints.contact))
         self.joints(
             JointState(
                 header=Header(stamp=stamp, frame_id="base_link"),

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from robot.geometry.vectors import Vector, rotation_of
-from robot.hardware.body import Truth
 from robot.model.arm import FORE, MOUNT, TOOL, UPPER
 from robot.model.kinematics import leg_forward
 from robot.model.parameters import ABDUCTION, CALF, FOOT_RADIUS, HIPS, SIDES, THIGH, TRUNK
 from robot.picture import palette
 from robot.picture.solids import Solid, ball, box, capsule, stick
+from robot.sim.simulation import Truth
 
 __all__ = ["Leg", "arm_joints", "legs", "robot_solids"]
 

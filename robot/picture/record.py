@@ -14,10 +14,10 @@ from actors.interfaces.nav_msgs.msg import Path
 from robot.assembly import Robot
 from robot.contracts import PATH
 from robot.geometry.vectors import Vector, rotation_of
-from robot.hardware.body import Body, Truth
 from robot.model.kinematics import feet
 from robot.model.parameters import FOOT_RADIUS
 from robot.picture.recording import Recording
+from robot.sim.simulation import Simulation, Truth
 
 __all__ = ["record"]
 
@@ -56,7 +56,7 @@ async def _watch(robot: Robot, seed: int, at: float) -> Recording:
 class Watcher(Node):
     """Fills a recording. Not a part of the robot."""
 
-    def __init__(self, body: Body, recording: Recording, at: float) -> None:
+    def __init__(self, body: Simulation, recording: Recording, at: float) -> None:
         self._body, self._recording, self._at = body, recording, at
         self._path: tuple[tuple[float, float], ...] = ()
         self._down = np.ones(4, dtype=np.bool_)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Truth
 from robot.scenes.scene import Scene, Thing
+from robot.sim.simulation import Truth
 
 __all__ = ["Recording"]
 

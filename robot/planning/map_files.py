@@ -29,6 +29,10 @@ OCCUPIED_ABOVE = 0.65
 FREE_BELOW = 0.196
 """Occupancy below which a cell is free. nav2's map_saver_cli writes 0.25, by which the shade of its own unknown cells reads as free."""
 
+MOST_CELLS = 50_000_000
+"""Of a picture that Pillow decodes, which takes 32 bytes for each meanwhile: half a kilometre by half a kilometre at 7 cm."""
+DIGITS = 9
+"""Of a number in a greymap."""
 SMALLEST, LARGEST = 1e-3, 100.0
 """Sides of a cell that a map can have, m."""
 _WITHIN = 0.35
@@ -225,9 +229,13 @@ def _read_picture(path: Path) -> _Picture:
         ) from error
     try:
         with Image.open(path) as opened:
+            if opened.width * opened.height > MOST_CELLS:  # before they are decoded
+                raise InvalidMap(f"{path}: {opened.width} x {opened.height} cells are more than {MOST_CELLS}")
             has_alpha = "A" in opened.getbands() or "transparency" in opened.info
             channels = np.asarray(opened.convert("RGBA"), dtype=np.float64) / 255
-    except (UnidentifiedImageError, SyntaxError, ValueError, OSError) as error:
+    except InvalidMap:
+        raise
+    except (UnidentifiedImageError, SyntaxError, ValueError, OSError, Image.DecompressionBombError) as error:
         raise InvalidMap(f"{path}: no picture: {error}") from None
     return _Picture(channels[..., :3].mean(axis=2), channels[..., 3] if has_alpha else None)
 
@@ -237,10 +245,10 @@ def _read_pgm(path: Path, data: bytes) -> Floats:
     at, header = 2, list[int]()
     while len(header) < 3:
         word, at = _word(data, at)
-        if not word.isdigit():
+        if not word.isdigit() or len(word) > DIGITS:
             line = data.count(b"\n", 0, at) + 1
             raise InvalidMap(
-                f"{path}:{line}: a PGM's width, height and largest value are numbers, not {word.decode('latin-1')!r}"
+                f"{path}:{line}: a PGM's width, height and largest value are numbers, not {word.decode('latin-1')!r:.60}"
             )
         header.append(int(word))
     width, height, largest = header
@@ -252,8 +260,8 @@ def _read_pgm(path: Path, data: bytes) -> Floats:
         values = np.frombuffer(body[: len(body) // kind.itemsize * kind.itemsize], dtype=kind)
     else:
         words = b"\n".join(line.partition(b"#")[0] for line in data[at:].splitlines()).split()
-        if not all(word.isdigit() for word in words[: width * height]):
-            raise InvalidMap(f"{path}: a PGM in text holds numbers only")
+        if not all(word.isdigit() and len(word) <= DIGITS for word in words[: width * height]):
+            raise InvalidMap(f"{path}: a PGM in text holds numbers only, to its largest value")
         values = np.array([int(word) for word in words[: width * height]], dtype=np.int64)
     if values.size != width * height:
         raise InvalidMap(f"{path}: it promises {width} x {height} cells and holds {values.size}")

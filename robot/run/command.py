@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from actors.hosts import Hosts
     from actors.transport import Transport
     from robot.assembly import Robot
-    from robot.hardware.body import Body
     from robot.planning.grid import Grid
     from robot.run.flight import Flight
     from robot.run.judge import Score
     from robot.run.web import ServeWeb
     from robot.scenes.scene import Scene
+    from robot.sim.simulation import Simulation
 
 __all__ = ["main"]
 
@@ -57,7 +57,7 @@ class Session:
         self.options = options
         self._serve_web = serve_web
         self.robot = self._robot()
-        self.body: Body = self.robot.body
+        self.body: Simulation = self.robot.body
 
     def run(self) -> int:
         from actors import DeclarationError, StartFailed, SupervisorGaveUp, execute

@@ -11,12 +11,12 @@ import numpy as np
 from actors import Node, every
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, GOAL_REPORT, SAFETY_STATE
-from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus, GoalReport, SafetyState
 from robot.model.footprint import Footprint
 from robot.model.modes import ON_ITS_FEET
 from robot.planning.grid import signed_distance
 from robot.scenes.scene import Cylinder, Obstacle
+from robot.sim.simulation import Simulation
 
 __all__ = ["Judge", "SafetyStop", "Score", "ScoredGoal"]
 
@@ -83,7 +83,7 @@ class Score:
 class Judge(Node):
     """Looks at the true body 50 times a second. Not a part of the robot."""
 
-    def __init__(self, body: Body, score: Score) -> None:
+    def __init__(self, body: Simulation, score: Score) -> None:
         self._body = body
         self._score = score
         self._last: tuple[float, float] | None = None

@@ -23,8 +23,8 @@ from robot.scenes.worlds import WORLDS, get_world
 
 if TYPE_CHECKING:
     from robot.assembly import Mission
-    from robot.hardware.body import Body
     from robot.run.judge import Score, ScoredGoal
+    from robot.sim.simulation import Simulation
 
 __all__ = ["DOCK_GOAL", "failure", "get_mission"]
 
@@ -46,7 +46,7 @@ def get_mission(goal: Goal | None, fetch: Fetch | None, scene: Scene, grid: Grid
     return "patrol"
 
 
-def failure(options: Options, score: Score, body: Body) -> str | None:
+def failure(options: Options, score: Score, body: Simulation) -> str | None:
     """What went wrong in a run that has ended, or was asked for and has not come about, in one line; `None` if there is nothing of the kind.
 
     A fall comes first, as what else failed may have failed by it. The dock is no errand: to have reached it instead of the goal is to have

@@ -8,13 +8,13 @@ from math import isfinite
 from typing import Any
 
 from actors import System
-from robot.hardware.body import Body
 from robot.run.judge import Score
+from robot.sim.simulation import Simulation
 
 __all__ = ["last_sample", "make_report"]
 
 
-def make_report(system: System, body: Body, score: Score, run: Mapping[str, Any]) -> dict[str, Any]:
+def make_report(system: System, body: Simulation, score: Score, run: Mapping[str, Any]) -> dict[str, Any]:
     """Everything worth knowing of a run. Call it while the system still runs."""
     return {
         **run,
@@ -37,7 +37,7 @@ def make_report(system: System, body: Body, score: Score, run: Mapping[str, Any]
     }
 
 
-def last_sample(body: Body) -> dict[str, Any]:
+def last_sample(body: Simulation) -> dict[str, Any]:
     """The true body when all is over."""
     truth = body.truth()
     x, y, z = (round(float(value), 4) for value in truth.position)

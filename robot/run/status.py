@@ -18,10 +18,10 @@ from actors.logs import LogRecord, LogSink
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, PATH, POSE
 from robot.geometry.messages import from_pose
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Truth
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus
 from robot.planning.path import Path
 from robot.run.judge import Score
+from robot.sim.simulation import Truth
 
 __all__ = ["Part", "Status", "StatusLine", "final_parts"]
 

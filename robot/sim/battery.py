@@ -23,7 +23,7 @@ LONGEST_STEP = 1.0
 
 
 class Pack:
-    """A battery pack with `percent` of its charge, at rest at the `ambient` temperature (C).
+    """Implements `BatteryDevice`: a battery pack with `percent` of its charge, at rest at the `ambient` temperature (C).
 
     ``series_cells=3`` reports 9.0..12.6 V, ``series_cells=14`` the 58.8 V of the robot's sheet; both hold 605 Wh.
     A `design` given takes the place of `series_cells`.
@@ -74,6 +74,11 @@ class Pack:
         for _ in range(parts):
             self._advance(dt / parts, power_w, charging)
         return self.state
+
+    @property
+    def serial_number(self) -> str:
+        """That of a simulated pack of 605 Wh."""
+        return "sim-605"
 
     @property
     def kept(self) -> tuple[float, ...]:

@@ -16,12 +16,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.hardware.devices import Frame
 from robot.hardware.lens import CY, FOCAL, HEIGHT, WIDTH, row_slopes
 from robot.scenes.scene import Scene, Thing
 from robot.sim.camera_columns import Eye, Hits, Prisms
 from robot.sim.camera_things import paint_thing, paint_top
 
-__all__ = ["RANGE", "Frame", "View"]
+__all__ = ["RANGE", "View"]
 
 Bytes = NDArray[np.uint8]
 
@@ -42,24 +43,6 @@ BLOCK: Final = 120
 
 _ROWS = np.arange(HEIGHT, dtype=np.int16)[:, None]
 _BYTES = np.arange(BLOCK, dtype=np.uint8)[:, None]
-
-
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """One picture: both arrays flat and read-only, as image messages take them without a copy."""
-
-    rgb: Bytes
-    """HEIGHT x WIDTH x 3 bytes."""
-    depth: Bytes
-    """HEIGHT x WIDTH little-endian uint16: depth along the optical axis, mm; 0 is none."""
-
-    def pixels(self) -> Bytes:
-        """The colours, shape (HEIGHT, WIDTH, 3)."""
-        return self.rgb.reshape(HEIGHT, WIDTH, 3)
-
-    def millimetres(self) -> NDArray[np.uint16]:
-        """The depths, shape (HEIGHT, WIDTH)."""
-        return self.depth.view("<u2").reshape(HEIGHT, WIDTH)
 
 
 class View:

@@ -6,7 +6,7 @@ from math import hypot
 
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Truth
+from robot.sim.simulation import Truth
 
 __all__ = ["charger_connected"]
 

@@ -23,7 +23,7 @@ from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import joint_speeds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
 from robot.geometry.vectors import Floats, Triple, Vector
-from robot.hardware.body import JOINT_NAMES, LEGS, ImuSample, JointSample, MotorTargets, Truth
+from robot.hardware.body import JOINT_NAMES, LEGS, Capabilities, ImuSample, JointSample, MotorTargets
 from robot.hardware.sensors import Sensors
 from robot.model.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
 from robot.model.legs import leg_state, torques
@@ -37,6 +37,7 @@ from robot.sim.kinematic_arm import KinematicArm
 from robot.sim.rays import cast
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
 from robot.sim.sight import sight
+from robot.sim.simulation import Truth
 from robot.sim.stepping import Footwork
 from robot.sim.touch import Outline
 
@@ -73,7 +74,7 @@ class NotAchievable:
 
 
 class KinematicBody(BodyShell):
-    """One robot in one scene, without dynamics; implements `Body`, and `drive` besides.
+    """One robot in one scene, without dynamics; implements `Simulation`, and `drive` besides.
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `sensors` says how wrong the sensors are, `noise=False`
     gives exact ones. With `arm` it carries one, exact too. The body stays level. Joint efforts are what standing still would take: each
@@ -102,6 +103,11 @@ class KinematicBody(BodyShell):
     @property
     def backend(self) -> str:
         return "kinematic"
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """It does its legs by itself."""
+        return Capabilities(steps=True)
 
     @property
     def arm(self) -> KinematicArm | None:

@@ -11,13 +11,14 @@ from robot.geometry.vectors import Vector
 from robot.hardware.arm import ArmState, GripperState
 from robot.scenes.scene import Scene, Thing
 from robot.sim.gripper import Gripper
+from robot.sim.simulation import SimulationArm
 from robot.sim.things import Things, centre, tool_point
 
 __all__ = ["KinematicArm"]
 
 
-class KinematicArm:
-    """Implements `robot.hardware.arm.ArmDevice`. `now` is the body's time, s; `pose` its position and quaternion in the world."""
+class KinematicArm(SimulationArm):
+    """`now` is the body's time, s; `pose` its position and quaternion in the world."""
 
     def __init__(self, scene: Scene, now: Callable[[], float], pose: Callable[[], tuple[Vector, Vector]]) -> None:
         self._scene, self._now, self._pose = scene, now, pose

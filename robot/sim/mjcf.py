@@ -11,31 +11,10 @@ from dataclasses import replace
 from itertools import pairwise
 from math import cos, sin
 
+from robot.geometry.vectors import Triple
 from robot.hardware.body import JOINT_NAMES, LEGS
-from robot.model.parameters import (
-    ABDUCTION,
-    BODY_INERTIA,
-    BODY_MASS,
-    CALF,
-    CALF_COM,
-    CALF_INERTIA,
-    CALF_MASS,
-    FOOT_RADIUS,
-    GRAVITY,
-    HIP_COM,
-    HIP_INERTIA,
-    HIP_LIMITS,
-    HIP_MASS,
-    HIPS,
-    KNEE_LIMITS,
-    SHOULDER_LIMITS,
-    SIDES,
-    THIGH,
-    THIGH_COM,
-    THIGH_INERTIA,
-    THIGH_MASS,
-    TRUNK,
-)
+from robot.model.parameters import GRAVITY
+from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Box, Obstacle, Scene
 from robot.scenes.terrain import Ramp
 from robot.sim.arm_mjcf import arm_body, drives, thing_bodies, welds
@@ -72,8 +51,10 @@ def terrain_names(scene: Scene) -> tuple[str, ...]:
     return tuple(f"terrain_{index}" for index in range(len(scene.terrain)))
 
 
-def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = False) -> str:
+def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = False, model: RobotModel = SPOT) -> str:
     """The MJCF text of the robot in `scene`, stepped at `timestep` seconds. With `arm`, the arm and the scene's things too, last of all."""
+    length = model.length
+    skid = _numbers((0.22 * length, 0.10 * length, 0.04 * length))
     return f"""<mujoco model="{scene.name}">
   <compiler angle="radian" autolimits="true"/>
   <option timestep="{timestep}" integrator="implicitfast" gravity="0 0 {-GRAVITY}" cone="elliptic" impratio="10">
@@ -81,7 +62,7 @@ def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = Fa
   </option>
   <default>
     <geom solref="0.005 1" condim="3" friction="{ground.friction} 0.005 0.0001"/>
-    <joint damping="0.2" armature="0.02" frictionloss="0.2"/>
+    <joint damping="{model.damping}" armature="{model.armature}" frictionloss="{model.friction}"/>
     <default class="robot"><geom contype="1" conaffinity="2" group="{ROBOT_GROUP}" mass="0"/></default>
     <default class="scene"><geom contype="2" conaffinity="1"/></default>
     <default class="drive"><general gainprm="1" biastype="affine" biasprm="0 0 0" forcerange="-45 45"/></default>
@@ -91,12 +72,12 @@ def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = Fa
     {_obstacles(scene)}{_walkers(scene)}{_terrain(scene)}
     <body name="body" pos="0 0 0.486" childclass="robot">
       <freejoint name="body"/>
-      {_inertial(BODY_MASS, (0.0, 0.0, 0.0), BODY_INERTIA)}
-      <geom name="trunk" type="box" size="{_numbers(side / 2 for side in TRUNK)}"/>
-      <geom name="skid" type="box" size="0.22 0.10 0.04" pos="0 0 {0.04 - SKID_DEPTH}"/>
+      {_inertial(model.body_mass, model.body_com, model.body_inertia)}
+      <geom name="trunk" type="box" size="{_numbers(side / 2 for side in model.trunk)}"/>
+      <geom name="skid" type="box" size="{skid}" pos="0 0 {(0.04 - SKID_DEPTH) * length}"/>
       {_payload(ground)}
       <site name="imu"/>
-      {"".join(_leg(leg) for leg in range(4))}{arm_body() if arm else ""}
+      {"".join(_leg(leg, model) for leg in range(4))}{arm_body() if arm else ""}
     </body>{thing_bodies(scene) if arm else ""}
   </worldbody>
   <actuator>
@@ -186,26 +167,32 @@ def _shape(obstacle: Obstacle) -> str:
     return f'type="cylinder" pos="{position}" size="{_numbers((obstacle.radius, half))}"'
 
 
-def _leg(leg: int) -> str:
-    name, side, (hip_x, hip_y) = LEGS[leg], SIDES[leg], HIPS[leg]
-    hip_com = (HIP_COM[0] if hip_x > 0 else -HIP_COM[0], HIP_COM[1] * side, HIP_COM[2])
+def _leg(leg: int, model: RobotModel) -> str:
+    name, side, (hip_x, hip_y), length = LEGS[leg], model.sides[leg], model.hips[leg], model.length
+    hip_range, shoulder_range, knee_range = model.joint_limits[3 * leg : 3 * leg + 3]
+    hip_com = (model.hip_com[0] if hip_x > 0 else -model.hip_com[0], model.hip_com[1] * side, model.hip_com[2])
     return f"""
       <body name="{name}_hip" pos="{hip_x} {hip_y} 0">
-        <joint name="{name}_hip" axis="1 0 0" range="{_numbers(HIP_LIMITS)}"/>
-        {_inertial(HIP_MASS, hip_com, HIP_INERTIA)}
-        <body name="{name}_thigh" pos="0 {ABDUCTION * side} 0">
-          <joint name="{name}_shoulder" axis="0 1 0" range="{_numbers(SHOULDER_LIMITS)}"/>
-          {_inertial(THIGH_MASS, THIGH_COM, THIGH_INERTIA)}
-          <geom name="{name}_thigh" type="capsule" size="0.04" fromto="0 0 0 0 0 {-THIGH}"/>
-          <body name="{name}_calf" pos="0 0 {-THIGH}">
-            <joint name="{name}_knee" axis="0 1 0" range="{_numbers(KNEE_LIMITS)}"/>
-            {_inertial(CALF_MASS, CALF_COM, CALF_INERTIA)}
-            <geom type="capsule" size="0.02" fromto="0 0 0 0 0 {0.03 - CALF}"/>
-            <geom name="{name}_foot" type="sphere" size="{FOOT_RADIUS}" pos="0 0 {-CALF}" priority="1"/>
-            <site name="{name}_foot" type="sphere" size="{FOOT_RADIUS + 0.01}" pos="0 0 {-CALF}"/>
+        <joint name="{name}_hip" axis="1 0 0" range="{_numbers(hip_range)}"/>
+        {_inertial(model.hip_mass, hip_com, model.hip_inertia)}
+        <body name="{name}_thigh" pos="0 {model.abduction * side} 0">
+          <joint name="{name}_shoulder" axis="0 1 0" range="{_numbers(shoulder_range)}"/>
+          {_inertial(model.thigh_mass, _beside(model.thigh_com, side), model.thigh_inertia)}
+          <geom name="{name}_thigh" type="capsule" size="{0.04 * length}" fromto="0 0 0 0 0 {-model.thigh}"/>
+          <body name="{name}_calf" pos="0 0 {-model.thigh}">
+            <joint name="{name}_knee" axis="0 1 0" range="{_numbers(knee_range)}"/>
+            {_inertial(model.calf_mass, _beside(model.calf_com, side), model.calf_inertia)}
+            <geom type="capsule" size="{0.02 * length}" fromto="0 0 0 0 0 {0.03 * length - model.calf}"/>
+            <geom name="{name}_foot" type="sphere" size="{model.foot_radius}" pos="0 0 {-model.calf}" priority="1"/>
+            <site name="{name}_foot" type="sphere" size="{model.foot_radius + 0.01 * length}" pos="0 0 {-model.calf}"/>
           </body>
         </body>
       </body>"""
+
+
+def _beside(centre: Triple, side: float) -> Triple:
+    """The same on this side of the robot."""
+    return (centre[0], centre[1] * side, centre[2])
 
 
 def _inertial(mass: float, centre: tuple[float, float, float], inertia: tuple[float, float, float]) -> str:

@@ -16,12 +16,13 @@ import numpy as np
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats, Vector, rotation_of
-from robot.hardware.body import LEGS, ActuatorState, ImuSample, JointSample, MotorTargets, Truth
+from robot.hardware.body import LEGS, ActuatorState, ImuSample, JointSample, MotorTargets
 from robot.hardware.sensors import Sensors
 from robot.model.actuators import MOTOR_DELAY, ActuatorDesign
 from robot.model.kinematics import inverse
-from robot.model.parameters import FOOT_RADIUS, GRAVITY, KNEE_TORQUE, SIT_HEIGHT, TORQUE_LIMIT
+from robot.model.parameters import GRAVITY
 from robot.model.power import motor_power
+from robot.model.robot import SPOT, RobotModel
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Obstacle, Scene
 from robot.sim.actuators import Actuators
@@ -37,6 +38,7 @@ from robot.sim.mjcf import (
 )
 from robot.sim.physics_arm import PhysicsArm
 from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
+from robot.sim.simulation import Truth
 from robot.sim.spin import beam_directions
 from robot.sim.walkers import Walkers
 
@@ -48,6 +50,8 @@ DAMPING = 8.0
 ACCEL_TICKS = 10
 """The accelerometer averages over this many ticks: its 5 ms sample period."""
 SPAWN_CLEARANCE = 0.0005
+FALLEN = 0.15
+"""The reference body has fallen when its origin is less than this above its lowest foot, m."""
 SEEN_LEVEL = (OBSTACLE_GROUP,)
 """What beams in a gimbal meet."""
 SEEN_TURNING = (FLOOR_GROUP, ROBOT_GROUP, OBSTACLE_GROUP)
@@ -59,10 +63,11 @@ class BackendMissing(RuntimeError):
 
 
 class PhysicsBody(BodyShell):
-    """One robot in one scene, in MuJoCo; implements `Body`.
+    """One robot in one scene, in MuJoCo; implements `Simulation`.
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `delay` (s) is how long motor targets
     travel to the drives, rounded up to a tick; the drives close their PD loop at every physics step, on the undelayed joint.
+    `model` is the robot whose figures it has.
     `actuators` are drives whose torque falls with speed and heat, on a bus that gives so much; without them a drive has its torque limit always.
     `ground` is what it stands on and carries. `timestep` (s) is the longest physics step; a step also ends where targets arrive, so any delay
     is exact. `sensors` says how wrong the sensors are, `noise=False` gives exact ones, for tests and for finding causes. With `arm` it
@@ -83,6 +88,7 @@ class PhysicsBody(BodyShell):
         arm: bool = False,
         actuators: ActuatorDesign | None = None,
         sensors: Sensors | None = None,
+        model: RobotModel = SPOT,
     ) -> None:
         self._mujoco = _engine()
         if not (delay >= 0.0 and TICK <= timestep <= 0.0025):
@@ -93,9 +99,11 @@ class PhysicsBody(BodyShell):
         super().__init__(scene, seed=seed, noise=noise, sensors=sensors)
         self._longest = int(timestep / TICK + 1e-6)
         self._delay = ceil(delay / TICK - 1e-6)
-        self._ground = ground or Ground()
+        self._ground, self._figures = ground or Ground(), model
         self._actuators = Actuators(actuators) if actuators is not None else None
-        self._model: Any = self._mujoco.MjModel.from_xml_string(write_model(scene, self._ground, timestep, arm=arm))
+        self._model: Any = self._mujoco.MjModel.from_xml_string(
+            write_model(scene, self._ground, timestep, arm=arm, model=model)
+        )
         self._data: Any = self._mujoco.MjData(self._model)
         self._walkers = Walkers(scene) if scene.walkers else None
         self._bind()
@@ -197,9 +205,9 @@ class PhysicsBody(BodyShell):
         axes = np.column_stack((forward, np.cross(up, forward), up))
         self._mujoco.mj_resetData(self._model, self._data)
         floor = np.array([pose.x, pose.y, slope_x * pose.x + slope_y * pose.y])
-        self._qpos[:3] = floor + up * (SIT_HEIGHT + FOOT_RADIUS + SPAWN_CLEARANCE)
+        self._qpos[:3] = floor + up * (self._figures.sit_height + self._figures.foot_radius + SPAWN_CLEARANCE)
         self._mujoco.mju_mat2Quat(self._qpos[3:7], axes.flatten())
-        self._qpos[7:] = inverse(nominal_feet(SIT_HEIGHT)).joints
+        self._qpos[7:] = inverse(nominal_feet(self._figures.sit_height, self._figures), self._figures).joints
         self._travelling.clear()
         self._commanded = self._push_ends = self._ticks
         self._applied[:] = 0.0
@@ -242,8 +250,10 @@ class PhysicsBody(BodyShell):
         self._upper = {model.geom(name).id for name in ("trunk", "skid", *(f"{leg}_thigh" for leg in LEGS))}
         names = obstacle_names(self._scene) + walker_names(self._scene)
         self._obstacles = {model.geom(name).id: name for name in names}
-        self._knee_angles, self._knee_torques = (np.array(column) for column in zip(*KNEE_TORQUE, strict=True))
-        self._peak = np.full(12, TORQUE_LIMIT)
+        self._knee_angles, self._knee_torques = (
+            np.array(column) for column in zip(*self._figures.knee_torque, strict=True)
+        )
+        self._peak = np.full(12, self._figures.torque_limit)
         self._travelling: deque[tuple[int, MotorTargets]] = deque()
         self._accel_window = np.zeros((ACCEL_TICKS, 3))
         self._option = model.opt
@@ -317,12 +327,12 @@ class PhysicsBody(BodyShell):
     def _release(self) -> None:
         self._control[:] = 0.0
         self._bias[:, 1] = 0.0
-        self._bias[:, 2] = -DAMPING
+        self._bias[:, 2] = -DAMPING * self._figures.damper
 
     def _fallen(self) -> bool:
         _, x, y, _ = self._qpos[3:7].tolist()
-        lowest = min(self._geom_places[self._foot_geoms, 2].tolist()) - FOOT_RADIUS
-        return bool(1.0 - 2.0 * (x * x + y * y) < 0.5 or self._qpos[2] - lowest < 0.15)
+        lowest = min(self._geom_places[self._foot_geoms, 2].tolist()) - self._figures.foot_radius
+        return bool(1.0 - 2.0 * (x * x + y * y) < 0.5 or self._qpos[2] - lowest < FALLEN * self._figures.length)
 
     def _contacts(self) -> list[list[int]]:
         """The geoms that touch each other now, in pairs."""

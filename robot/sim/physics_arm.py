@@ -19,6 +19,7 @@ from robot.model.arm import JOINTS, STOWED
 from robot.scenes.scene import Scene, Thing
 from robot.sim.arm_mjcf import HAND, TOOL_SITE, TORQUES, thing_name
 from robot.sim.gripper import Gripper
+from robot.sim.simulation import SimulationArm
 from robot.sim.things import Things
 
 __all__ = ["PhysicsArm"]
@@ -29,8 +30,8 @@ DAMPING = np.array([50.0, 60.0, 24.0, 6.0])
 """N m s/rad."""
 
 
-class PhysicsArm:
-    """Implements `robot.hardware.arm.ArmDevice` in a model that was written with an arm. `now` is the body's time, s."""
+class PhysicsArm(SimulationArm):
+    """In a model that was written with an arm. `now` is the body's time, s."""
 
     def __init__(self, mujoco: Any, model: Any, data: Any, scene: Scene, now: Callable[[], float]) -> None:
         self._mujoco, self._model, self._data, self._scene, self._now = mujoco, model, data, scene, now

@@ -11,14 +11,14 @@ import numpy as np
 
 from actors.time.lockstep import Lockstep, Simulated
 from robot.geometry.vectors import Floats, Vector
-from robot.hardware.arm import ArmDevice
 from robot.hardware.beams import BEAMS, MAX_RANGE
-from robot.hardware.body import NO_REPLAY, ActuatorState, ImuSample, JointSample, Sample, Sweep, Truth
+from robot.hardware.body import NO_REPLAY, ActuatorState, Capabilities, ImuSample, JointSample, Sample, Sweep
 from robot.hardware.sensors import Sensors
 from robot.scenes.scene import Obstacle, Scene, Thing
 from robot.sim.charger import charger_connected
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.sim.sampling import ROUNDING, Sampling
+from robot.sim.simulation import SimulationArm, Truth
 from robot.sim.spin import Spin, beam_directions
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ LOST_COMMAND_TICKS = 200
 """Ticks without a command (0.1 s) after which a body is on its own."""
 
 
-class SimulatedArm(ArmDevice, Protocol):
+class SimulatedArm(SimulationArm, Protocol):
     """An arm that also knows where the scene's things are."""
 
     def things(self) -> tuple[Thing, ...]: ...
@@ -73,6 +73,11 @@ class BodyShell(Simulated):
     @property
     def time(self) -> float:
         return self._ticks * TICK
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """Drives that take motor targets, and feet that feel the ground."""
+        return Capabilities()
 
     @property
     @abstractmethod

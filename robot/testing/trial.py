@@ -14,13 +14,14 @@ from robot.control.gait_controller import GaitController
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
-from robot.hardware.body import Truth
 from robot.hardware.sensors import Sensors
 from robot.model.actuators import ActuatorDesign
 from robot.model.modes import ON_ITS_FEET, Mode
+from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ground, Ice
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Truth
 from robot.testing.faults import FAULTS, Spoil
 
 __all__ = ["FLAT", "PERIOD", "Conditions", "Record", "Trial"]
@@ -109,12 +110,13 @@ class Trial:
         *,
         gait: str = "trot",
         limits: CommandLimits | None = None,
+        model: RobotModel = SPOT,
     ) -> None:
         given = conditions or Conditions()
         self.body = PhysicsBody(
-            scene, seed=seed, delay=given.delay, ground=given.ground, actuators=given.actuators, sensors=given.sensors
-        )
-        self.gait = GaitController(gait=gait, motor_delay=given.delay, limits=limits)
+            scene, seed=seed, delay=given.delay, ground=given.ground, actuators=given.actuators, sensors=given.sensors, model=model
+        )  # fmt: skip
+        self.gait = GaitController(gait=gait, motor_delay=given.delay, limits=limits, model=model)
         self.fallen = False
         self._spoil: Spoil | None = None
         self._steps = 0

@@ -33,8 +33,8 @@ from actors.hosts.messages import Wire
 from actors.hosts.placing import elsewhere
 from actors.hosts.simulated import SimulatedHosts
 from actors.interfaces.std_msgs.msg import UInt64MultiArray
-from actors.node.placement import Placement
 from actors.processes.maker import Processes
+from actors.runtime.placement import Placement
 from actors.system import System
 from actors.time.virtual_loop import VirtualLoop
 from actors.transport.bridge import connect

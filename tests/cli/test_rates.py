@@ -193,7 +193,7 @@ class Simulated(Node):
     time = publishes(CLOCK)
     out = publishes(FAST)
 
-    @every(0.02)
+    @every(hz=50)
     def publish(self) -> None:
         self.time(Clock(clock=Time(sec=1000)))
         self.out(Vector3Stamped(header=Header(stamp=Time(sec=999, nanosec=500_000_000))))
@@ -206,3 +206,47 @@ async def test_delays_are_those_of_simulated_time_if_asked_for(
     async with system_of(Simulated):
         (line,) = await measured(environment, 1, "delay", "/fast", "--use-sim-time")
     assert line == "average delay: 0.500\n"
+
+
+class Faster(Node):
+    """Ten times as fast as real time: a message every 0.2 s of simulated time."""
+
+    time = publishes(CLOCK)
+    out = publishes(FAST)
+
+    def __init__(self) -> None:
+        self.ticks = 0
+
+    @every(hz=50)
+    def publish(self) -> None:
+        self.ticks += 1
+        self.time(Clock(clock=Time(sec=1000 + self.ticks // 5, nanosec=self.ticks % 5 * 200_000_000)))
+        self.out(Vector3Stamped(header=Header(frame_id="odd" if self.ticks % 2 else "even")))
+
+
+@pytest.mark.realtime
+async def test_rates_are_those_of_simulated_time_if_asked_for(system_of: SystemOf, environment: dict[str, str]) -> None:
+    odd = "m.header.frame_id == 'odd'"
+    async with system_of(Faster):
+        for expected, words in (
+            (5.0, ("-s",)),
+            (2.5, ("-s", "--filter", odd)),
+            (50.0, ("-s", "--wall-time")),
+        ):
+            (line,) = await measured(environment, 1, "hz", "/fast", *words)
+            assert float(line.removeprefix("average rate: ")) == pytest.approx(expected, rel=0.2)
+
+
+def test_where_time_is_set_back_rates_are_counted_anew_and_no_time_is_no_rate() -> None:
+    window = Intervals(10)
+    for now in (5.0, 6.0, 7.0, 1.0, 3.0):
+        window.arrived(now)
+    spread = window.spread()
+    assert spread is not None
+    assert (spread.mean, spread.number, window.rate(spread)) == (2.0, 1, 0.5)
+    window = Intervals(10)
+    for _ in range(3):
+        window.arrived(4.0)
+    spread = window.spread()
+    assert spread is not None
+    assert window.rate(spread) == 0.0

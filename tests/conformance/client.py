@@ -137,7 +137,7 @@ class Client:
         me = incarnation_of(self._node)
         entry = self._system.graph.topic(me.identity.topic(topic.name))
         self._listeners[number] = probe = Probe(me, entry, topic.type, of(topic.qos), self._system.clock.now)
-        me.streams.append(cast("Any", probe))
+        me.endpoints.streams.append(cast("Any", probe))
         entry.add_subscription(probe)
 
     async def wait_for_publisher(self, number: int) -> None:

@@ -2,6 +2,8 @@
 
 `python -m tests.hostile web --count 100000`: hostile frames and requests on every protocol of the web server.
 
+`python -m tests.hostile doors --count 100000`: hostile bytes at each place where bytes from outside are read (`--only NAME` for one).
+
 `python -m tests.hostile crowd --seconds 600`: 20 clients of the web server, of which 5 never read and 2 send garbage.
 """
 
@@ -10,11 +12,13 @@ from __future__ import annotations
 import argparse
 import asyncio
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
 from actors import execute
-from tests.hostile import crowd, web
+from tests.hostile import crowd, doors, web
 from tests.hostile.wire import attack, findings
 
 GROWTH = 32 * 1024
@@ -24,11 +28,14 @@ GROWTH = 32 * 1024
 def main(argv: Sequence[str] | None = None) -> int:
     """The exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.hostile", description=__doc__)
-    parser.add_argument("what", choices=("wire", "web", "crowd"))
+    parser.add_argument("what", choices=("wire", "web", "doors", "crowd"))
     parser.add_argument("--messages", "--count", type=int, default=100_000, metavar="N")
     parser.add_argument("--seed", type=int, default=1, metavar="N")
     parser.add_argument("--seconds", type=float, default=600.0, metavar="S", help="of a crowd (600)")
+    parser.add_argument("--only", default="", metavar="NAME", help="of the doors, those with this in their name")
     options = parser.parse_args(argv)
+    if options.what == "doors":
+        return _doors(options.messages, options.seed, options.only)
     if options.what == "crowd":
         return _crowd(options.seconds)
     if options.what == "web":
@@ -48,6 +55,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     print(f"calls of a liar        {sum(outcome.answers.values()):>10,}   {outcome.answers}")
     print(f"grown by, kB           {outcome.grown:>10,}")
+    for line in wrong:
+        print(f"WRONG: {line}")
+    return 1 if wrong else 0
+
+
+def _doors(count: int, seed: int, only: str) -> int:
+    wrong: list[str] = []
+    print(f"{'door':<20} {'inputs':>9} {'refused':>9} {'mean, ms':>9} {'longest, ms':>12} {'grown by, kB':>13}")
+    with tempfile.TemporaryDirectory() as folder:
+        for name, door in doors.doors(Path(folder)).items():
+            if only not in name:
+                continue
+            outcome = doors.attack(door, count, seed)
+            mean = 1000 * outcome.total / max(1, outcome.sent)
+            row = f"{outcome.sent:>9,} {outcome.refused:>9,} {mean:>9.3f} {1000 * outcome.longest:>12.1f} {outcome.grown:>13,}"
+            print(f"{name:<20} {row}", flush=True)
+            wrong += [f"{name}: {line}" for line in doors.findings(outcome)]
     for line in wrong:
         print(f"WRONG: {line}")
     return 1 if wrong else 0

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-__all__ = ["Edge", "Kind", "edges", "imported_from", "modules"]
+__all__ = ["Edge", "Kind", "circles", "edges", "imported_from", "modules"]
 
 Kind = Literal["top", "lazy", "typing"]
 """At module level; in a function; under ``if TYPE_CHECKING``."""
@@ -42,6 +42,28 @@ def edges(package: Path) -> list[Edge]:
                 Edge(name, target, kind, node.lineno) for target in _targets(node, folder, known) if target != name
             ]
     return found
+
+
+def circles(imports: Iterable[Edge]) -> list[list[str]]:
+    """The modules that import each other, directly or by way of others: each circle in order of its names, the first circle first."""
+    above: dict[str, set[str]] = {}
+    for edge in imports:
+        above.setdefault(edge.source, set()).add(edge.target)
+
+    def reached(start: str) -> set[str]:
+        found: set[str] = set()
+        left = [start]
+        while left:
+            for target in above.get(left.pop(), set()) - found:
+                found.add(target)
+                left.append(target)
+        return found
+
+    from_each = {name: reached(name) for name in above}
+    members = {
+        name: tuple(sorted(one for one in found if name in from_each.get(one, ()))) for name, found in from_each.items()
+    }
+    return [list(circle) for circle in sorted(set(members.values())) if circle]
 
 
 def imported_from(node: ast.ImportFrom, folder: str) -> str:

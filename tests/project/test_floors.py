@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 
-from tests.project.imports import Edge, edges, modules
+from tests.project.imports import Edge, circles, edges, modules
 
 ACTORS = Path(__file__).parents[2] / "actors"
 
@@ -28,7 +29,6 @@ FLOORS = (
     "system",
     "transport",
     "runtime",
-    "node",
     "graph",
     "actions",
     "services",
@@ -50,6 +50,7 @@ FLOORS = (
     "suggest",
     "waiting",
     "yaml_bounds",
+    "pickle_bounds",
 )
 """The rooms from top to bottom. The face, ``actors/__init__.py``, stands above all of them, and nothing imports it."""
 
@@ -58,6 +59,15 @@ UPWARDS: frozenset[tuple[str, str]] = frozenset()
 
 LAZY_UPWARDS: frozenset[tuple[str, str]] = frozenset()
 """Those of them that are imported when a function is called, and not for type checkers only."""
+
+CIRCLES = {"launch": (12, 5), "interfaces": (10,), "runtime": (7,)}
+"""The rooms with circles of more than `CIRCLE` modules that import each other, and how many modules each has. These numbers only get smaller."""
+
+CIRCLE = 4
+"""The most modules of a room that may import each other in a circle. Imports for type checkers count, too: such modules are read together."""
+
+FILE, FUNCTION = 800, 60
+"""The most lines of a file and of a function. A file is about one thing: it is not cut in two for its length."""
 
 
 def room_of(module: str) -> str:
@@ -109,3 +119,34 @@ def test_the_command_line_knows_nothing_of_the_robot() -> None:
     """But for the sentence about another project's package of that name."""
     known = {path.name for path in (ACTORS.parent / "cli").rglob("*.py") if imports(path, "robot")}
     assert known == {"entry.py"}
+
+
+def test_the_circles_inside_of_rooms_only_get_smaller() -> None:
+    found: dict[str, list[int]] = {}
+    for circle in circles(edges(ACTORS)):
+        if len(circle) > CIRCLE:
+            found.setdefault(room_of(circle[0]), []).append(len(circle))
+    assert {room: tuple(sorted(sizes, reverse=True)) for room, sizes in found.items()} == CIRCLES
+
+
+def test_files_and_functions_can_be_read() -> None:
+    long: list[str] = []
+    for path in ACTORS.rglob("*.py"):
+        if "interfaces" in path.parts and path.parent.name in ("msg", "srv", "action"):
+            continue  # generated
+        text = path.read_text(encoding="utf-8")
+        if (length := len(text.splitlines())) > FILE:
+            long.append(f"{path}: {length} lines")
+        functions = [
+            one for one in ast.walk(ast.parse(text)) if isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef))
+        ]
+        long += [f"{path}, {one.name}: {length} lines" for one in functions if (length := own_lines(one)) > FUNCTION]
+    assert long == []
+
+
+def own_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """How many lines a function has, without its head, its docstring and the functions in it."""
+    body = function.body[1:] if ast.get_docstring(function) is not None else function.body
+    inner = [one for one in body if isinstance(one, (ast.FunctionDef, ast.AsyncFunctionDef))]
+    lines = (function.end_lineno or 0) - body[0].lineno + 1 if body else 0
+    return lines - sum((one.end_lineno or 0) - one.lineno + 1 for one in inner)

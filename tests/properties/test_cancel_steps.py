@@ -32,8 +32,8 @@ from actors import (
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
-from actors.node.retry import retry
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.retry import retry
 from actors.system import System, system_here
 from actors.testing import Rig
 from actors.testing.fuzz import FuzzLoop

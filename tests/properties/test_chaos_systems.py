@@ -45,8 +45,8 @@ from actors import (
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
-from actors.node.retry import retry
 from actors.nodes.parameter_server import ParameterServer, get_global, set_global
+from actors.runtime.retry import retry
 from actors.supervision.errors import SupervisionError
 from actors.supervision.running import RunningSupervisor
 from actors.system import System, system_here, system_of

@@ -38,7 +38,6 @@ from robot.contracts import (
 )
 from robot.geometry.messages import pose_stamped, to_pose
 from robot.geometry.planar import Pose2, compose, inverse
-from robot.hardware.body import Body
 from robot.hardware.sensors import Sensors
 from robot.interfaces.robactor_msgs.msg import GaitStatus
 from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
@@ -58,7 +57,9 @@ from robot.scenes.dock import has_station, station
 from robot.scenes.scene import Obstacle, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
+from robot.sim.devices import SimulatedLidar
 from robot.sim.kinematic import KinematicBody
+from robot.sim.simulation import Simulation
 from robot.tree import robot_tree
 
 T = TypeVar("T")
@@ -96,7 +97,7 @@ def robot(world: str | Scene = "empty", *, percent: float = 90.0, seed: int = 1)
     return Robot(world, body="kinematic", battery=percent, seed=seed).tree
 
 
-def robot_around(body: Body, *, percent: float = 90.0) -> Supervisor:
+def robot_around(body: Simulation, *, percent: float = 90.0) -> Supervisor:
     """The same around a body that the test keeps hold of."""
     return robot_tree(body, Pack(percent), None)
 
@@ -111,7 +112,7 @@ def without(tree: Supervisor, *names: str) -> Supervisor:
     return changed(tree, lambda child: None if child.name in names else child)
 
 
-async def awake(rig: Rig, body: Body) -> Body:
+async def awake(rig: Rig, body: Simulation) -> Simulation:
     """Start the whole robot around `body` and let it find out where it is."""
     await rig.start(robot_around(body))
     await rig.advance(1.0)
@@ -133,7 +134,7 @@ async def standing_robot(rig: Rig, world: str | Scene = "warehouse", *, lidar: t
     body, grid = KinematicBody(scene, seed=1), Grid.from_scene(scene)
     await rig.start(
         Child(Legs, args=(body,)),
-        Child(lidar, args=(body,)),
+        Child(lidar, args=(SimulatedLidar(body),)),
         Child(MapServer, args=(grid, scene.places)),
         Child(Localizer, args=(grid, scene.start)),
         Child(Navigation, args=(grid,)),
@@ -229,13 +230,13 @@ class Eyes(Node):
 # -- where it truly is ------------------------------------------------------------------------------------------------------------
 
 
-def true_pose(body: Body) -> Pose2:
+def true_pose(body: Simulation) -> Pose2:
     """Where the body really is."""
     truth = body.truth()
     return Pose2(float(truth.position[0]), float(truth.position[1]), truth.yaw)
 
 
-def speed(body: Body) -> float:
+def speed(body: Simulation) -> float:
     """Of the true body over the floor, m/s."""
     vx, vy, _ = body.truth().velocity.tolist()
     return math.hypot(vx, vy)

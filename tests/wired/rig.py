@@ -62,7 +62,7 @@ class WiredRig(Rig):
         me = incarnation_of(self.me)
         entry = self.far.graph.topic(name or me.identity.topic(topic.name))
         probe = Probe(me, entry, topic.type, topic.qos if qos is None else of(qos), self.far.clock.now)
-        me.streams.append(cast("Any", probe))
+        me.endpoints.streams.append(cast("Any", probe))
         entry.add_subscription(probe)
         return probe
 

@@ -42,6 +42,7 @@ from actors.launch.substitutions.values import (
     Parameter,
 )
 from actors.suggest import did_you_mean
+from actors.yaml_bounds import DEEPEST
 
 __all__ = ["SUBSTITUTIONS", "parse_command_line", "parse_substitution"]
 
@@ -183,6 +184,7 @@ class _Parser:
     def __init__(self, text: str) -> None:
         self.text = text
         self.at = 0
+        self._depth = 0
 
     def template(self, quote: str) -> list[Substitution]:
         """The parts up to the closing quotation mark, or up to the end of the text if `quote` is empty."""
@@ -216,6 +218,9 @@ class _Parser:
     def substitution(self) -> Substitution:
         """What stands in ``$(...)``."""
         begin = self.at
+        self._depth += 1
+        if self._depth > DEEPEST:
+            raise SubstitutionFailure(f"substitutions are nested more than {DEEPEST} levels deep")
         self.at += len(_OPEN)
         match = _NAME.match(self.text, self.at)
         name = match[0] if match is not None else ""
@@ -228,6 +233,7 @@ class _Parser:
                 raise SubstitutionFailure(f"a parenthesis is missing at the end of {self.text[begin:]!r}")
             if self.text[self.at] == ")":
                 self.at += 1
+                self._depth -= 1
                 return _made(name, arguments, self.text[begin : self.at])
             arguments.append(self.argument())
 

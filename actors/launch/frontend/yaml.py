@@ -19,8 +19,11 @@ def read_yaml(path: Path) -> LaunchDescription:
     """The launch description in a YAML file. Raises `LaunchError`, with the line."""
     import yaml  # late: few programs launch
 
-    text = path.read_text(encoding="utf-8")
-    reader: Any = loader()(text)
+    try:
+        text = path.read_text(encoding="utf-8")
+        reader: Any = loader()(text)
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        raise LaunchError(f"no YAML: {' '.join(str(error).split())}", Line(str(path), 1)) from None
     try:
         check_yaml(text)
         root = reader.get_single_node()

@@ -14,6 +14,7 @@ from actors.errors import CallCycle
 from actors.graph.graph import Graph
 from actors.interfaces.message import Message
 from actors.places import USER, chain_of, owner_of
+from actors.runtime.endpoints import Endpoints
 from actors.runtime.incarnation import Incarnation
 from actors.runtime.runtime import Runtime
 from actors.services.client import Client
@@ -24,7 +25,7 @@ from actors.testing.simulation.steps import Death, Steps, Watched
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service
-    from actors.node.node import Node
+    from actors.runtime.node import Node
     from actors.runtime.record import NodeRecord
     from actors.runtime.timers import NodeTimer
     from actors.services.server import Server
@@ -126,6 +127,7 @@ class _SimulatedIncarnation(Incarnation):
 
     def __init__(self, simulation: Simulation, runtime: Runtime, record: NodeRecord, node: Node) -> None:
         super().__init__(runtime, record, node)
+        self.endpoints = _SimulatedEndpoints(self)
         self.simulation = simulation
         simulation.profile.awaits.setdefault(self.fqn, 0)
         self._steps = Steps(self.fqn, simulation.faults, simulation.profile.steps)
@@ -158,15 +160,6 @@ class _SimulatedIncarnation(Incarnation):
     def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
         name = name or str(getattr(work, "__qualname__", work))
         return super().spawn(Watched(work, lambda: self.task_step(name)), name=name)
-
-    def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
-        plain = super().client(service)
-        client = self.clients[service] = _ToldClient(self, plain.entry, service)
-        return client
-
-    def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
-        super().goal(action, message, timeout)
-        return _ToldGoal(self, self.runtime.graph.action(self.identity.service(action.name)), action, message, timeout)
 
     @property
     def _mortal(self) -> bool:
@@ -218,6 +211,26 @@ def _place(suspended: object) -> str:
     return f"{frames[-1].f_code.co_filename}:{frames[-1].f_lineno} in {frames[-1].f_code.co_qualname}" if frames else ""
 
 
+class _SimulatedEndpoints(Endpoints):
+    """The endpoints of such an incarnation."""
+
+    __slots__ = ("_simulated",)
+
+    def __init__(self, life: _SimulatedIncarnation) -> None:
+        super().__init__(life)
+        self._simulated = life
+
+    def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
+        plain = super().client(service)
+        client = self.clients[service] = _ToldClient(self._simulated, plain.entry, service)
+        return client
+
+    def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
+        super().goal(action, message, timeout)
+        life = self._simulated
+        return _ToldGoal(life, life.runtime.graph.action(life.identity.service(action.name)), action, message, timeout)
+
+
 class _ToldClient(Client[Req, Resp]):
     __slots__ = ()
     node: _SimulatedIncarnation
@@ -262,7 +275,7 @@ def _slow_down(life: Incarnation, profile: Profile, slow: dict[int, Fault]) -> N
 
     items: list[HandlerSubscription[Any] | NodeTimer | Server] = [
         *life.record.subscriptions,
-        *life.timers,
+        *life.timers.declared,
         *life.record.services.values(),
     ]
     for item in items:

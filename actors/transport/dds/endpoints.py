@@ -23,7 +23,8 @@ KEEP_ALL: Final = 64 * 1024 * 1024
 LARGE: Final = 32 * 1024
 """A sample of more bytes is written by the thread: it is cut in pieces, for each of which the socket may have to wait."""
 
-_MOST_PAYLOAD: Final = 256 * 1024 * 1024
+MOST_PAYLOAD: Final = 256 * 1024 * 1024
+"""The bytes of the largest sample that is taken."""
 _AT_ONCE: Final = 64
 """The most samples that are taken from a reader before the others have their turn."""
 _BATCH: Final = 32
@@ -215,6 +216,7 @@ class Writer(Endpoint):
         self._type_here = type_here.value
         self._queue: deque[bytes] = deque()
         self._head: bytes | None = None
+        self._head_serialized: int | None = None
         self._with_thread = False
         self._handed = 0
         self._done = 0
@@ -327,15 +329,26 @@ class Writer(Endpoint):
                         return True
                     self._with_thread = True
                     continue
-            vector.base, vector.length = self._head, len(self._head)
-            serialized = library.ddsi_serdata_from_ser_iov(self._type_here, 2, 1, c.byref(vector), len(self._head))
-            code: int = library.dds_writecdr(self._entity, serialized) if serialized else -1
-            if code == TIMEOUT:
-                return False
+                vector.base, vector.length = self._head, len(self._head)
+                self._head_serialized = library.ddsi_serdata_from_ser_iov(
+                    self._type_here, 2, 1, c.byref(vector), len(self._head)
+                )
+            code: int = -1
+            if self._head_serialized:
+                library.ddsi_serdata_ref(self._head_serialized)  # a write takes one, also if it fails
+                code = library.dds_writecdr(self._entity, self._head_serialized)
+                if code == TIMEOUT:
+                    return False
+            self._let_go()
             self._done += len(self._head)
             self._head = None
             if code != 0:
                 self.unsent += 1
+
+    def _let_go(self) -> None:
+        if self._head_serialized:
+            self._library.ddsi_serdata_unref(self._head_serialized)
+        self._head_serialized = None
 
     def wait(self, seconds: float) -> None:
         """Wait until all readers have acknowledged everything, but no longer than `seconds`."""
@@ -346,6 +359,7 @@ class Writer(Endpoint):
         self.unsent += self.waiting
         self._queue.clear()
         self._head = None
+        self._let_go()
         self._within.delete(self._entity)
 
 
@@ -448,7 +462,7 @@ class Reader(Endpoint):
         if size <= _SCRATCH:
             quick.ddsi_serdata_to_ser(serialized, 0, size, self._scratch_at)
             return bytes(self._scratch[:size])
-        if size > _MOST_PAYLOAD:
+        if size > MOST_PAYLOAD:
             self._within.report.unreadable(f"a sample of {size} bytes on {self.topic}")
             return b""
         region = native.Region()

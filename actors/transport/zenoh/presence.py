@@ -67,8 +67,6 @@ class _Peer:
     """What is said of its process, by token: anybody can say something."""
     silent: bool = False
     """Its loop has not been heard of for too long, although its tokens are there."""
-    beats: bool = False
-    """Its loop has been heard of."""
 
     @property
     def process(self) -> Process | None:
@@ -106,13 +104,11 @@ class Presence:
 
     @property
     def beating(self) -> list[str]:
-        """The sessions that are shown and are expected to be heard: a process that has never been is perhaps none of this library."""
-        # One of ours that stops at once has not been heard yet.
-        return [
-            session
-            for session, peer in self._peers.items()
-            if not peer.silent and (is_ours(session) or (peer.beats and peer.processes))
-        ]
+        """The sessions that are shown and are expected to be heard: those of this library, by their names.
+
+        What is said of a session does not count: anybody could beat for a process of ROS 2, which never does, and then fall silent for it.
+        """
+        return [session for session, peer in self._peers.items() if not peer.silent and is_ours(session)]
 
     def tokens(self, session: str) -> tuple[str, ...]:
         """The tokens that a session holds."""
@@ -146,7 +142,6 @@ class Presence:
         """The loop of a process is running: if it was silent, it and its tokens are shown again."""
         peer = self._peers.get(session)
         if peer is not None:
-            peer.beats = True
             self._revive(session)
 
     def _revive(self, session: str) -> None:

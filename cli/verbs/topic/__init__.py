@@ -122,7 +122,7 @@ def _window(parser: Parser, window: int) -> None:
 
 def _hz(parser: Parser) -> None:
     parser.add_argument("--filter", metavar="EXPRESSION", help="count only messages m for which this is true")
-    parser.add_argument("--wall-time", action="store_true", help="accepted for ros2's sake: it is always used")
+    parser.add_argument("--wall-time", action="store_true", help="the time of day, also with --use-sim-time")
     _rate(parser, 10000)
 
 

@@ -71,8 +71,11 @@ class Intervals(Window):
         """How many of those have been told of."""
 
     def arrived(self, now: float, step: int = 1) -> None:
-        """A message has come, the last one of `step` that were sent since the one before."""
-        if self._last is not None:
+        """A message has come, the last one of `step` that were sent since the one before. Where time was set back, counting begins anew."""
+        if self._last is not None and now < self._last:
+            self._numbers.clear()
+            self._steps.clear()
+        elif self._last is not None:
             self.add(now - self._last)
             self._steps.append(step)
         self._last = now
@@ -85,8 +88,27 @@ class Intervals(Window):
         return max(0, number - last)
 
     def rate(self, received: Spread) -> float:
-        """How many messages a second were sent, by their numbers; `received` is the spread of the intervals."""
-        return sum(self._steps) / (received.mean * received.number)
+        """How many messages a second were sent, by their numbers; `received` is the spread of the intervals. 0 where no time has passed."""
+        return sum(self._steps) / (received.mean * received.number) if received.mean else 0.0
+
+
+class SimTime:
+    """The time of /clock."""
+
+    def __init__(self) -> None:
+        self._seconds = 0.0
+
+    def take(self, arrival: Arrival) -> None:
+        """A message of /clock has come."""
+        from actors.interfaces import decode
+        from actors.interfaces.rosgraph_msgs.msg import Clock
+
+        told = decode(Clock, arrival.payload).clock
+        self._seconds = told.sec + told.nanosec / 1e9
+
+    def seconds(self) -> float:
+        """The time now; 0 until /clock tells it."""
+        return self._seconds
 
 
 class Sizes:
@@ -116,16 +138,20 @@ async def hz(options: argparse.Namespace) -> Exit:
     if options.filter:
         return await _filtered_hz(options)
     windows: dict[str, Intervals] = {}
+    sim = SimTime() if options.use_sim_time and not options.wall_time else None
+    clock = time.perf_counter if sim is None else sim.seconds
 
     def receiver(name: str) -> Callable[[Arrival], None]:
         window = windows[name] = Intervals(options.window)
 
         def take(arrival: Arrival) -> None:
-            window.arrived(time.perf_counter(), window.step(arrival.publisher, arrival.sequence_number))
+            step = window.step(arrival.publisher, arrival.sequence_number)
+            if now := clock():
+                window.arrived(now, step)
 
         return take
 
-    return await _every_second(options, receiver, lambda: _print_rates(options, windows))
+    return await _every_second(options, receiver, lambda: _print_rates(options, windows), sim=sim)
 
 
 async def _filtered_hz(options: argparse.Namespace) -> Exit:
@@ -137,13 +163,16 @@ async def _filtered_hz(options: argparse.Namespace) -> Exit:
     if len(options.topic_name) != 1:
         raise CommandFailed("--filter is for one topic")
     options.topic_name = options.topic_name[0]
+    simulated = options.use_sim_time and not options.wall_time
     async with seen(options) as graph:
+        graph.node.set_parameter("use_sim_time", simulated)
         topic = await topic_of(graph, options)
         windows = {topic.name: Intervals(options.window)}
         async with graph.node.subscribe(topic) as messages, _printing(lambda: _print_rates(options, windows)):
             async for message in messages:
-                if wanted(message):
-                    windows[topic.name].arrived(time.perf_counter())
+                now = graph.node.clock.wall_ns() / 1e9 if simulated else time.perf_counter()
+                if wanted(message) and now:
+                    windows[topic.name].arrived(now)
     return Exit.DONE
 
 
@@ -151,7 +180,7 @@ def _print_rates(options: argparse.Namespace, windows: dict[str, Intervals]) -> 
     found = [(name, spread) for name, window in windows.items() if window.fresh and (spread := window.spread())]
     if options.json:
         for name, spread in found:
-            rates = {"rate": windows[name].rate(spread), "received": 1 / spread.mean}
+            rates = {"rate": windows[name].rate(spread), "received": 1 / spread.mean if spread.mean else 0.0}
             print_json({"topic": name, **rates, **_json(spread), "lost": windows[name].lost})
     elif len(windows) == 1:
         for name, spread in found:
@@ -167,7 +196,7 @@ def _print_rates(options: argparse.Namespace, windows: dict[str, Intervals]) -> 
     for name, spread in found:
         window = windows[name]
         if window.lost > window.told and not options.json:
-            received = f"{1 / spread.mean:.3f} a second come here"
+            received = f"{1 / spread.mean if spread.mean else 0:.3f} a second come here"
             complain(f"{name}: {window.lost} messages have not arrived, by the numbers of the publisher; {received}")
             window.told = window.lost
 
@@ -294,10 +323,13 @@ async def _every_second(
     receiver: Callable[[str], Callable[[Arrival], None]],
     show: Callable[[], None],
     subscribed: Callable[[str], None] = lambda name: None,
+    sim: SimTime | None = None,
 ) -> Exit:
-    """Take the messages of all topics that the options name, and call `show` every second."""
+    """Take the messages of all topics that the options name, and call `show` every second; `sim` takes those of /clock."""
     async with listening(options) as (view, ear):
         with ExitStack() as stack:
+            if sim is not None:
+                stack.enter_context(ear.subscribe("/clock", await ear.ends("/clock"), options, sim.take))
             for name in topic_names(options, view):
                 stack.enter_context(ear.subscribe(name, await ear.ends(name), options, receiver(name)))
                 subscribed(name)

@@ -17,12 +17,7 @@ const PANES = {
   doctor: "Doctor",
   bags: "Bags",
 };
-const REPLACES = {
-  graph: "rqt_graph",
-  plot: "rqt_plot",
-  console: "rqt_console",
-  parameters: "rqt_reconfigure",
-};
+const REPLACES = { graph: "rqt_graph", plot: "rqt_plot", console: "rqt_console", parameters: "rqt_reconfigure" };
 const host = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/`;
 const here = `${host}${location.search}`; // with ?bag=NAME the panes show that recording
 const main = find("#main");
@@ -70,9 +65,7 @@ function palette() {
     "warn",
     "bad",
   ];
-  return Object.fromEntries(
-    names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]),
-  );
+  return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 
 /**
@@ -92,9 +85,7 @@ async function route() {
   const name = asked in PANES ? asked : "robot";
   wanted = name;
   remember("address", address);
-  for (const tab of /** @type {NodeListOf<HTMLElement>} */ (
-    document.querySelectorAll("#tabs a")
-  )) {
+  for (const tab of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("#tabs a"))) {
     if (tab.dataset.pane === name) {
       tab.setAttribute("aria-current", "page");
       tab.scrollIntoView({ block: "nearest", inline: "nearest" });
@@ -119,21 +110,17 @@ async function route() {
 /** Where nothing was chosen and there is no robot to be seen, the graph is what there is. */
 async function choose() {
   const { hasRobot } = await import("./robot/world.js");
-  if (!location.hash && !recall("chosen", false) && !hasRobot(link))
-    go("graph");
+  if (!location.hash && !recall("chosen", false) && !hasRobot(link)) go("graph");
 }
 
 function theme(choice) {
-  const dark = choice
-    ? choice === "dark"
-    : matchMedia("(prefers-color-scheme: dark)").matches;
+  const dark = choice ? choice === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
   document.documentElement.dataset.theme = dark ? "dark" : "light";
   dispatchEvent(new Event("theme"));
 }
 
 function toggleTheme() {
-  const next =
-    document.documentElement.dataset.theme === "dark" ? "light" : "dark";
+  const next = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
   remember("theme", next);
   theme(next);
 }
@@ -147,32 +134,16 @@ function showStatus() {
 function warn(problems) {
   const tab = document.querySelector('#tabs a[data-pane="doctor"]');
   tab.querySelector(".count")?.remove();
-  if (problems)
-    tab.append(
-      h(
-        "span.count",
-        { title: `${problems} problem${problems > 1 ? "s" : ""}` },
-        problems,
-      ),
-    );
+  if (problems) tab.append(h("span.count", { title: `${problems} problem${problems > 1 ? "s" : ""}` }, problems));
 }
 
 for (const [name, title] of Object.entries(PANES)) {
-  const tab = h(
-    "a",
-    {
-      href: `#${name}`,
-      title: REPLACES[name] && `Instead of ${REPLACES[name]}`,
-    },
-    title,
-  );
+  const tab = h("a", { href: `#${name}`, title: REPLACES[name] && `Instead of ${REPLACES[name]}` }, title);
   tab.dataset.pane = name;
   find("#tabs").append(tab);
 }
 theme(recall("theme", ""));
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
-  theme(recall("theme", "")),
-);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => theme(recall("theme", "")));
 find("#theme").onclick = toggleTheme;
 addEventListener("hashchange", () => {
   remember("chosen", true);
@@ -192,9 +163,6 @@ link.addEventListener("findings", (/** @type {CustomEvent} */ { detail }) =>
 );
 link.watchSystem();
 watchSafety(robot);
-new Timeline(
-  link,
-  asked("bag") ? `${location.pathname}${without("bag")}#robot` : "",
-);
+new Timeline(link, asked("bag") ? `${location.pathname}${without("bag")}#robot` : "");
 startReport(link, () => shown?.frame?.());
 route();

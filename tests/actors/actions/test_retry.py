@@ -25,7 +25,7 @@ from actors import (
 )
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.node.retry import PASSING, retry
+from actors.runtime.retry import PASSING, retry
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, events, order, result, step, total, two
 

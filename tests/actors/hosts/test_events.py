@@ -122,6 +122,13 @@ def test_nothing_that_is_named_is_called(tmp_path: Path, which: int) -> None:
         assert repr(event.fields["x"]) in ("<posix.system of another machine>", "<nt.system of another machine>")
 
 
+def doubled(times: int) -> Any:
+    value: Any = ()
+    for _ in range(times):
+        value = (value, value)
+    return value
+
+
 @pytest.mark.parametrize(
     "value",
     [
@@ -134,8 +141,10 @@ def test_nothing_that_is_named_is_called(tmp_path: Path, which: int) -> None:
         Nodes((NodeFacts(("a",), Child(Node, name="a"), "flying", 1),)),  # type: ignore[arg-type]
         Nodes((NodeFacts(("a",), Child(Node, name="a"), "running", 1, 0, ((1.0,),)),)),  # type: ignore[arg-type]
         Nodes([]),  # type: ignore[arg-type]
+        Over(Killed(doubled(60))),
+        doubled(60),
     ],
-    ids=str,
+    ids=lambda value: type(value).__name__,
 )
 def test_what_is_no_event_is_refused(value: Any) -> None:
     with pytest.raises(UnreadableEvent):

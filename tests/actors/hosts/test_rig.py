@@ -27,7 +27,7 @@ from actors.hosts.messages import Hello
 from actors.hosts.simulated import SimulatedHosts
 from actors.interfaces.std_msgs.msg import UInt64
 from actors.logs import LogRecord
-from actors.node.placement import Placement
+from actors.runtime.placement import Placement
 from actors.testing import Rig
 from actors.transport.simulated.network import Network
 from tests.actors.hosts.kit import placement

@@ -17,7 +17,7 @@ from actors.hosts import TlsHosts
 from actors.hosts.runs import count_run
 from actors.hosts.simulated import SimulatedHosts
 from actors.interfaces.std_msgs.msg import UInt64
-from actors.node.placement import HERE, Placement
+from actors.runtime.placement import HERE, Placement
 from actors.time.virtual_loop import VirtualLoop
 from actors.transport.simulated.network import Network
 from robot.control.fence import Fence

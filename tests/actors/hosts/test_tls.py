@@ -21,11 +21,11 @@ from actors.hosts.agent import Agent
 from actors.hosts.messages import Asked, Ended, Granted, Hello, Launch, Launched, Leaving, Renew, Said
 from actors.hosts.there import Launcher, transport_here
 from actors.hosts.tls import _Caller, address_of, serve
-from actors.node.placement import Placement
 from actors.processes import spawned
 from actors.processes.channel import Channel, framed
 from actors.processes.messages import Line, Opaque, Order, Over, Ready, StopAsked
 from actors.processes.pickling import pack, unpack
+from actors.runtime.placement import Placement
 from actors.transport.protocol import WireUnavailable
 from actors.transport.security import SecurityError
 from actors.transport.security.authority import read_certificate

@@ -164,7 +164,11 @@ def test_a_package_of_the_users_own_is_not_overwritten(tmp_path: Path, monkeypat
             2,
             "error: no definition in flat; there is pkg/Note.msg, expected <package>/<msg|srv|action>/<Name>",
         ),
-        (["empty"], 2, "error: no definition in empty; expected <package>/<msg|srv|action>/<Name>.<msg|srv|action>"),
+        (
+            ["empty"],
+            2,
+            "error: no definition in empty; expected <package>/<msg|srv|action>/<Name>.<msg|srv|action|idl>",
+        ),
         (["defs", "--out", "note.txt"], 2, "error: --out note.txt is a file: give a folder"),
         (["defs", "--home", "my-robot"], 2, "error: --home 'my-robot' is not the name of a Python package"),
         (["defs", "--out", "note.txt/x"], 1, "the modules cannot be written: "),
@@ -208,6 +212,100 @@ def test_a_typo_is_told_with_what_is_near(tmp_path: Path) -> None:
     write(tmp_path, {"demo_msgs/msg/Reading.msg": "", "demo_msgs/srv/Ask.srv": "---\nRedaing a\n"})
     with pytest.raises(ValueError, match=r"Did you mean 'demo_msgs/msg/Reading'"):
         generate(tmp_path, "")
+
+
+def test_a_bad_file_is_named_with_what_needs_it_and_the_others_are_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "defs", FILES)
+    bad = {"msg/Torn.msg": "int33 x\n", "msg/Half.msg": "Torn torn\n", "srv/Odd.srv": "---\nint32 class\n", "idl/x": ""}
+    write(tmp_path / "defs/bad_msgs", bad | {"msg/Good.msg": "int32 x\n", "msg/Broken.idl": "module bad_msgs {"})
+    (tmp_path / "defs/demo_msgs/msg/Latin.msg").write_bytes(b"# gr\xfc\xdfe\n")
+    (tmp_path / "defs/worse_msgs/msg").mkdir(parents=True)
+    (tmp_path / "defs/worse_msgs/msg/Only.msg").write_text("x")
+    for check, code in (([], 1), (["--check"], 1)):
+        with pytest.raises(SystemExit) as ended:
+            main(["defs", *check])
+        assert ended.value.code == code
+        told = capsys.readouterr().err.splitlines()
+        assert [re.search(r"(\w+)\.(msg|srv|idl)", line)[1] for line in told] == [  # type: ignore[index]
+            "Torn", "Broken", "Latin", "Only", "Half", "Odd"
+        ]  # fmt: skip
+        assert all(line.startswith("left out: ") for line in told)
+    works(tmp_path)
+    assert "class Good(" in (tmp_path / "bad_msgs/msg.py").read_text()
+    assert not (tmp_path / "bad_msgs/srv.py").exists()
+    assert not (tmp_path / "worse_msgs").exists()
+
+
+def test_a_type_that_a_shipped_package_lacks_is_supplied(tmp_path: Path) -> None:
+    plane = "# On a plane.\nfloat64 x\nfloat64 y\nfloat64 theta\n"
+    write(tmp_path / "defs", {"geometry_msgs/msg/Pose2D.msg": plane, "geometry_msgs/msg/Point.msg": "uint8 x\n"})
+    write(tmp_path / "defs", {"geometry_msgs/msg/Poses2D.msg": "Pose2D[] poses\nPoint point\n"})
+    write(tmp_path / "defs", {"geometry_msgs/srv/Locate.srv": "Pose2D near\n---\n", "slam_msgs/msg/Guess.msg": "geometry_msgs/Pose2D at\n"})  # fmt: skip
+    for home in ("", "my_robot"):
+        (tmp_path / home).mkdir(exist_ok=True)
+        assert "left out, because they ship" in wrote(tmp_path, "defs", "--out", home or ".", "--home", home)
+        package = f"{home}." if home else ""
+        use = (
+            f"from {package}geometry_msgs.msg import Pose2D, Poses2D; from {package}geometry_msgs.srv import Locate; "
+            f"from {package}slam_msgs.msg import Guess; from actors.interfaces.geometry_msgs.msg import Point; "
+            "from actors.interfaces import get_message, type_name; "
+            "assert type(Guess().at) is type(Locate.Request().near) is Pose2D; assert type(Poses2D().point) is Point; "
+            "assert get_message('geometry_msgs/Pose2D') is Pose2D; print(type_name(Pose2D))"
+        )
+        done = python(tmp_path, "-W", "error", "-c", use)
+        assert (done.stdout, done.stderr) == ("geometry_msgs/msg/Pose2D\n", "")
+
+
+IDL = """
+#include "demo_msgs/msg/Lid.idl"
+module demo_msgs { module msg {
+  typedef float float__4[4];
+  module Box_Constants { const long SIDES = 6; };
+  @verbatim (language="comment", text="A box.")
+  struct Box {
+    @verbatim (language="comment", text="How wide") @unit (value="m") @default (value=0.5) double width;
+    @default (value="a b") string name; demo_msgs::msg::Lid lid; float__4 corners; @default (value=TRUE) boolean open;
+    @default (value="a#b") string odd;
+  };
+}; };
+"""
+
+
+def test_idl_files_are_generated_and_loaded_as_those_of_ros_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(
+        tmp_path / "defs",
+        {"demo_msgs/msg/deep/Box.idl": IDL, "demo_msgs/msg/Lid.msg": "uint8 x\n", "demo_msgs/msg/Lid.idl": "$"},
+    )
+    write(tmp_path / "defs", {"demo_msgs/srv/Close.idl": "module demo_msgs { module srv { struct Close_Response { boolean ok; };"
+                              "struct Close_Request { demo_msgs::msg::Box box; }; }; };"})  # fmt: skip
+    wrote(tmp_path, "defs")
+    use = (
+        "from demo_msgs.msg import Box; from demo_msgs.srv import Close; from actors.interfaces import definition_text, show, add_folder;"
+        "add_folder('defs'); print(Box.SIDES, Box().width, len(Box().corners), Close.Request().box.name, Close.Response().ok);"
+        "print(definition_text(Box)); print(show(Close, comments='none'))"
+    )
+    done = python(tmp_path, "-W", "error", "-c", use)
+    assert done.stderr == ""
+    first, _, shown = done.stdout.partition("\n")
+    assert first == "6 0.5 4 a b False"
+    box = (
+        '# A box.\n\nint32 SIDES=6\n# How wide\n# [m]\nfloat64 width 0.5\nstring name "a b"\ndemo_msgs/Lid lid\n'
+        "float32[4] corners\nbool open true\nstring odd\n"
+    )
+    assert shown.startswith(box)
+    assert "demo_msgs/Box box\n\tint32 SIDES=6\n\tfloat64 width 0.5\n" in shown
+    assert shown.endswith("---\nbool ok\n\n")
+    loaded = python(tmp_path, "-c", "from actors.interfaces import load_folder, type_hash, definition_text as t; load_folder('defs');"
+                    "print(type_hash('demo_msgs/msg/Box')); print(t('demo_msgs/msg/Box'))")  # fmt: skip
+    write(tmp_path / "same/demo_msgs/msg", {"Box.msg": box, "Lid.msg": "uint8 x\n"})
+    same = python(tmp_path, "-c", "from actors.interfaces import load_folder, type_hash, definition_text as t; load_folder('same');"
+                  "print(type_hash('demo_msgs/msg/Box')); print(t('demo_msgs/msg/Box'))")  # fmt: skip
+    assert (loaded.stdout, loaded.stderr) == (same.stdout, same.stderr)
 
 
 def test_a_type_that_was_only_loaded_in_this_process_cannot_be_imported_by_the_next(

@@ -193,8 +193,37 @@ def test_an_empty_folder_is_an_error_that_says_what_was_expected(tmp_path: Path)
 
 def test_a_file_of_another_sort_is_refused(tmp_path: Path) -> None:
     (tmp_path / "Sample.idl").write_text("")
-    with pytest.raises(DefinitionError, match=r"expected a \.msg, \.srv or \.action definition"):
-        load(tmp_path / "Sample.idl")
+    (tmp_path / "Sample.msgs").write_text("")
+    for name in ("Sample.idl", "Sample.msgs"):
+        with pytest.raises(
+            DefinitionError, match=r"expected a \.msg, \.srv or \.action definition, or an \.idl file in"
+        ):
+            load(tmp_path / name)
+
+
+def test_an_idl_file_is_loaded_by_its_path_and_found_by_its_name(tmp_path: Path) -> None:
+    text = 'module my_pkg {{ module msg {{ struct {0} {{ long aValue; @default (value="a#b") wstring<3> s; sequence<my_pkg::msg::Inner, 2> in; }}; }}; }};'
+    path = tmp_path / "my_pkg/msg/Outer.idl"
+    write(tmp_path, "my_pkg/msg/Inner", "")
+    path.write_text(text.format("Outer"))
+    registry.add_folder(tmp_path)
+    assert "my_pkg/msg/Outer" in known_names("msg")
+    outer: Any = get_message("my_pkg/Outer")
+    assert outer is load(path)
+    assert [str(field) for field in outer.__ros_fields__] == [
+        "int32 aValue",
+        "wstring<=3 s 'a#b'",
+        "my_pkg/Inner[<=2] in",
+    ]
+    path.write_text(text.format("Other"))
+    with pytest.raises(DefinitionError, match=rf"{path}: this defines my_pkg/msg/Other, expected my_pkg/msg/Outer"):
+        load(path)
+    path.write_text("\n\nunion")
+    with pytest.raises(DefinitionError, match=rf"{path}, line 3: 'union' is not understood"):
+        load(path)
+    path.write_bytes(b"\xff")
+    with pytest.raises(DefinitionError, match=rf"{path}: this is no UTF-8 text"):
+        load_folder(tmp_path)
 
 
 def test_a_keyword_of_python_can_be_a_field() -> None:

@@ -171,6 +171,12 @@ def test_what_is_no_launch_file_in_xml_is_refused(tmp_path: Path, text: str, lin
         ("launch:\n- node: x", 2, "'node' takes attributes, node: {name: value}, not 'x'"),
         ("launch:\n- group:\n    children: 3", 3, "a list of actions begins each of them with '-'"),
         ("launch: 3", 1, "'launch' takes attributes"),
+        ("launch: [\x1b]", 1, "no YAML: unacceptable character"),
+        (
+            f"launch:\n- arg: {{name: x, default: '{'$(var ' * 1000 + ')' * 1000}'}}",
+            2,
+            "substitutions are nested more than 100 levels deep",
+        ),
     ],
 )
 def test_a_slip_in_yaml_is_named_with_its_line(tmp_path: Path, text: str, line: int, words: str) -> None:

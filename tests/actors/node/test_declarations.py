@@ -28,7 +28,7 @@ from actors.interfaces import Message
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.node.declarations import Declarations
+from actors.runtime.declarations import Declarations
 from tests.stage import ADD, COUNT, NUMBERS, WORDS, result
 
 if TYPE_CHECKING:

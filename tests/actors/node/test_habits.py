@@ -22,7 +22,7 @@ from actors import (
 )
 from actors.errors import described
 from actors.interfaces.std_msgs.msg import Int32
-from actors.node.habits import Habits
+from actors.runtime.habits import Habits
 from actors.testing import Rig
 
 OUT = Topic(Int32, "out")

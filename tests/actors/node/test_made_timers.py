@@ -12,9 +12,9 @@ import pytest
 from actors import Child, Ended, LifecycleNode, Node, Tick, TickMissed, bring_up, transient
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rosgraph_msgs.msg import Clock
-from actors.node.timer import Timer
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.sim_time import CLOCK
+from actors.runtime.timers import Timer
 from actors.testing import Rig
 
 
@@ -60,7 +60,7 @@ async def test_a_timer_with_once_ticks_once_and_again_after_a_reset(rig: Rig) ->
     timer.reset()
     await rig.advance(3.0)
     assert node.at == [0.5, 3.5]
-    assert incarnation_of(node).made_timers == {}
+    assert incarnation_of(node).timers.made == {}
 
 
 async def test_a_canceled_timer_ticks_no_more_until_it_is_reset(rig: Rig) -> None:

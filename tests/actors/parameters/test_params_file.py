@@ -81,6 +81,7 @@ def test_not_a_number_is_a_double() -> None:
         ("[1", "not valid YAML"),
         ("'a", "not valid YAML"),
         ("a\x00b", "not valid YAML"),
+        ("[" * 3000 + "]" * 3000, "nested more than 100 levels deep"),
     ],
 )
 def test_a_value_without_a_type_is_refused(text: str, why: str) -> None:

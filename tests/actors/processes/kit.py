@@ -13,8 +13,8 @@ from typing import Any
 
 from actors import Child, ExitReason, Node, Skip, Stop, System, run
 from actors.logs import LogRecord
-from actors.node.node import ErrorVerdict
 from actors.processes.signals import PARENT
+from actors.runtime.node import ErrorVerdict
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 
 __all__ = ["PATIENCE", "Diary", "Scripted", "alive", "in_order", "running", "until"]

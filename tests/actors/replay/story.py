@@ -37,9 +37,9 @@ from actors.interfaces.std_srvs.srv import (
     Trigger_Request,
     Trigger_Response,
 )
-from actors.node.declarations import background
 from actors.qos import LATCHED
 from actors.replay import Journal
+from actors.runtime.declarations import background
 
 NUMBERS = Topic(Int32, "numbers")
 MAP = Topic(String, "map", LATCHED)

@@ -13,10 +13,10 @@ from actors.bag import Recorder, RecordOptions, Selection
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.logs import LogRecord
-from actors.node.declarations import background, every
 from actors.replay import Journal, ReplayError, Tape, has_journal, journals_in, load, replay, tape_in, tapes_in
 from actors.replay.publishing import topic_of
 from actors.replay.tape import starts_of
+from actors.runtime.declarations import background, every
 from tests.actors.replay.story import TOLD
 from tests.actors.replay.test_on_request import Holding, Once, Operator
 from tests.actors.replay.test_subtree import DOUBLED, NEVER, TEAM, WORLD, Doubler, Source, Summer

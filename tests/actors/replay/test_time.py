@@ -8,9 +8,9 @@ import pytest
 
 from actors import Child, Node, Topic, background, every, execute, publishes, run
 from actors.interfaces.std_msgs.msg import String
-from actors.node.node import ErrorVerdict
 from actors.nodes import ClockPublisher
 from actors.replay import Journal, Tape, replay
+from actors.runtime.node import ErrorVerdict
 from actors.runtime.timers import TickMissed
 from tests.actors.replay.story import HERO, OTHERS, TOLD, Hero, Visitor, lived
 from tests.actors.replay.test_replay import CLOCKS, Clock, Ticking

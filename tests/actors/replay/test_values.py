@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import math
 import pickle
 import platform
@@ -14,12 +15,23 @@ from typing import Any
 import numpy as np
 import pytest
 import zstandard
+from msgspec._utils import rebuild  # type: ignore[import-untyped]
 
 from actors.interfaces.std_msgs.msg import Float64MultiArray, Int32, MultiArrayDimension, MultiArrayLayout
 from actors.replay import ReplayError, Tape
 from actors.replay.comparison import first_difference
-from actors.replay.encoding import array_made, class_named, frozen, scalar_made, thawed
-from actors.replay.parts import pack, unpack
+from actors.replay.encoding import (
+    array_made,
+    class_named,
+    frozen,
+    message_named,
+    object_filled,
+    object_made,
+    scalar_made,
+    thawed,
+    tuple_made,
+)
+from actors.replay.parts import pack, unpack, whole
 from actors.replay.tape import Start, Unkept
 
 
@@ -128,6 +140,9 @@ class Called:
     def __reduce__(self) -> Any:
         return self._call
 
+    def __call__(self) -> None:
+        """What it is pickled as may be called."""
+
 
 class Hashed:
     called = False
@@ -139,6 +154,31 @@ class Hashed:
     def __iter__(self) -> Any:
         Hashed.called = True
         return iter(())
+
+
+class Setting:
+    called = False
+
+    @property
+    def speed(self) -> float:
+        return 0.0
+
+    @speed.setter
+    def speed(self, value: float) -> None:
+        Setting.called = True
+
+
+class Mood(enum.Enum):
+    CALM = 1
+
+
+def doubled(times: int, depth: int = 0) -> Any:
+    value: Any = ()
+    for _ in range(times):
+        value = (value, value)
+    for _ in range(depth):
+        value = [value]
+    return value
 
 
 @pytest.mark.parametrize(
@@ -155,12 +195,45 @@ class Hashed:
         Called(deque, (Hashed(),)),
         Called(Counter, (Hashed(),)),
         Called(range, (Hashed(),)),
+        Called(Counter, ([Hashed()],)),
+        Called(array_made, ("i4", (1,), 10**12, False)),
+        Called(array_made, ("i4", range(10**12), b"A" * 4, False)),
+        Called(array_made, ("i4", (True,), b"A" * 4, False)),
+        Called(class_named, ("actors." + "a" * 1000, "A")),
+        Called(class_named, (__name__, "Hashed.__hash__.x")),
+        Called(message_named, (range(10**12),)),
+        Called(Called(class_named, (__name__, "Mood")), (Hashed(),)),
+        Called(Called(class_named, (Int32.__module__, "Int32")), (Hashed(),)),
+        Called(
+            rebuild,
+            (Called(class_named, (Float64MultiArray.__module__, "Float64MultiArray")), {"data": (range(10**12),)}),
+        ),
+        Called(rebuild, (Called(class_named, (Int32.__module__, "Int32")), ())),
+        Called(tuple_made, (Start.__module__, "Start", range(10**12))),
+        Called(object_filled, (Hashed(), (1, 2))),
+        Called(object_filled, (Setting(), (None, {"speed": 1}))),
+        Called(object_filled, (Setting(), (None, {"none": 1}))),
+        doubled(60),
+        doubled(1, depth=300),
     ],
 )
 def test_no_objects_are_made_of_bytes_and_no_methods_called(value: Any) -> None:
+    data = frozen(value)
     with pytest.raises(ReplayError):
-        thawed(pickle.dumps(value, 4))
+        thawed(data)
     assert not Hashed.called
+    assert not Setting.called
+
+
+def test_nothing_is_called_with_keywords() -> None:
+    data = frozen(Called(class_named, (Int32.__module__, "Int32")))
+    with pytest.raises(ReplayError, match="keywords"):
+        thawed(data[:-1] + b")}\x8c\x04dataK\x01s\x92.")
+
+
+def test_a_message_of_nested_parts_comes_back() -> None:
+    value = MultiArrayLayout(dim=[MultiArrayDimension(label="x")])
+    assert thawed(frozen(value)) == value
 
 
 @pytest.mark.parametrize(
@@ -210,3 +283,27 @@ def test_a_part_that_grows_without_measure_is_not_read() -> None:
     endless = zstandard.ZstdCompressor().compressobj().compress(b"x") + b""
     with pytest.raises(ReplayError):
         unpack(endless or b"(\xb5/\xfd\0")
+
+
+@pytest.mark.parametrize(
+    "inside", [(4, 0), (4, "0", []), (4, 0, ["x"]), (4, 0, [frozen("x")]), [], (3, 0, [])], ids=str
+)
+def test_a_part_that_holds_something_else_is_refused(inside: Any) -> None:
+    with pytest.raises(ReplayError):
+        unpack(zstandard.ZstdCompressor().compress(frozen(inside)))
+
+
+def test_the_parts_of_a_journal_share_what_they_may_become() -> None:
+    with pytest.raises(ReplayError, match="all may take"):
+        whole("", [pack(0, [0.5]), pack(1, [b"\0" * 40_000_000]), pack(2, [b"\0" * 40_000_000])], trust=False)
+
+
+def test_a_journal_whose_start_is_none_is_refused() -> None:
+    with pytest.raises(ReplayError, match="does not begin with a start"):
+        _ = Tape("/a", [("start", 1.0, 0, "x")]).start
+
+
+def test_a_journal_with_an_unfinished_start_is_refused() -> None:
+    begun = thawed(frozen(Called(object_made, (Start.__module__, "Start"))))
+    with pytest.raises(ReplayError, match="does not begin with a start"):
+        _ = Tape("/a", [("start", 1.0, 0, begun)]).start

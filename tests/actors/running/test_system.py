@@ -8,9 +8,8 @@ import pytest
 
 from actors import Child, Node, NotStarted, Supervisor, System, run, temporary
 from actors.logs import LogRecord
-from actors.node.machinery import Machinery
-from actors.node.node import ErrorVerdict
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.node import ErrorVerdict
 from actors.supervision.report import Report
 from actors.system import system_of
 from actors.testing import Rig
@@ -118,10 +117,3 @@ async def test_what_runs_a_node_is_known_from_its_start_and_its_system_until_tha
     with pytest.raises(NotStarted, match=r"its system has ended$"):
         system_of(patrol)
     assert asyncio.all_tasks() == {asyncio.current_task()}
-
-
-async def test_an_incarnation_has_all_that_a_node_object_asks_of_it(rig: Rig) -> None:
-    await rig.start(Patrol)
-    asked = {name for name in vars(Machinery) if not name.startswith("_")} | set(Machinery.__annotations__)
-    assert {"clock", "publisher", "record"} <= asked
-    assert {name for name in asked if not hasattr(incarnation_of(rig.node(Patrol)), name)} == set()

@@ -83,7 +83,7 @@ async def test_what_serves_and_asks_introduces_itself(rig: Rig) -> None:
     asking = asyncio.create_task(rig.call(ADD, two(1, 2)))
     await rig.quiet()
     assert repr(rig.state(Adder).inbox.current).startswith("<request of /rig to /add: ")
-    assert repr(incarnation_of(rig.me).clients[ADD]) == "<client of /add in /rig>"
+    assert repr(incarnation_of(rig.me).endpoints.clients[ADD]) == "<client of /add in /rig>"
     rig.node(Adder).go.set()
     assert (await asking).sum == 3
 

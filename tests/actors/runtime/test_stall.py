@@ -15,7 +15,6 @@ from actors.inbox.inbox import LOOKS, Inbox
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
 from actors.places import line_of
-from actors.runtime.answers import tell_holding
 from actors.runtime.stall import StallWatch
 from actors.supervision.declarations import Child
 from actors.system import System
@@ -88,7 +87,7 @@ class Stage:
         assert system.runtime.stalls is not None
         system.runtime.stalls.stop()
         self.system = system
-        self.watch = StallWatch(system.runtime)
+        self.watch = system.runtime.stall_watch()
         self.watch.waited = lambda since: 0.0  # type: ignore[method-assign]  # the times of its looks are invented
 
     def look_on(self) -> None:
@@ -395,7 +394,7 @@ async def test_a_handler_that_had_no_processor_is_not_caught_and_holds_nothing_u
                 stage.watch.look(time.monotonic() + later)
             looked.append(stage.watch.caught is None)
             assert life.inbox.current is not None
-            tell_holding(life, life.inbox.current, 0.5)
+            life.on_holding(life.inbox.current, 0.5)
 
         Careless.blocks = staticmethod(look)
         life.node.publisher(NUMBERS)(number(1))
@@ -407,7 +406,7 @@ async def test_a_handler_that_had_no_processor_is_not_caught_and_holds_nothing_u
 async def test_time_for_which_the_process_was_stopped_counts_as_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     """The checks of the thread are made here: one comes in time, one a minute later, and in between the loop's thread has not run."""
     async with run(Supervisor("s", children=[Child(Careless)]), sinks=()) as system:
-        watch = StallWatch(system.runtime)
+        watch = system.runtime.stall_watch()
         now = 1000.0
         monkeypatch.setattr("actors.runtime.stall.monotonic", lambda: now)
         monkeypatch.setattr(watch.processor, "share", lambda: Share(0.0, 0.0))
@@ -432,13 +431,13 @@ def test_a_watch_ends_with_a_loop_that_was_closed_under_it() -> None:
     loop = asyncio.new_event_loop()
 
     async def made() -> StallWatch:
-        return StallWatch(System(sinks=()).runtime)
+        return System(sinks=()).runtime.stall_watch()
 
     watch = loop.run_until_complete(made())
     loop.close()
     watch._ask()
     watch._run()  # returns at once
-    assert line_of(watch._runtime.thread).startswith(__file__)
+    assert line_of(watch._loop_thread).startswith(__file__)
     assert line_of(0) == "", "a thread that has ended"
 
 

@@ -121,10 +121,9 @@ async def test_a_node_that_was_given_up_in_its_start_is_not_told_and_a_watch_wit
     await rig.start(Child(Node, name="given_up"))
     core = rig.state("given_up").running
     assert core is not None
-    rig.system.runtime.starts.begin(core)
-    core.ended = True
+    rig.system.runtime.starts.begin(core.inbox, core.warn)
+    rig.system.runtime.starts.end(core.inbox)
     await rig.advance(6.0)
-    core.ended = False
     rig.system.runtime.starts._look()
     assert events(rig.logs, "still starting") == []
     assert rig.system.runtime.starts._timer is None

@@ -215,7 +215,7 @@ async def test_a_client_of_many_short_lived_services_remembers_the_newest_only(r
         await pool.terminate_child(child)
     assert len(rig.system.graph.services) < 10
     assert len(rig.system.graph.departed) <= 256
-    assert len(incarnation_of(rig.me).clients) <= 256
+    assert len(incarnation_of(rig.me).endpoints.clients) <= 256
 
 
 class Choking(Node):

@@ -197,7 +197,7 @@ async def test_what_it_publishes_comes_from_one_publisher_for_each_topic(rig: Ri
     for value in (7, 8):
         rig.publish(NUMBERS, number(value))
     assert values(probe) == [7, 8]
-    assert [each.entry.name for each in incarnation_of(rig.me).publishers] == ["/numbers"]
+    assert [each.entry.name for each in incarnation_of(rig.me).endpoints.publishers] == ["/numbers"]
 
 
 async def test_it_calls_services_and_starts_goals(rig: Rig) -> None:

@@ -22,7 +22,7 @@ from actors import (
 )
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rosgraph_msgs.msg import Clock
-from actors.node.declarations import Late
+from actors.runtime.declarations import Late
 from actors.runtime.sim_time import CLOCK
 from actors.testing import Rig
 

@@ -175,13 +175,15 @@ async def test_a_topic_that_is_clicked_shows_who_publishes_and_takes_it() -> Non
         await expect(details.get_by_role("button", name="/gait")).to_be_visible()
         await expect(details.get_by_role("button", name="/localizer")).to_be_visible()
         assert page.url.endswith("#graph?topic=%2Fodom")
+        newest = page.get_by_label("Newest message")
+        await expect(newest).to_contain_text("frame_id: odom")
+        await expect(newest).to_contain_text("orientation:\n      x:")
 
 
 async def test_the_doctor_shows_the_robots_diagnostics() -> None:
     async with browsing() as visit:
         await visit.open("doctor")
         rows = visit.page.locator("tbody tr")
-        await expect(rows).to_have_count(7)
         await expect(rows.filter(has_text="battery")).to_contain_text("good, 90 %")
 
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from robot.control.gait_controller import GaitController
 from robot.hardware.arm import ArmBusy
-from robot.hardware.body import ActuatorState, Body, BodySilent, MotorTargets, Truth
+from robot.hardware.body import ActuatorState, BodySilent, MotorTargets
 from robot.link import host, phase, remote, segment
 from robot.link.firmware import Drives
 from robot.link.host import BodyHost
@@ -26,6 +26,7 @@ from robot.scenes.scene import Box, Scene
 from robot.scenes.terrain import Ramp
 from robot.scenes.worlds import get_world
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Simulation, Truth
 from tests.robot.stage import floor
 
 BEGAN = 5000.0
@@ -70,7 +71,7 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Bench]]:
         one.close()
 
 
-def walk(body: Body, gait: GaitController, steps: int, each: Callable[[], None]) -> None:
+def walk(body: Simulation, gait: GaitController, steps: int, each: Callable[[], None]) -> None:
     """A control loop at 200 Hz; `each` lets 5 ms pass."""
     for _ in range(steps):
         each()

@@ -21,7 +21,7 @@ from actors import (
     publishes,
 )
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
-from actors.node.retry import retry
+from actors.runtime.retry import retry
 from actors.testing import Rig
 from robot.contracts import (
     ARM_JOINT_STATES,
@@ -33,7 +33,6 @@ from robot.contracts import (
     SAFETY_STATE,
 )
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.msg import SafetyState
 from robot.interfaces.tutorials.robot_arm_control.action import MoveArm
 from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition
@@ -41,8 +40,10 @@ from robot.model.arm import MOUNT, STOWED, Tip, forward, inverse
 from robot.nodes.arm import ArmDriver
 from robot.planning.trajectory import ARM_LIMITS
 from robot.scenes.scene import Box, Cylinder, Scene, Thing
+from robot.sim.devices import SimulatedArm
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Simulation
 from robot.sim.things import centre
 
 CUP = Thing("cup", Cylinder(0.9, 0.1, 0.035, 0.1), (200, 20, 20), z=0.2)
@@ -53,8 +54,8 @@ FORWARD = (0.5, -1.2, 1.6, 0.3)
 HALF_WAY = [(a + b) / 2 for a, b in zip(STOWED, FORWARD, strict=True)]
 
 
-def driver(body: Body) -> Child:
-    return Child(ArmDriver, name="arm", args=(body,))
+def driver(body: Simulation) -> Child:
+    return Child(ArmDriver, name="arm", args=(SimulatedArm(body),))
 
 
 def goal(*angles: float) -> MoveArm.Goal:
@@ -290,4 +291,4 @@ async def test_the_arm_in_physics_ends_within_a_milliradian_and_its_feedback_doe
 
 def test_a_body_without_an_arm_has_none_to_drive() -> None:
     with pytest.raises(ValueError, match="has no arm"):
-        ArmDriver(KinematicBody(SCENE, seed=1))
+        SimulatedArm(KinematicBody(SCENE, seed=1))

@@ -26,7 +26,6 @@ from robot.contracts import (
     NAVIGATE_AND_GRAB,
     POSE,
 )
-from robot.hardware.body import Body
 from robot.interfaces.robactor_msgs.action import FetchAndCarry
 from robot.interfaces.tutorials.proposed_interfaces.action import (
     NavigateAndGrab,
@@ -37,6 +36,7 @@ from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose
 from robot.model.arm import STOWED
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Simulation
 from robot.sim.things import centre
 from tests.robot.stage import CUP, KITCHEN, OTHER_TABLE, at, awake, upon
 
@@ -47,7 +47,7 @@ def robot(seed: int = 1) -> KinematicBody:
     return KinematicBody(KITCHEN, seed=seed, arm=True)
 
 
-def held(body: Body) -> str | None:
+def held(body: Simulation) -> str | None:
     assert body.arm is not None
     return body.arm.held
 

@@ -27,13 +27,14 @@ from robot.contracts import (
 )
 from robot.control.gait_controller import GaitController
 from robot.geometry.vectors import Vector
-from robot.hardware.body import JOINT_NAMES, Body, ImuSample, JointSample
+from robot.hardware.body import JOINT_NAMES, ImuSample, JointSample
 from robot.interfaces.robactor_msgs.msg import FootContacts, GaitStatus, SafetyState
 from robot.model.legs import leg_state
 from robot.model.parameters import GRAVITY
 from robot.nodes.gait import Gait
 from robot.run.choice import nodes_of, only
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Simulation
 from robot.testing import FLAT
 from tests.robot.stage import floor, said, twist
 
@@ -47,7 +48,7 @@ class Senses(Node):
     contacts = publishes(CONTACTS)
     joints = publishes(JOINT_STATES)
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: Simulation) -> None:
         self._body = body
         self.silent: set[str] = set()
 
@@ -383,7 +384,7 @@ async def test_a_joint_that_is_no_number_sits_the_robot_down(
 class _Broken:
     """A body whose joints are read by something else."""
 
-    def __init__(self, body: Body, joints: object) -> None:
+    def __init__(self, body: Simulation, joints: object) -> None:
         self.advance, self.imu, self.joints = body.advance, body.imu, joints
 
 

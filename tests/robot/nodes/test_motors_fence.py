@@ -7,7 +7,7 @@ import pytest
 
 from actors import Child, Supervisor
 from actors.logs import WARN
-from actors.node.placement import Placement
+from actors.runtime.placement import Placement
 from actors.testing import Rig
 from robot.contracts import BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
 from robot.hardware import body as hardware
@@ -102,23 +102,23 @@ async def test_the_next_life_of_the_motors_knows_whom_to_refuse(rig: Rig) -> Non
     assert 3.0 in body.commanded
 
 
-@pytest.mark.parametrize("backend", ["physics", "kinematic"])
-async def test_the_gait_says_with_each_command_which_life_of_it_gives_it(rig: Rig, backend: str) -> None:
+@pytest.mark.parametrize("commands", ["motor_targets", "body_drive"])
+async def test_the_gait_says_with_each_command_which_life_of_it_gives_it(rig: Rig, commands: str) -> None:
     body = KinematicBody(ROOM, seed=1)
     children = [
         Child(Motors, args=(body,)),
         Child(Proprioception, args=(body,)),
-        Child(Gait, parameters={"backend": backend}),
+        Child(Gait, parameters={"commands": commands}),
     ]
     await rig.start(Supervisor("robot", children=children))
-    commands = rig.probe(MOTOR_TARGETS if backend == "physics" else BODY_DRIVE)
+    told = rig.probe(MOTOR_TARGETS if commands == "motor_targets" else BODY_DRIVE)
     await rig.advance(0.1)
-    first = {message.fence for message in commands}
+    first = {message.fence for message in told}
     rig.crash("gait")
     await rig.advance(0.2)
 
     assert first == {1}
-    assert {message.fence for message in commands} == {1, 2}
+    assert {message.fence for message in told} == {1, 2}
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,7 @@ from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose
 from robot.interfaces.tutorials.your_package.action import HumanoidNav
 from robot.nodes.camera import Camera
 from robot.nodes.lidar import Lidar
+from robot.sim.devices import SimulatedCamera
 from tests.robot.stage import (
     floor,
     humanoid,
@@ -366,7 +367,7 @@ async def test_the_warehouse_robot_asks_where_shelf_3_is_and_walks_there(rig: Ri
     body = await standing_robot(rig)
     place = await rig.call(GET_PLACE, GetPlace.Request(name="shelf_3"))
     assert place.success
-    await rig.system.join(Child(Camera, args=(body,)))
+    await rig.system.join(Child(Camera, args=(SimulatedCamera(body),)))
     going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(place.pose.pose.position.x, place.pose.pose.position.y))
     await rig.advance(2.0)
     images, scans = (rig.probe(topic, qos=BEST_EFFORT) for topic in (CAMERA_RGB, SCAN))

@@ -40,7 +40,6 @@ from robot.geometry.planar import Pose2
 from robot.hardware import mounts
 from robot.hardware.body import Sample
 from robot.hardware.lens import HEIGHT, WIDTH, project
-from robot.nodes import camera as camera_node
 from robot.nodes.camera import Camera
 from robot.nodes.detector import Detector
 from robot.nodes.gait import Gait
@@ -49,6 +48,8 @@ from robot.nodes.motors import Motors
 from robot.nodes.point_clouds import pack_points, unpack_points
 from robot.nodes.proprioception import Proprioception
 from robot.scenes.scene import Box, Cylinder, Thing
+from robot.sim import devices as simulated_devices
+from robot.sim.devices import SimulatedCamera, SimulatedLidar
 from robot.sim.kinematic import KinematicBody
 from tests.robot.stage import Eyes, done, floor, robot_around
 
@@ -146,7 +147,7 @@ async def test_the_control_loop_runs_at_500_hz(rig: Rig) -> None:
     children = [
         Child(Motors, args=(body,), stop=5.0),
         Child(Proprioception, args=(body,), parameters={"rate": 500.0, "imu_rate": 250.0}),
-        Child(Gait, parameters={"backend": "physics"}),
+        Child(Gait, parameters={"commands": "motor_targets"}),
     ]
     await rig.start(Supervisor("robot", children=children))
     probe = rig.probe(MOTOR_TARGETS)
@@ -189,9 +190,9 @@ async def test_timers_of_two_ten_half_and_one_hertz(rig: Rig) -> None:
 
 async def test_a_camera_that_nobody_listens_to_renders_nothing(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     looks: list[float] = []
-    look = camera_node.View.look
-    monkeypatch.setattr(camera_node.View, "look", lambda *given: looks.append(rig.now) or look(*given))
-    await rig.start(one(Camera, KinematicBody(ROOM, seed=1)))
+    look = simulated_devices.View.look
+    monkeypatch.setattr(simulated_devices.View, "look", lambda *given: looks.append(rig.now) or look(*given))
+    await rig.start(one(Camera, SimulatedCamera(KinematicBody(ROOM, seed=1))))
     await rig.advance(2.0)
     assert looks == []
     info, points = rig.probe(CAMERA_INFO), rig.probe(CAMERA_POINTS)
@@ -206,7 +207,7 @@ async def test_a_camera_that_nobody_listens_to_renders_nothing(rig: Rig, monkeyp
 
 async def test_the_camera_looks_from_where_the_body_stands_and_sees_what_is_carried(rig: Rig) -> None:
     body = KinematicBody(ROOM, seed=1)
-    await rig.start(one(Camera, body))
+    await rig.start(one(Camera, SimulatedCamera(body)))
     probe = rig.probe(CAMERA_DEPTH)
     await rig.advance(0.1)
     body.place(Pose2(1.0, 0.0))
@@ -220,7 +221,7 @@ async def test_the_camera_looks_from_where_the_body_stands_and_sees_what_is_carr
 
 async def test_the_camera_sees_obstacles_that_have_been_put_into_the_world_since_it_began(rig: Rig) -> None:
     body = KinematicBody(ROOM, seed=1)
-    await rig.start(one(Camera, body))
+    await rig.start(one(Camera, SimulatedCamera(body)))
     depths = rig.probe(CAMERA_DEPTH)
     await rig.advance(0.1)
     body.set_obstacles([Box(2.0, 0.0, 0.2, 6.0, height=2.0)])
@@ -235,9 +236,9 @@ async def test_the_camera_sees_obstacles_that_have_been_put_into_the_world_since
 
 async def test_image_messages_take_the_pictures_without_a_copy(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     frames = []
-    look = camera_node.View.look
-    monkeypatch.setattr(camera_node.View, "look", lambda *given: frames.append(look(*given)) or frames[-1])
-    await rig.start(one(Camera, KinematicBody(ROOM, seed=1)))
+    look = simulated_devices.View.look
+    monkeypatch.setattr(simulated_devices.View, "look", lambda *given: frames.append(look(*given)) or frames[-1])
+    await rig.start(one(Camera, SimulatedCamera(KinematicBody(ROOM, seed=1))))
     rgb, depth = rig.probe(CAMERA_RGB), rig.probe(CAMERA_DEPTH)
     await rig.advance(0.04)
     assert rgb[0].data is frames[0].rgb
@@ -245,7 +246,7 @@ async def test_image_messages_take_the_pictures_without_a_copy(rig: Rig, monkeyp
 
 
 async def test_a_photo_is_stored_and_its_path_answered(rig: Rig, tmp_path: Path) -> None:
-    await rig.start(one(Camera, KinematicBody(ROOM, seed=1), photo_directory=str(tmp_path / "photos")))
+    await rig.start(one(Camera, SimulatedCamera(KinematicBody(ROOM, seed=1)), photo_directory=str(tmp_path / "photos")))
     answer = await done(rig, rig.call(CAPTURE_PHOTO, Trigger.Request()))
     assert answer.success
     path = Path(answer.message)
@@ -255,7 +256,7 @@ async def test_a_photo_is_stored_and_its_path_answered(rig: Rig, tmp_path: Path)
 
 async def test_a_photo_that_cannot_be_stored_is_told(rig: Rig, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no folder")
-    await rig.start(one(Camera, KinematicBody(ROOM, seed=1), photo_directory=str(tmp_path / "file")))
+    await rig.start(one(Camera, SimulatedCamera(KinematicBody(ROOM, seed=1)), photo_directory=str(tmp_path / "file")))
     answer = await done(rig, rig.call(CAPTURE_PHOTO, Trigger.Request()))
     assert not answer.success
     assert answer.message.startswith("the photo was not stored: ")
@@ -309,7 +310,11 @@ def test_what_is_no_cloud_is_refused() -> None:
 
 async def test_the_points_of_lidar_and_camera_lie_on_the_wall(rig: Rig) -> None:
     body = KinematicBody(ROOM, seed=1, noise=False)
-    await rig.start(Supervisor("lab", children=[Child(Lidar, args=(body,)), Child(Camera, args=(body,))]))
+    await rig.start(
+        Supervisor(
+            "lab", children=[Child(Lidar, args=(SimulatedLidar(body),)), Child(Camera, args=(SimulatedCamera(body),))]
+        )
+    )
     lidar, camera, scan = rig.probe(LIDAR_POINTS), rig.probe(CAMERA_POINTS), rig.probe(SCAN)
     await rig.advance(0.25)
     assert lidar[0].header == scan[0].header
@@ -374,10 +379,10 @@ async def test_the_detector_asks_the_camera_for_no_more_than_it_looks_at(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     looks: list[float] = []
-    look = camera_node.View.look
-    monkeypatch.setattr(camera_node.View, "look", lambda *given: looks.append(rig.now) or look(*given))
+    look = simulated_devices.View.look
+    monkeypatch.setattr(simulated_devices.View, "look", lambda *given: looks.append(rig.now) or look(*given))
     body = KinematicBody(ROOM, seed=1)
-    await rig.start(Supervisor("lab", children=[Child(Camera, args=(body,)), Child(Detector)]))
+    await rig.start(Supervisor("lab", children=[Child(Camera, args=(SimulatedCamera(body),)), Child(Detector)]))
     await rig.advance(1.0)
     assert looks == []
     found = rig.probe(DETECTIONS)

@@ -26,6 +26,7 @@ from robot.nodes.elevation import Elevation
 from robot.nodes.point_clouds import pack_points, unpack_points
 from robot.scenes.scene import Box, Obstacle
 from robot.sim.depth import look, seen
+from robot.sim.devices import SimulatedDepth
 from robot.sim.kinematic import KinematicBody
 from tests.robot.stage import ORIGIN, floor
 
@@ -39,7 +40,7 @@ CHEST = Box(1.6, 0.0, 0.3, 0.6, height=0.3)
 
 async def test_ten_pictures_a_second_come_fifty_milliseconds_after_they_were_taken(rig: Rig) -> None:
     body = KinematicBody(floor(CHEST), seed=1)
-    await rig.start(Child(DepthCameras, args=(body,)))
+    await rig.start(Child(DepthCameras, args=(SimulatedDepth(body, 1),)))
     clouds = rig.probe(DEPTH_POINTS)
     await rig.advance(5.0)
     late = [at - seconds(cloud.header.stamp) for cloud, at in zip(clouds, clouds.times, strict=True)]
@@ -53,7 +54,7 @@ async def test_the_points_lie_on_the_floor_and_on_what_stands_there_but_for_nois
     rig: Rig,
 ) -> None:
     body = KinematicBody(floor(CHEST), seed=1)
-    await rig.start(Child(DepthCameras, args=(body,)))
+    await rig.start(Child(DepthCameras, args=(SimulatedDepth(body, 1),)))
     clouds = rig.probe(DEPTH_POINTS)
     await rig.advance(1.0)
     z = float(body.truth().position[2])
@@ -81,7 +82,7 @@ async def test_nobody_renders_pictures_for_which_nobody_listens(rig: Rig, monkey
         return obstacles()
 
     monkeypatch.setattr(body, "obstacles", counted)
-    await rig.start(Child(DepthCameras, args=(body,)))
+    await rig.start(Child(DepthCameras, args=(SimulatedDepth(body, 1),)))
     await rig.advance(1.0)
     assert asked == []
     rig.probe(DEPTH_POINTS)

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Truth
 from robot.model.kinematics import inverse
 from robot.model.parameters import FOOT_RADIUS, STAND_HEIGHT
 from robot.model.stance import nominal_feet
 from robot.picture.recording import Recording
 from robot.picture.tracer import CHUNK
 from robot.scenes.scene import Scene
+from robot.sim.simulation import Truth
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 

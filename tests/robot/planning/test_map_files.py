@@ -184,6 +184,10 @@ def test_what_is_wrong_in_the_yaml_file_is_told_with_its_line(tmp_path: Path, ol
         (b"P5 2 2 255\n\x00\x00\x00", "it promises 2 x 2 cells and holds 3"),
         (b"P2 2 1 255\n7 x", "a PGM in text holds numbers only"),
         (b"no picture at all", r"m\.pgm: no picture"),
+        (b"P5 " + b"9" * 5000 + b" 1 255\n", "are numbers, not '999"),
+        (b"P2 1 1 255\n" + b"9" * 30, "holds numbers only, to its largest value"),
+        (b"P6 9000 9000 255\n", "9000 x 9000 cells are more than 50000000"),
+        (b"P6 90000 90000 255\n", "could be decompression bomb"),
     ],
 )
 def test_what_is_wrong_in_the_picture_is_told(tmp_path: Path, picture: bytes, where: str) -> None:

@@ -13,7 +13,6 @@ from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.testing import Rig
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, GOAL_REPORT, SAFETY_STATE
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Truth
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus, GoalReport, SafetyState
 from robot.run.command import Session, check_crashes
 from robot.run.errands import Crash, Fetch, UsageError
@@ -24,6 +23,7 @@ from robot.run.report import last_sample, make_report
 from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.kinematic import KinematicBody
+from robot.sim.simulation import Truth
 
 SCENE = Scene("post", (-5.0, -5.0, 5.0, 5.0), (Box(2.0, 0.0, 0.4, 0.4, height=1.0),), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Truth
 from robot.sim.charger import charger_connected
+from robot.sim.simulation import Truth
 
 DOCK = Pose2(1.0, -2.0, 3.0)
 

@@ -16,13 +16,14 @@ from robot.control.gaits import GAITS, GaitClock
 from robot.control.swing import swing_path
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
-from robot.hardware.body import Body, MotorTargets
+from robot.hardware.body import MotorTargets
 from robot.model.kinematics import feet, inverse
 from robot.model.legs import foot_velocities, leg_state
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.sim.kinematic import KinematicBody, Mode
+from robot.sim.simulation import Simulation
 from tests.robot.stage import floor
 
 EMPTY = floor(start=Pose2(1.0, -2.0, 0.5))
@@ -59,7 +60,7 @@ def world_feet(body: KinematicBody) -> Vector:
 
 
 def test_it_is_a_body_and_names_its_back_end() -> None:
-    body: Body = KinematicBody(EMPTY, seed=1)
+    body: Simulation = KinematicBody(EMPTY, seed=1)
     assert body.backend == "kinematic"
     assert body.scene is EMPTY
     body.close()

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Body, MotorTargets
+from robot.hardware.body import MotorTargets
 from robot.model.kinematics import inverse
 from robot.model.parameters import SIT_HEIGHT
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Box, Cylinder
 from robot.sim.ground import Ground, Ice
 from robot.sim.physics import BackendMissing, PhysicsBody
+from robot.sim.simulation import Simulation
 from tests.robot.stage import floor
 
 EMPTY = floor()
@@ -36,7 +37,7 @@ def hold(body: PhysicsBody, until: float, height: float) -> None:
 
 
 def test_it_is_a_body() -> None:
-    body: Body = PhysicsBody(EMPTY, seed=1)
+    body: Simulation = PhysicsBody(EMPTY, seed=1)
     assert body.backend == "physics"
     assert body.scene is EMPTY
     assert body.time == 0.0

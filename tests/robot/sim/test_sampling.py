@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot.hardware.body import Body
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
 from robot.sim.sampling import KEPT
+from robot.sim.simulation import Simulation
 from tests.robot.stage import floor
 
 
 @pytest.fixture(params=[PhysicsBody, KinematicBody])
-def bodies(request: pytest.FixtureRequest) -> tuple[Body, Body]:
+def bodies(request: pytest.FixtureRequest) -> tuple[Simulation, Simulation]:
     """Two bodies that are the same."""
     return request.param(floor(), seed=1), request.param(floor(), seed=1)
 
 
-def test_a_late_reader_gets_the_samples_a_prompt_one_got(bodies: tuple[Body, Body]) -> None:
+def test_a_late_reader_gets_the_samples_a_prompt_one_got(bodies: tuple[Simulation, Simulation]) -> None:
     prompt, late = bodies
     for body in bodies:
         body.sample(200.0)
@@ -39,7 +39,7 @@ def test_a_late_reader_gets_the_samples_a_prompt_one_got(bodies: tuple[Body, Bod
     assert late.next_sample() is None
 
 
-def test_samples_are_due_from_the_instant_at_which_they_were_asked_for(bodies: tuple[Body, Body]) -> None:
+def test_samples_are_due_from_the_instant_at_which_they_were_asked_for(bodies: tuple[Simulation, Simulation]) -> None:
     body, _ = bodies
     body.advance(0.0125)
     assert body.next_sample() is None
@@ -49,7 +49,7 @@ def test_samples_are_due_from_the_instant_at_which_they_were_asked_for(bodies: t
     assert times == pytest.approx([0.0225, 0.0325])
 
 
-def test_asking_again_forgets_what_waits(bodies: tuple[Body, Body]) -> None:
+def test_asking_again_forgets_what_waits(bodies: tuple[Simulation, Simulation]) -> None:
     body, _ = bodies
     body.sample(200.0)
     body.advance(0.02)
@@ -57,7 +57,7 @@ def test_asking_again_forgets_what_waits(bodies: tuple[Body, Body]) -> None:
     assert body.next_sample() is None
 
 
-def test_of_too_many_samples_the_newest_stay(bodies: tuple[Body, Body]) -> None:
+def test_of_too_many_samples_the_newest_stay(bodies: tuple[Simulation, Simulation]) -> None:
     body, _ = bodies
     body.sample(200.0)
     body.advance(1.0)

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from robot.geometry.planar import Pose2
-from robot.hardware.body import Body
 from robot.model.arm import MOUNT, STOWED, Tip, inverse
 from robot.scenes.scene import Box, Cylinder, Scene, Thing
 from robot.sim.ground import Ground
 from robot.sim.kinematic import KinematicBody
 from robot.sim.mjcf import write_model
 from robot.sim.physics import PhysicsBody
+from robot.sim.simulation import Simulation
 from robot.sim.things import Things, centre, tool_point
 from tests.robot.stage import floor
 
@@ -99,7 +99,7 @@ def test_the_arm_takes_a_thing_and_puts_it_elsewhere(kind: type[KinematicBody] |
 
 @pytest.mark.parametrize("kind", BODIES)
 def test_without_an_arm_things_stay_where_they_are(kind: type[KinematicBody] | type[PhysicsBody]) -> None:
-    body: Body = kind(SCENE, seed=1)
+    body: Simulation = kind(SCENE, seed=1)
     assert body.arm is None
     body.advance(0.1)
     assert body.things() == SCENE.things

@@ -9,7 +9,7 @@ import pytest
 from actors import Aborted, Done, GoalAborted, GoalCanceled, GoalRejected, GoalStatus, Node, Steps
 from actors.interfaces.example_interfaces.action import Fibonacci as Example
 from actors.interfaces.example_interfaces.action import Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
-from actors.node.retry import retry
+from actors.runtime.retry import retry
 from actors.supervision.policy import Backoff
 from actors.testing import Rig
 from robot.interfaces.tutorials.my_robot_pkg.action import Fibonacci

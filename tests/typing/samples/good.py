@@ -39,9 +39,9 @@ from actors.actions.peers import Outcome
 from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.node.retry import retry
 from actors.nodes.parameter_server import set_global
 from actors.parameters import ParameterDeclaration, on_set, post_set, pre_set
+from actors.runtime.retry import retry
 
 WORDS = Topic(String, "words")
 NUMBERS = Topic(Int32, "numbers", qos.SENSOR_DATA)

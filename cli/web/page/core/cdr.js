@@ -44,8 +44,7 @@ const GETTERS = {
   int64: "getBigInt64",
   float64: "getFloat64",
 };
-const FIELD =
-  /^([A-Za-z]\w*(?:\/\w+)*)(?:<=\d+)?(?:\[(<=)?(\d*)\])?\s+([A-Za-z]\w*)(?:\s+(.+))?$/;
+const FIELD = /^([A-Za-z]\w*(?:\/\w+)*)(?:<=\d+)?(?:\[(<=)?(\d*)\])?\s+([A-Za-z]\w*)(?:\s+(.+))?$/;
 const CONSTANT = /^\S+\s+[A-Z][A-Z0-9_]*\s*=/;
 const UTF8 = new TextDecoder();
 
@@ -79,18 +78,8 @@ function fields(text, owner) {
     const match = FIELD.exec(line);
     if (!match) throw new Error(`${owner}: cannot read the line "${raw}"`);
     const [, type, bounded, length, name] = match;
-    const array =
-      length === undefined
-        ? ""
-        : length !== "" && !bounded
-          ? "fixed"
-          : "sequence";
-    found.push({
-      name,
-      type: full(type, owner),
-      array,
-      length: array === "fixed" ? Number(length) : 0,
-    });
+    const array = length === undefined ? "" : length !== "" && !bounded ? "fixed" : "sequence";
+    found.push({ name, type: full(type, owner), array, length: array === "fixed" ? Number(length) : 0 });
   }
   return found;
 }
@@ -108,8 +97,7 @@ function full(type, owner) {
 export function decoder(schema, name) {
   const read = structure(parse(schema, name), short(name), new Map());
   return (bytes) => {
-    if (bytes.length < 4)
-      throw new Error(`${name}: ${bytes.length} bytes are no message`);
+    if (bytes.length < 4) throw new Error(`${name}: ${bytes.length} bytes are no message`);
     return read(new Cursor(bytes));
   };
 }
@@ -136,9 +124,7 @@ class Cursor {
 
   string() {
     const length = this.number("uint32");
-    const text = UTF8.decode(
-      this.bytes.subarray(this.at, this.at + Math.max(0, length - 1)),
-    );
+    const text = UTF8.decode(this.bytes.subarray(this.at, this.at + Math.max(0, length - 1)));
     this.skip(length);
     return text;
   }
@@ -146,8 +132,7 @@ class Cursor {
   wide() {
     const length = this.number("uint32");
     let text = "";
-    for (let i = 0; i < length; i++)
-      text += String.fromCharCode(this.number("uint16"));
+    for (let i = 0; i < length; i++) text += String.fromCharCode(this.number("uint16"));
     return text;
   }
 
@@ -157,19 +142,14 @@ class Cursor {
     this.align(size);
     const start = this.at;
     this.skip(size * length);
-    if (this.little || size === 1)
-      return new ARRAYS[type](this.bytes.slice(start, this.at).buffer);
-    return ARRAYS[type].from({ length }, (_, i) =>
-      this.view[GETTERS[type]](start + size * i, false),
-    );
+    if (this.little || size === 1) return new ARRAYS[type](this.bytes.slice(start, this.at).buffer);
+    return ARRAYS[type].from({ length }, (_, i) => this.view[GETTERS[type]](start + size * i, false));
   }
 
   skip(count) {
     this.at += count;
     if (this.at > this.bytes.length)
-      throw new Error(
-        `the message ends after ${this.bytes.length} bytes, but needs ${this.at}`,
-      );
+      throw new Error(`the message ends after ${this.bytes.length} bytes, but needs ${this.at}`);
   }
 }
 
@@ -191,18 +171,12 @@ function structure(types, name, made) {
 function reader(types, field, made) {
   const one = single(types, field.type, made);
   if (!field.array) return one;
-  const count =
-    field.array === "fixed"
-      ? () => field.length
-      : (cursor) => cursor.number("uint32");
-  if (field.type in ARRAYS)
-    return (cursor) => cursor.numbers(field.type, count(cursor));
+  const count = field.array === "fixed" ? () => field.length : (cursor) => cursor.number("uint32");
+  if (field.type in ARRAYS) return (cursor) => cursor.numbers(field.type, count(cursor));
   return (cursor) => {
     const length = count(cursor);
     if (length > cursor.bytes.length)
-      throw new Error(
-        `a sequence of ${length} does not fit into ${cursor.bytes.length} bytes`,
-      );
+      throw new Error(`a sequence of ${length} does not fit into ${cursor.bytes.length} bytes`);
     const values = new Array(length);
     for (let i = 0; i < length; i++) values[i] = one(cursor);
     return values;
@@ -212,19 +186,15 @@ function reader(types, field, made) {
 function single(types, type, made) {
   if (type === "string") return (cursor) => cursor.string();
   if (type === "wstring") return (cursor) => cursor.wide();
-  if (type === "bool")
-    return (cursor) => cursor.view.getUint8(cursor.at++) !== 0;
-  if (type === "int64" || type === "uint64")
-    return (cursor) => exact(cursor.number(type));
+  if (type === "bool") return (cursor) => cursor.view.getUint8(cursor.at++) !== 0;
+  if (type === "int64" || type === "uint64") return (cursor) => exact(cursor.number(type));
   if (type in SIZES) return (cursor) => cursor.number(type);
   return structure(types, type, made);
 }
 
 /** A 64-bit integer as a number where that is exact. */
 function exact(value) {
-  return value >= -9007199254740991n && value <= 9007199254740991n
-    ? Number(value)
-    : value;
+  return value >= -9007199254740991n && value <= 9007199254740991n ? Number(value) : value;
 }
 
 /**
@@ -239,8 +209,7 @@ export function numericPaths(schema, name, limit = 200) {
       if (found.length >= limit) return;
       const path = prefix ? `${prefix}.${field.name}` : field.name;
       if (field.type in SIZES) found.push(field.array ? `${path}[]` : path);
-      else if (types.has(field.type) && depth < 6)
-        walk(field.type, field.array ? `${path}[]` : path, depth + 1);
+      else if (types.has(field.type) && depth < 6) walk(field.type, field.array ? `${path}[]` : path, depth + 1);
     }
   };
   walk(short(name), "", 0);

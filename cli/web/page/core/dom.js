@@ -10,24 +10,16 @@ export function h(name, attributes = {}, ...children) {
   if (classes.length) element.className = classes.join(" ");
   for (const [key, value] of Object.entries(attributes)) {
     if (value === undefined || value === false) continue;
-    if (key in element && !key.startsWith("aria") && key !== "list")
-      element[key] = value;
+    if (key in element && !key.startsWith("aria") && key !== "list") element[key] = value;
     else element.setAttribute(key, value === true ? "" : value);
   }
-  element.append(
-    ...children
-      .flat()
-      .filter(
-        (child) => child !== null && child !== undefined && child !== false,
-      ),
-  );
+  element.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
   return element;
 }
 
 export function svg(name, attributes = {}, ...children) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", name);
-  for (const [key, value] of Object.entries(attributes))
-    element.setAttribute(key, value);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
   element.append(...children.flat());
   return element;
 }
@@ -41,13 +33,7 @@ export function find(selector) {
 export function icon(path) {
   return svg(
     "svg",
-    {
-      viewBox: "0 0 16 16",
-      width: 16,
-      height: 16,
-      class: "icon",
-      "aria-hidden": "true",
-    },
+    { viewBox: "0 0 16 16", width: 16, height: 16, class: "icon", "aria-hidden": "true" },
     svg("path", { d: path, fill: "currentColor" }),
   );
 }
@@ -73,9 +59,7 @@ export function remember(name, value) {
 export function writing(event) {
   return (
     event.target instanceof HTMLElement &&
-    event.target.closest(
-      "input:not([type=range], [type=checkbox]), textarea, select, [contenteditable]",
-    ) !== null
+    event.target.closest("input:not([type=range], [type=checkbox]), textarea, select, [contenteditable]") !== null
   );
 }
 

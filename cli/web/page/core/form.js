@@ -48,12 +48,8 @@ export class Form {
   blame(text) {
     const named = /^\w+\.([\w.[\]]+): (.*)$/s.exec(text);
     const leaf = named
-      ? this.shown().find(
-          ({ path }) => path === named[1] || named[1].startsWith(`${path}[`),
-        )
-      : this.shown().find(({ path }) =>
-          new RegExp(`\\b${path.split(".").pop()}\\b`).test(text),
-        );
+      ? this.shown().find(({ path }) => path === named[1] || named[1].startsWith(`${path}[`))
+      : this.shown().find(({ path }) => new RegExp(`\\b${path.split(".").pop()}\\b`).test(text));
     leaf?.say(named ? named[2] : text);
     return Boolean(leaf);
   }
@@ -68,55 +64,30 @@ export class Form {
    * on without an end, is left out, and so out of the message; an array of them begins empty.
    */
   group(type, path, around) {
-    const { fieldnames, fieldtypes, fieldarraylen, examples } =
-      this.types.get(type);
+    const { fieldnames, fieldtypes, fieldarraylen, examples } = this.types.get(type);
     const within = [...around, type];
     const fields = fieldnames
       .flatMap((name, i) => {
         const of = short(fieldtypes[i]);
         if (within.includes(of) && fieldarraylen[i] !== 0) return [];
-        return [
-          [
-            name,
-            this.field(
-              of,
-              fieldarraylen[i],
-              examples[i],
-              path ? `${path}.${name}` : name,
-              within,
-            ),
-          ],
-        ];
+        return [[name, this.field(of, fieldarraylen[i], examples[i], path ? `${path}.${name}` : name, within)]];
       })
       // that of the goal's own header is given when it arrives; any other stays zero, unless the goal is written as
       // JSON
       .filter(([name]) => !(type === "std_msgs/Header" && name === "stamp"));
     return {
       children: fields.map(([, field]) => field.element),
-      read: () =>
-        Object.fromEntries(fields.map(([name, field]) => [name, field.read()])),
-      fill: (value) =>
-        fields.forEach(
-          ([name, field]) =>
-            value?.[name] !== undefined && field.fill(value[name]),
-        ),
+      read: () => Object.fromEntries(fields.map(([name, field]) => [name, field.read()])),
+      fill: (value) => fields.forEach(([name, field]) => value?.[name] !== undefined && field.fill(value[name])),
     };
   }
 
   field(type, length, example, path, around) {
     const kind = length === -1 ? type : `${type}[${length || ""}]`;
     if (this.types.has(type))
-      return length === -1
-        ? this.nested(type, kind, path, around)
-        : this.list(type, kind, length, path, around);
-    if (length === -1 && FLAGS.includes(type))
-      return this.flag(kind, example, path);
-    const start =
-      path.endsWith("frame_id") && !example
-        ? "map"
-        : length === -1 || example !== "[]"
-          ? example
-          : "";
+      return length === -1 ? this.nested(type, kind, path, around) : this.list(type, kind, length, path, around);
+    if (length === -1 && FLAGS.includes(type)) return this.flag(kind, example, path);
+    const start = path.endsWith("frame_id") && !example ? "map" : length === -1 || example !== "[]" ? example : "";
     return length === -1
       ? this.text(
           kind,
@@ -162,12 +133,7 @@ export class Form {
 
   /** A field that is written as a text; `parse` throws the reason why a text is none, `show` is its inverse. */
   text(kind, start, path, parse, show) {
-    const input = h("input.mono", {
-      type: "text",
-      value: start,
-      autocomplete: "off",
-      spellcheck: false,
-    });
+    const input = h("input.mono", { type: "text", value: start, autocomplete: "off", spellcheck: false });
     return this.leaf(
       kind,
       path,
@@ -194,12 +160,7 @@ export class Form {
       element: h(
         "fieldset",
         {},
-        h(
-          "legend.mono",
-          {},
-          path.split(".").pop(),
-          h("span.muted", {}, ` ${kind}`),
-        ),
+        h("legend.mono", {}, path.split(".").pop(), h("span.muted", {}, ` ${kind}`)),
         ...children,
       ),
       read,
@@ -218,13 +179,7 @@ export class Form {
         item.element.append(
           h(
             "button",
-            {
-              type: "button",
-              onclick: () => (
-                items.splice(items.indexOf(item), 1),
-                item.element.remove()
-              ),
-            },
+            { type: "button", onclick: () => (items.splice(items.indexOf(item), 1), item.element.remove()) },
             "Take out",
           ),
         );
@@ -236,12 +191,7 @@ export class Form {
     const element = h(
       "fieldset",
       {},
-      h(
-        "legend.mono",
-        {},
-        path.split(".").pop(),
-        h("span.muted", {}, ` ${kind}`),
-      ),
+      h("legend.mono", {}, path.split(".").pop(), h("span.muted", {}, ` ${kind}`)),
       rows,
       length ? "" : h("button", { type: "button", onclick: add }, "Add one"),
     );
@@ -250,9 +200,7 @@ export class Form {
         items.length = 0;
         rows.replaceChildren();
       }
-      array(path, values).forEach((value, i) =>
-        (items[i] ?? add()).fill(value),
-      );
+      array(path, values).forEach((value, i) => (items[i] ?? add()).fill(value));
     };
     return { element, read: () => items.map((item) => item.read()), fill };
   }
@@ -262,12 +210,7 @@ function row(path, kind, input, why) {
   return h(
     "div.field",
     {},
-    h(
-      "label.mono",
-      { htmlFor: input.id },
-      path.split(".").pop(),
-      h("span.muted", {}, ` ${kind}`),
-    ),
+    h("label.mono", { htmlFor: input.id }, path.split(".").pop(), h("span.muted", {}, ` ${kind}`)),
     input,
     why,
   );
@@ -284,9 +227,7 @@ function short(type) {
 
 /** An array as one writes it: "1, 2, 3". */
 function plain(value) {
-  return typeof value === "string"
-    ? value.replace(/^\[|\]$/g, "")
-    : value.map((one) => one ?? NaN).join(", ");
+  return typeof value === "string" ? value.replace(/^\[|\]$/g, "") : value.map((one) => one ?? NaN).join(", ");
 }
 
 function several(type, length, text) {
@@ -297,22 +238,16 @@ function several(type, length, text) {
           .replace(/^\[|\]$/g, "")
           .split(",")
           .map((part) => part.trim());
-  if (length && parts.length !== length)
-    throw new Error(`${length} values are wanted, these are ${parts.length}`);
-  return parts.map((part) =>
-    single(
-      type,
-      TEXTS.includes(type) ? part.replace(/^(["'])(.*)\1$/, "$2") : part,
-    ),
-  ); // rosapi quotes texts
+  if (length && parts.length !== length) throw new Error(`${length} values are wanted, these are ${parts.length}`);
+  // rosapi quotes texts
+  return parts.map((part) => single(type, TEXTS.includes(type) ? part.replace(/^(["'])(.*)\1$/, "$2") : part));
 }
 
 /** The value that a text stands for. Throws the reason if it is none. */
 function single(type, text) {
   if (TEXTS.includes(type)) return text;
   if (FLAGS.includes(type)) {
-    if (!/^(true|false|0|1)$/i.test(text))
-      throw new Error(`"${text}" is neither true nor false`);
+    if (!/^(true|false|0|1)$/i.test(text)) throw new Error(`"${text}" is neither true nor false`);
     return /^(true|1)$/i.test(text);
   }
   const number = text === "" ? NaN : Number(text);
@@ -322,9 +257,7 @@ function single(type, text) {
     return number;
   }
   const [least, most] = WHOLE[type];
-  if (!Number.isInteger(number))
-    throw new Error(`"${text}" is no whole number`);
-  if (number < least || number > most)
-    throw new Error(`from ${least} to ${most}`);
+  if (!Number.isInteger(number)) throw new Error(`"${text}" is no whole number`);
+  if (number < least || number > most) throw new Error(`from ${least} to ${most}`);
   return number;
 }

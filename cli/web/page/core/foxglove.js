@@ -35,9 +35,7 @@ export class Foxglove extends EventTarget {
     const socket = (this.socket = new WebSocket(this.url, ["foxglove.sdk.v1"]));
     socket.binaryType = "arraybuffer";
     socket.onmessage = (event) =>
-      typeof event.data === "string"
-        ? this.json(JSON.parse(event.data))
-        : this.binary(event.data);
+      typeof event.data === "string" ? this.json(JSON.parse(event.data)) : this.binary(event.data);
     socket.onclose = () => this.lost();
   }
 
@@ -48,8 +46,7 @@ export class Foxglove extends EventTarget {
     this.byId.clear();
     this.mine.clear();
     for (const want of this.wanted.values()) want.id = undefined;
-    for (const id of [...this.answers.keys()])
-      this.settle(id, new Error("the connection was lost"));
+    for (const id of [...this.answers.keys()]) this.settle(id, new Error("the connection was lost"));
     this.tell("close");
     setTimeout(() => this.open(), RETRY);
   }
@@ -59,8 +56,7 @@ export class Foxglove extends EventTarget {
   }
 
   send(message) {
-    if (this.socket.readyState === WebSocket.OPEN)
-      this.socket.send(JSON.stringify(message));
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
   json(message) {
@@ -130,17 +126,7 @@ export class Foxglove extends EventTarget {
 
   raw(topic, newest, callback) {
     let want = this.wanted.get(topic);
-    if (!want)
-      this.wanted.set(
-        topic,
-        (want = {
-          callbacks: new Set(),
-          newest,
-          id: undefined,
-          decode: null,
-          count: 0,
-        }),
-      );
+    if (!want) this.wanted.set(topic, (want = { callbacks: new Set(), newest, id: undefined, decode: null, count: 0 }));
     if (want.newest && !newest) {
       want.newest = false;
       this.release(want);
@@ -168,12 +154,7 @@ export class Foxglove extends EventTarget {
     want.decode = decoder(channel.schema, channel.schemaName);
     want.id = ++this.last;
     this.byId.set(want.id, topic);
-    this.send({
-      op: "subscribe",
-      subscriptions: [
-        { id: want.id, channelId: channel.id, newest: want.newest },
-      ],
-    });
+    this.send({ op: "subscribe", subscriptions: [{ id: want.id, channelId: channel.id, newest: want.newest }] });
   }
 
   /** Publish a message, as JSON: fields that are left out have their defaults. */
@@ -182,10 +163,7 @@ export class Foxglove extends EventTarget {
     let id = this.mine.get(topic);
     if (id === undefined) {
       this.mine.set(topic, (id = ++this.last));
-      this.send({
-        op: "advertise",
-        channels: [{ id, topic, encoding: "json", schemaName: type }],
-      });
+      this.send({ op: "advertise", channels: [{ id, topic, encoding: "json", schemaName: type }] });
     }
     const text = TEXT.encode(JSON.stringify(message));
     const frame = new Uint8Array(5 + text.length);
@@ -214,21 +192,14 @@ export class Foxglove extends EventTarget {
     frame.set(payload, 13);
     this.socket.send(frame);
     return new Promise((resolve, reject) => {
-      const timer = setTimeout(
-        () => this.settle(id, new Error(`${name} does not answer`)),
-        PATIENCE,
-      );
+      const timer = setTimeout(() => this.settle(id, new Error(`${name} does not answer`)), PATIENCE);
       this.answers.set(id, { resolve, reject, timer });
     });
   }
 
   answered(view) {
     const skip = 13 + view.getUint32(9, true);
-    this.settle(
-      view.getUint32(5, true),
-      null,
-      JSON.parse(new TextDecoder().decode(new Uint8Array(view.buffer, skip))),
-    );
+    this.settle(view.getUint32(5, true), null, JSON.parse(new TextDecoder().decode(new Uint8Array(view.buffer, skip))));
   }
 
   /** End what waits for an answer with this id. */
@@ -252,8 +223,7 @@ export class Foxglove extends EventTarget {
 
   wish(op) {
     this.wishes.add(op);
-    if (this.connected && this.info.capabilities?.includes("robactor"))
-      this.send({ op });
+    if (this.connected && this.info.capabilities?.includes("robactor")) this.send({ op });
   }
 
   /** Let a node fail, so that its supervisor restarts it. */
@@ -266,9 +236,7 @@ export class Foxglove extends EventTarget {
     if (!this.connected) return Promise.reject(new Error("not connected"));
     const id = ++this.last;
     this.send({ op, ...fields, id, requestId: id }); // the protocol's own words call it so
-    return new Promise((resolve, reject) =>
-      this.answers.set(id, { resolve, reject }),
-    );
+    return new Promise((resolve, reject) => this.answers.set(id, { resolve, reject }));
   }
 
   /** A file of a package, package://PACKAGE/path, as bytes. Rejects with the reason. */
@@ -282,9 +250,7 @@ export class Foxglove extends EventTarget {
     const rest = new Uint8Array(view.buffer, 10);
     this.settle(
       view.getUint32(1, true),
-      failed
-        ? new Error(new TextDecoder().decode(rest.subarray(0, length)))
-        : null,
+      failed ? new Error(new TextDecoder().decode(rest.subarray(0, length))) : null,
       rest,
     );
   }
@@ -294,13 +260,7 @@ export class Foxglove extends EventTarget {
   /** {start, end} in seconds, and the name, if this is a recording; else null. */
   get recording() {
     const { dataStartTime: start, dataEndTime: end, metadata } = this.info;
-    return (
-      start && {
-        start: start.sec + start.nsec * 1e-9,
-        end: end.sec + end.nsec * 1e-9,
-        name: metadata.recording,
-      }
-    );
+    return start && { start: start.sec + start.nsec * 1e-9, end: end.sec + end.nsec * 1e-9, name: metadata.recording };
   }
 
   /** Play or stand still, at a rate; `seek` is seconds after the start. */
@@ -316,11 +276,7 @@ export class Foxglove extends EventTarget {
     const { sec, nsec } = this.info.dataStartTime;
     view.setBigUint64(
       7,
-      seek === null
-        ? 0n
-        : BigInt(sec) * 1000000000n +
-            BigInt(nsec) +
-            BigInt(Math.round(seek * 1e9)),
+      seek === null ? 0n : BigInt(sec) * 1000000000n + BigInt(nsec) + BigInt(Math.round(seek * 1e9)),
       true,
     );
     view.setUint32(15, id.length, true);
@@ -331,17 +287,11 @@ export class Foxglove extends EventTarget {
   played(view) {
     const at = seconds(view, 2);
     if (view.getUint8(14)) {
-      for (const { callbacks } of this.wanted.values())
-        for (const callback of callbacks) callback.forget?.();
+      for (const { callbacks } of this.wanted.values()) for (const callback of callbacks) callback.forget?.();
       this.tell("seek", at);
     }
     const status = view.getUint8(1);
-    this.tell("playback", {
-      playing: status === 0,
-      ended: status === 3,
-      rate: view.getFloat32(10, true),
-      at,
-    });
+    this.tell("playback", { playing: status === 0, ended: status === 3, rate: view.getFloat32(10, true), at });
   }
 }
 
@@ -378,8 +328,7 @@ const HANDLERS = {
     self.tell("channels");
   },
   advertiseServices(self, message) {
-    for (const service of message.services)
-      self.services.set(service.name, service);
+    for (const service of message.services) self.services.set(service.name, service);
     self.tell("services");
   },
   unadvertiseServices(self, message) {
@@ -387,16 +336,9 @@ const HANDLERS = {
       if (message.serviceIds.includes(service.id)) self.services.delete(name);
     self.tell("services");
   },
-  "robactor.system": (self, message) =>
-    self.tell("system", (self.system = message)),
-  "robactor.findings": (self, message) =>
-    self.tell("findings", (self.findings = message.findings)),
-  serviceCallFailure: (self, message) =>
-    self.settle(message.callId, new Error(message.message)),
+  "robactor.system": (self, message) => self.tell("system", (self.system = message)),
+  "robactor.findings": (self, message) => self.tell("findings", (self.findings = message.findings)),
+  serviceCallFailure: (self, message) => self.settle(message.callId, new Error(message.message)),
   "robactor.done": (self, message) =>
-    self.settle(
-      message.id,
-      message.error ? new Error(message.error) : null,
-      message.value,
-    ),
+    self.settle(message.id, message.error ? new Error(message.error) : null, message.value),
 };

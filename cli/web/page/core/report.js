@@ -23,9 +23,9 @@ export function startReport(link, draw) {
   };
   requestAnimationFrame(frame);
   if (PerformanceObserver.supportedEntryTypes?.includes("longtask"))
-    new PerformanceObserver((entries) =>
-      entries.getEntries().forEach((one) => keep(long, one.duration)),
-    ).observe({ type: "longtask" });
+    new PerformanceObserver((entries) => entries.getEntries().forEach((one) => keep(long, one.duration))).observe({
+      type: "longtask",
+    });
   window.robactorReport = () => ({
     connected: link.connected,
     received: link.received,
@@ -40,7 +40,6 @@ export function startReport(link, draw) {
 
 function quantiles(values) {
   const sorted = [...values].sort((a, b) => a - b);
-  const at = (share) =>
-    sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))] ?? 0;
+  const at = (share) => sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))] ?? 0;
   return { count: sorted.length, p50: at(0.5), p99: at(0.99), most: at(1) };
 }

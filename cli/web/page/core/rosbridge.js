@@ -22,8 +22,7 @@ export class Rosbridge {
         this.opening = undefined;
         const lost = new Error("the connection was lost");
         reject(lost);
-        for (const waiting of [...this.calls.values(), ...this.goals.values()])
-          waiting.reject(lost);
+        for (const waiting of [...this.calls.values(), ...this.goals.values()]) waiting.reject(lost);
         this.calls.clear();
         this.goals.clear();
       };
@@ -40,15 +39,11 @@ export class Rosbridge {
     const id = `call:${++this.last}`;
     return new Promise((resolve, reject) => {
       const timer = setTimeout(
-        () =>
-          this.calls.delete(id) &&
-          reject(new Error(`${service} does not answer`)),
+        () => this.calls.delete(id) && reject(new Error(`${service} does not answer`)),
         PATIENCE,
       );
       this.calls.set(id, { resolve, reject, timer });
-      socket.send(
-        JSON.stringify({ op: "call_service", id, service, type, args }),
-      );
+      socket.send(JSON.stringify({ op: "call_service", id, service, type, args }));
     });
   }
 
@@ -56,30 +51,13 @@ export class Rosbridge {
   async goal(action, type, args, feedback) {
     const socket = await this.connection();
     const id = `goal:${++this.last}`;
-    const result = new Promise((resolve, reject) =>
-      this.goals.set(id, { resolve, reject, feedback }),
-    );
-    socket.send(
-      JSON.stringify({
-        op: "send_action_goal",
-        id,
-        action,
-        action_type: type,
-        args,
-        feedback: true,
-      }),
-    );
-    return {
-      id,
-      result,
-      cancel: () =>
-        socket.send(JSON.stringify({ op: "cancel_action_goal", id, action })),
-    };
+    const result = new Promise((resolve, reject) => this.goals.set(id, { resolve, reject, feedback }));
+    socket.send(JSON.stringify({ op: "send_action_goal", id, action, action_type: type, args, feedback: true }));
+    return { id, result, cancel: () => socket.send(JSON.stringify({ op: "cancel_action_goal", id, action })) };
   }
 
   heard(message) {
-    if (message.op === "action_feedback")
-      this.goals.get(message.id)?.feedback?.(message.values);
+    if (message.op === "action_feedback") this.goals.get(message.id)?.feedback?.(message.values);
     else if (message.op === "action_result")
       this.end(this.goals, message.id, {
         status: message.status,
@@ -87,17 +65,8 @@ export class Rosbridge {
         succeeded: message.status === 4,
       });
     else if (message.op === "service_response")
-      this.end(
-        this.calls,
-        message.id,
-        message.values,
-        message.result ? null : message.values,
-      );
-    else if (
-      message.op === "status" &&
-      message.level === "error" &&
-      message.id
-    ) {
+      this.end(this.calls, message.id, message.values, message.result ? null : message.values);
+    else if (message.op === "status" && message.level === "error" && message.id) {
       this.end(this.goals, message.id, null, message.msg);
       this.end(this.calls, message.id, null, message.msg);
     }
@@ -109,9 +78,6 @@ export class Rosbridge {
     waiting.delete(id);
     clearTimeout(one?.timer);
     if (why === null) one?.resolve(value);
-    else
-      one?.reject(
-        new Error(typeof why === "string" ? why : JSON.stringify(why)),
-      );
+    else one?.reject(new Error(typeof why === "string" ? why : JSON.stringify(why)));
   }
 }

@@ -12,17 +12,11 @@ export function watchSafety(link) {
   let said = "";
 
   const show = (stopped, reasons) => {
-    const text = stopped
-      ? `Stopped: ${reasons.join("; ") || "no reason given"}`
-      : "";
+    const text = stopped ? `Stopped: ${reasons.join("; ") || "no reason given"}` : "";
     if (text === said) return;
     said = text;
     banner.hidden = !stopped;
-    const clear = h(
-      "button",
-      { type: "button", onclick: () => ask(false) },
-      "Clear the stop",
-    );
+    const clear = h("button", { type: "button", onclick: () => ask(false) }, "Clear the stop");
     banner.replaceChildren(h("span.grow", {}, text), stopped ? clear : "");
   };
 
@@ -37,9 +31,7 @@ export function watchSafety(link) {
       const answer = await link.call(SERVICE, { data: stop });
       if (!answer.success) complain(answer.message);
     } catch (error) {
-      complain(
-        `The robot was not ${stop ? "stopped" : "released"}: ${error.message}`,
-      );
+      complain(`The robot was not ${stop ? "stopped" : "released"}: ${error.message}`);
       if (stop) setTimeout(() => ask(true), AGAIN);
     }
   };
@@ -50,10 +42,7 @@ export function watchSafety(link) {
     event.preventDefault();
     ask(true);
   });
-  link.subscribe(
-    STATE,
-    (state) => link.recording || show(state.stopped, state.reasons),
-  );
+  link.subscribe(STATE, (state) => link.recording || show(state.stopped, state.reasons));
   link.addEventListener("services", () => {
     // it stays when the connection is lost: it tells then that nothing was stopped
     if (link.services.has(SERVICE)) button.hidden = false;

@@ -6,10 +6,7 @@ export function likest(name, names) {
   let [best, least] = [undefined, Math.max(2, Math.ceil(name.length / 3)) + 1];
   for (const one of names) {
     const other = one.toLowerCase();
-    const distance =
-      other.endsWith(wanted) || other.startsWith(wanted)
-        ? 1
-        : edits(wanted, other);
+    const distance = other.endsWith(wanted) || other.startsWith(wanted) ? 1 : edits(wanted, other);
     if (distance < least) [best, least] = [one, distance];
   }
   return best;
@@ -27,13 +24,7 @@ function edits(a, b) {
   for (let i = 1; i <= a.length; i++) {
     const next = [i];
     for (let j = 1; j <= b.length; j++)
-      next.push(
-        Math.min(
-          row[j] + 1,
-          next[j - 1] + 1,
-          row[j - 1] + (a[i - 1] === b[j - 1] ? 0 : 1),
-        ),
-      );
+      next.push(Math.min(row[j] + 1, next[j - 1] + 1, row[j - 1] + (a[i - 1] === b[j - 1] ? 0 : 1)));
     row = next;
   }
   return row[b.length];

@@ -22,12 +22,7 @@ export class Timeline {
     });
     const step = h(
       "button",
-      {
-        type: "button",
-        title: "The next message (.)",
-        "aria-label": "Step",
-        onclick: () => this.step(),
-      },
+      { type: "button", title: "The next message (.)", "aria-label": "Step", onclick: () => this.step() },
       icon(NEXT),
     );
     this.rate = h(
@@ -87,18 +82,14 @@ export class Timeline {
     this.state = state;
     this.waiting = false;
     this.play.replaceChildren(icon(state.playing ? PAUSE : PLAY));
-    this.play.setAttribute(
-      "aria-label",
-      state.playing ? "Stand still" : "Play",
-    );
+    this.play.setAttribute("aria-label", state.playing ? "Stand still" : "Play");
     const rate = String(state.rate < 1 ? brief(state.rate, 2) : state.rate);
     if (![...this.rate.options].some((option) => option.value === rate))
       this.rate.append(h("option", { value: rate }, `${rate}×`));
     this.rate.value = rate;
     if (this.wanted !== null && this.wanted !== undefined) this.seek();
     else this.show(state.at);
-    if (state.ended && this.loop.getAttribute("aria-pressed") === "true")
-      this.ask(true);
+    if (state.ended && this.loop.getAttribute("aria-pressed") === "true") this.ask(true);
   }
 
   /** Show a time, in seconds since 1970, unless another one is being chosen. */

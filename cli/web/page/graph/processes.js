@@ -18,15 +18,11 @@ export function processes(system) {
         host,
         process,
         nodes: [],
-        link: system.links.find(
-          (link) => link.host === host && link.process === process,
-        ),
+        link: system.links.find((link) => link.host === host && link.process === process),
       });
     groups.get(key).nodes.push(name);
   }
-  return [...groups.values()].sort(
-    (a, b) => a.host.localeCompare(b.host) || a.process - b.process,
-  );
+  return [...groups.values()].sort((a, b) => a.host.localeCompare(b.host) || a.process - b.process);
 }
 
 /** A list of the groups; nothing where all nodes are in one. `open` makes the element of a node's name. */
@@ -40,18 +36,10 @@ export function processList(system, open) {
       h(
         "li",
         {},
-        h(
-          "b.mono",
-          {},
-          [host, process || ""].filter(Boolean).join(" ") || "main process",
-        ),
+        h("b.mono", {}, [host, process || ""].filter(Boolean).join(" ") || "main process"),
         ` ${nodes.length} node${nodes.length > 1 ? "s" : ""} `,
         link
-          ? h(
-              "span.muted",
-              {},
-              `${kilobytes(link.sent_bytes)} sent, ${kilobytes(link.received_bytes)} received`,
-            )
+          ? h("span.muted", {}, `${kilobytes(link.sent_bytes)} sent, ${kilobytes(link.received_bytes)} received`)
           : "",
         link?.dropped ? h("b.warn", {}, ` ${link.dropped} dropped`) : "",
         h("div.names", {}, ...nodes.map(open)),
@@ -61,7 +49,5 @@ export function processList(system, open) {
 }
 
 function kilobytes(bytes) {
-  return bytes < 1e6
-    ? `${Math.round(bytes / 1e3)} kB`
-    : `${(bytes / 1e6).toFixed(1)} MB`;
+  return bytes < 1e6 ? `${Math.round(bytes / 1e3)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }

@@ -21,22 +21,11 @@ class BagsPane {
       autocomplete: "off",
       spellcheck: false,
     });
-    this.all = h("input", {
-      type: "checkbox",
-      checked: true,
-      onchange: () => this.choose(),
-    });
-    this.topics = h("div.topics", {
-      hidden: true,
-      role: "group",
-      "aria-label": "Topics",
-    });
+    this.all = h("input", { type: "checkbox", checked: true, onchange: () => this.choose() });
+    this.topics = h("div.topics", { hidden: true, role: "group", "aria-label": "Topics" });
     this.button = h(
       "button.primary",
-      {
-        type: "button",
-        onclick: () => (this.running ? this.stop() : this.record()),
-      },
+      { type: "button", onclick: () => (this.running ? this.stop() : this.record()) },
       "Record",
     );
     this.rows = h("tbody");
@@ -46,13 +35,7 @@ class BagsPane {
       "div.card.stack",
       {},
       h("h2", {}, "Record"),
-      h(
-        "div.row",
-        {},
-        this.name,
-        h("label", {}, this.all, "all topics"),
-        this.button,
-      ),
+      h("div.row", {}, this.name, h("label", {}, this.all, "all topics"), this.button),
       this.topics,
       this.state,
       this.where,
@@ -74,15 +57,7 @@ class BagsPane {
           h(
             "table",
             {},
-            h(
-              "thead",
-              {},
-              h(
-                "tr",
-                {},
-                ...heads.map((name) => h("th", { scope: "col" }, name)),
-              ),
-            ),
+            h("thead", {}, h("tr", {}, ...heads.map((name) => h("th", { scope: "col" }, name)))),
             this.rows,
           ),
         ),
@@ -116,18 +91,14 @@ class BagsPane {
   tell({ folder, recording, bags }) {
     this.form.hidden = folder === null;
     this.running = recording !== null;
-    if (folder === null)
-      this.note.say("No bags are kept here: start the server with --bags DIR.");
+    if (folder === null) this.note.say("No bags are kept here: start the server with --bags DIR.");
     this.where.textContent = folder ?? "";
     this.button.textContent = recording ? "Stop recording" : "Record";
     this.button.classList.toggle("danger", this.running);
     this.button.classList.toggle("primary", !this.running);
     this.name.disabled = this.all.disabled = this.running;
     this.state.textContent = recording ? progress(recording) : "";
-    this.state.classList.toggle(
-      "bad",
-      Boolean(recording?.failure || recording?.dropped),
-    );
+    this.state.classList.toggle("bad", Boolean(recording?.failure || recording?.dropped));
     this.none.hidden = bags.length > 0 || folder === null;
     const key = JSON.stringify(bags);
     if (key === this.key) return;
@@ -144,48 +115,26 @@ class BagsPane {
     return h(
       "tr",
       {},
-      h(
-        "th.mono",
-        { scope: "row" },
-        bag.name,
-        bag.cut ? h("span.warn", {}, " cut off") : "",
-      ),
+      h("th.mono", { scope: "row" }, bag.name, bag.cut ? h("span.warn", {}, " cut off") : ""),
       h("td", {}, begun),
       h("td.number", {}, `${bag.seconds.toFixed(1)} s`),
       h("td.number", {}, String(bag.messages)),
       h("td.number", {}, String(bag.topics)),
       h("td.number", {}, size(bag.bytes)),
-      h(
-        "td",
-        {},
-        h(
-          "div.row",
-          {},
-          open,
-          ...bag.files.map((file) => this.fetcher(bag, file)),
-        ),
-      ),
+      h("td", {}, h("div.row", {}, open, ...bag.files.map((file) => this.fetcher(bag, file)))),
     );
   }
 
   /** A button that fetches a file, piece by piece, so that neither side holds it in memory. */
   fetcher(bag, file) {
-    const button = h(
-      "button",
-      { type: "button", title: `${file.name}, ${size(file.bytes)}` },
-      "Download",
-    );
+    const button = h("button", { type: "button", title: `${file.name}, ${size(file.bytes)}` }, "Download");
     button.setAttribute("aria-label", `Download ${file.name}`);
     button.onclick = async () => {
       button.disabled = true;
       try {
         const pieces = [];
         for (let offset = 0; ; ) {
-          const piece = await this.link.request("robactor.readBag", {
-            name: bag.name,
-            file: file.name,
-            offset,
-          });
+          const piece = await this.link.request("robactor.readBag", { name: bag.name, file: file.name, offset });
           if (!piece.length) break;
           pieces.push(new Blob([piece]));
           offset += piece.length;
@@ -207,24 +156,13 @@ class BagsPane {
     const names = [...this.link.channels.keys()].sort();
     this.topics.replaceChildren(
       ...names.map((name) =>
-        h(
-          "label.mono",
-          {},
-          h("input", {
-            type: "checkbox",
-            value: name,
-            checked: chosen.has(name),
-          }),
-          name,
-        ),
+        h("label.mono", {}, h("input", { type: "checkbox", value: name, checked: chosen.has(name) }), name),
       ),
     );
   }
 
   get chosen() {
-    return [...this.topics.querySelectorAll("input:checked")].map(
-      ({ value }) => value,
-    );
+    return [...this.topics.querySelectorAll("input:checked")].map(({ value }) => value);
   }
 
   choose() {
@@ -232,8 +170,7 @@ class BagsPane {
   }
 
   async record() {
-    if (!this.all.checked && !this.chosen.length)
-      return this.note.say("Choose a topic.", true);
+    if (!this.all.checked && !this.chosen.length) return this.note.say("Choose a topic.", true);
     await this.ask("robactor.recordBag", {
       name: this.name.value.trim(),
       ...(this.all.checked ? {} : { topics: this.chosen }),
@@ -258,15 +195,7 @@ class BagsPane {
   }
 }
 
-function progress({
-  name,
-  seconds,
-  messages,
-  dropped,
-  bytes,
-  topics,
-  failure,
-}) {
+function progress({ name, seconds, messages, dropped, bytes, topics, failure }) {
   const lost = dropped ? `, ${dropped} lost` : "";
   return failure
     ? `${name}: ${failure}`
@@ -274,9 +203,7 @@ function progress({
 }
 
 function size(bytes) {
-  return bytes < 1e6
-    ? `${(bytes / 1e3).toFixed(0)} kB`
-    : `${(bytes / 1e6).toFixed(1)} MB`;
+  return bytes < 1e6 ? `${(bytes / 1e3).toFixed(0)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }
 
 function save(blob, name) {

@@ -23,9 +23,7 @@ class ConsolePane {
     this.level = h(
       "select",
       { "aria-label": "Least level", onchange: () => this.changed() },
-      ...LEVELS.map(([value, name]) =>
-        h("option", { value: String(value) }, name),
-      ),
+      ...LEVELS.map(([value, name]) => h("option", { value: String(value) }, name)),
     );
     this.level.value = recall("console.level", "20");
     this.node = h(
@@ -41,11 +39,7 @@ class ConsolePane {
     });
     this.pauseButton = h(
       "button",
-      {
-        type: "button",
-        "aria-pressed": "false",
-        onclick: () => this.pause(!this.paused),
-      },
+      { type: "button", "aria-pressed": "false", onclick: () => this.pause(!this.paused) },
       "Pause",
     );
     this.rows = h("tbody");
@@ -59,13 +53,7 @@ class ConsolePane {
         h(
           "thead",
           {},
-          h(
-            "tr",
-            {},
-            ...["time", "level", "node", "message"].map((name) =>
-              h("th", { scope: "col" }, name),
-            ),
-          ),
+          h("tr", {}, ...["time", "level", "node", "message"].map((name) => h("th", { scope: "col" }, name))),
         ),
         this.rows,
       ),
@@ -113,8 +101,7 @@ class ConsolePane {
     let place = this.lines.length; // lines that were kept for newcomers come node by node, not in the order of time
     while (place > 0 && later(this.lines[place - 1], line)) place--;
     this.lines.splice(place, 0, line);
-    if (this.lines.length > KEPT)
-      this.lines.splice(0, this.lines.length - KEPT);
+    if (this.lines.length > KEPT) this.lines.splice(0, this.lines.length - KEPT);
     this.choose(line.name, false);
     if (!this.paused) this.dirty = true;
   }
@@ -122,9 +109,7 @@ class ConsolePane {
   /** Offer a node in the list, and choose it. */
   choose(name, select = true) {
     if (![...this.node.options].some((option) => option.value === name)) {
-      const later = [...this.node.options]
-        .slice(1)
-        .find((option) => option.value > name);
+      const later = [...this.node.options].slice(1).find((option) => option.value > name);
       this.node.insertBefore(h("option", { value: name }, name), later ?? null);
     }
     if (select) this.node.value = name;
@@ -153,20 +138,12 @@ class ConsolePane {
   frame() {
     if (!this.dirty) return;
     this.dirty = false;
-    const [least, node, text] = [
-      Number(this.level.value),
-      this.node.value,
-      this.text.value.toLowerCase(),
-    ];
+    const [least, node, text] = [Number(this.level.value), this.node.value, this.text.value.toLowerCase()];
     const found = this.lines.filter(
       (line) =>
-        line.level >= least &&
-        (!node || line.name === node) &&
-        (!text || line.msg.toLowerCase().includes(text)),
+        line.level >= least && (!node || line.name === node) && (!text || line.msg.toLowerCase().includes(text)),
     );
-    const atEnd =
-      this.view.scrollHeight - this.view.scrollTop - this.view.clientHeight <
-      40;
+    const atEnd = this.view.scrollHeight - this.view.scrollTop - this.view.clientHeight < 40;
     this.rows.replaceChildren(...found.slice(-SHOWN).map(row));
     this.count.textContent = `${found.length} of ${this.lines.length} lines`;
     if (atEnd) this.view.scrollTop = this.view.scrollHeight;
@@ -182,12 +159,9 @@ function later({ stamp: a }, { stamp: b }) {
 }
 
 function row(line) {
-  const name =
-    LEVELS.find(([value]) => value === line.level)?.[1] ?? String(line.level);
+  const name = LEVELS.find(([value]) => value === line.level)?.[1] ?? String(line.level);
   const kind = { warn: "warn", error: "bad", fatal: "bad" }[name] ?? "muted";
-  const time = new Date(line.stamp.sec * 1000 + line.stamp.nanosec / 1e6)
-    .toISOString()
-    .slice(11, 23);
+  const time = new Date(line.stamp.sec * 1000 + line.stamp.nanosec / 1e6).toISOString().slice(11, 23);
   return h(
     "tr",
     {},

@@ -33,13 +33,7 @@ class DoctorPane {
             h(
               "thead",
               {},
-              h(
-                "tr",
-                {},
-                ...["level", "what", "message", "values"].map((name) =>
-                  h("th", { scope: "col" }, name),
-                ),
-              ),
+              h("tr", {}, ...["level", "what", "message", "values"].map((name) => h("th", { scope: "col" }, name))),
             ),
             this.diagnostics,
           ),
@@ -65,24 +59,10 @@ class DoctorPane {
           h(
             "tr",
             {},
-            h(
-              "td",
-              {},
-              h(
-                `span.level.${KINDS[status.level] ?? "bad"}`,
-                {},
-                LEVELS[status.level] ?? status.level,
-              ),
-            ),
+            h("td", {}, h(`span.level.${KINDS[status.level] ?? "bad"}`, {}, LEVELS[status.level] ?? status.level)),
             h("td", {}, status.name),
             h("td", {}, status.message),
-            h(
-              "td.mono.muted",
-              {},
-              status.values
-                .map(({ key, value }) => `${key} ${value}`)
-                .join(", "),
-            ),
+            h("td.mono.muted", {}, status.values.map(({ key, value }) => `${key} ${value}`).join(", ")),
           ),
         ),
     );
@@ -93,43 +73,26 @@ class DoctorPane {
    * the links stay.
    */
   tell(found) {
-    const sorted = [...found].sort(
-      (a, b) => Number(a.level === "note") - Number(b.level === "note"),
-    );
+    const sorted = [...found].sort((a, b) => Number(a.level === "note") - Number(b.level === "note"));
     const text = JSON.stringify(sorted.map(({ measured, ...rest }) => rest));
     if (text !== this.told) {
       this.told = text;
       this.measured = sorted.map(() => h("p.muted"));
       const rows = sorted.map((one, i) => this.row(one, this.measured[i]));
-      this.findings.replaceChildren(
-        ...(rows.length
-          ? rows
-          : [h("li.good", {}, "Nothing to complain about.")]),
-      );
+      this.findings.replaceChildren(...(rows.length ? rows : [h("li.good", {}, "Nothing to complain about.")]));
     }
-    sorted.forEach(
-      ({ check, measured }, i) =>
-        (this.measured[i].textContent = `${check}: ${measured}`),
-    );
+    sorted.forEach(({ check, measured }, i) => (this.measured[i].textContent = `${check}: ${measured}`));
   }
 
   row({ level, subject, cause, remedy }, measured) {
     const address = this.addressOf(subject);
-    const about = address
-      ? h("a.mono", { href: `#${address}` }, subject)
-      : h("b.mono", {}, subject);
+    const about = address ? h("a.mono", { href: `#${address}` }, subject) : h("b.mono", {}, subject);
     const kind = level === "problem" ? "bad" : "warn";
     return h(
       "li.finding",
       {},
       h(`span.level.${kind}`, {}, level),
-      h(
-        "div",
-        {},
-        h("p", {}, about, ` ${cause}`),
-        measured,
-        remedy ? h("p.muted", {}, `What helps: ${remedy}`) : "",
-      ),
+      h("div", {}, h("p", {}, about, ` ${cause}`), measured, remedy ? h("p.muted", {}, `What helps: ${remedy}`) : ""),
     );
   }
 

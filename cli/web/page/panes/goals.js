@@ -23,27 +23,13 @@ class GoalsPane {
       noValidate: true,
       onsubmit: (event) => (event.preventDefault(), this.start()),
     });
-    this.text = h("textarea.mono", {
-      rows: 8,
-      spellcheck: false,
-      "aria-label": "Goal, as JSON",
-      hidden: true,
-    });
+    this.text = h("textarea.mono", { rows: 8, spellcheck: false, "aria-label": "Goal, as JSON", hidden: true });
     this.asText = h(
       "button",
-      {
-        type: "button",
-        "aria-pressed": "false",
-        disabled: true,
-        onclick: () => this.turn(),
-      },
+      { type: "button", "aria-pressed": "false", disabled: true, onclick: () => this.turn() },
       "As JSON",
     );
-    this.send = h(
-      "button.primary",
-      { type: "submit", disabled: true },
-      "Send goal",
-    );
+    this.send = h("button.primary", { type: "submit", disabled: true }, "Send goal");
     this.send.setAttribute("form", "goal"); // it stands outside of it, and Enter in a field presses it
     this.note = note();
     this.runs = h("div.stack", { "aria-label": "Goals", role: "log" });
@@ -76,9 +62,7 @@ class GoalsPane {
   }
 
   offer({ services }) {
-    const found = services
-      .filter((service) => service.kind === "action")
-      .sort((a, b) => a.name.localeCompare(b.name));
+    const found = services.filter((service) => service.kind === "action").sort((a, b) => a.name.localeCompare(b.name));
     const key = found.map(({ name }) => name).join(" ");
     if (key === this.key) return;
     this.key = key;
@@ -100,8 +84,7 @@ class GoalsPane {
         ),
       ),
     );
-    if (!found.length)
-      this.actions.append(h("li.muted", {}, "no actions here"));
+    if (!found.length) this.actions.append(h("li.muted", {}, "no actions here"));
     if (!this.action && this.asked) this.open(this.known.get(this.asked));
   }
 
@@ -111,10 +94,7 @@ class GoalsPane {
     remember("goals.action", action.name);
     this.go(`goals?action=${encodeURIComponent(action.name)}`, true);
     for (const button of this.actions.querySelectorAll("button"))
-      button.setAttribute(
-        "aria-pressed",
-        String(button.textContent === action.name),
-      );
+      button.setAttribute("aria-pressed", String(button.textContent === action.name));
     this.title.textContent = action.name;
     this.type.textContent = action.type;
     this.form = null;
@@ -123,10 +103,7 @@ class GoalsPane {
     if (!this.text.hidden) this.turn();
     this.send.disabled = this.asText.disabled = true;
     try {
-      const { typedefs } = await this.bridge.call(
-        "/rosapi/action_goal_details",
-        { type: action.type },
-      );
+      const { typedefs } = await this.bridge.call("/rosapi/action_goal_details", { type: action.type });
       if (this.action !== action) return;
       this.form = new Form(typedefs);
       this.fields.replaceChildren(this.form.element);
@@ -176,12 +153,7 @@ class GoalsPane {
     const state = h("b", {}, "sent");
     const feedback = h("pre.mono");
     const cancel = h("button.danger", { type: "button" }, "Cancel");
-    const card = h(
-      "div.card.stack.run",
-      {},
-      h("div.row", {}, h("span.mono.grow", {}, name), state, cancel),
-      feedback,
-    );
+    const card = h("div.card.stack.run", {}, h("div.row", {}, h("span.mono.grow", {}, name), state, cancel), feedback);
     this.runs.prepend(card);
     const tell = (text, kind = "") => {
       state.textContent = text;
@@ -194,14 +166,9 @@ class GoalsPane {
       });
       cancel.onclick = () => goal.cancel();
       const { status, values, succeeded } = await goal.result;
-      tell(
-        ENDS[status] ?? `ended with status ${status}`,
-        succeeded ? "good" : "bad",
-      );
-      feedback.textContent =
-        typeof values === "string" ? values : JSON.stringify(values, null, 1);
-      if (status === 0 && this.form === form)
-        form?.blame(String(values).replace(/^Action goal was rejected: /, ""));
+      tell(ENDS[status] ?? `ended with status ${status}`, succeeded ? "good" : "bad");
+      feedback.textContent = typeof values === "string" ? values : JSON.stringify(values, null, 1);
+      if (status === 0 && this.form === form) form?.blame(String(values).replace(/^Action goal was rejected: /, ""));
     } catch (error) {
       tell("failed", "bad");
       feedback.textContent = error.message;

@@ -3,17 +3,12 @@
 import { brief, h, note, recall, remember } from "../core/dom.js";
 import { layout } from "../graph/layout.js";
 import { Canvas } from "../graph/canvas.js";
+import { messageText } from "../graph/message.js";
 import { processList } from "../graph/processes.js";
 
-const QUIET = new Set([
-  "/rosout",
-  "/parameter_events",
-  "/tf",
-  "/tf_static",
-  "/diagnostics",
-  "/clock",
-]);
+const QUIET = new Set(["/rosout", "/parameter_events", "/tf", "/tf_static", "/diagnostics", "/clock"]);
 const SURE = 4000; // ms in which a second click kills
+const EVERY = 200; // ms between two looks at the newest message of the topic that is selected
 const FEW = 15; // nodes of which all are shown at first
 const AWAY = "elsewhere"; // the state of a node of another process that tells nothing of it
 
@@ -25,10 +20,7 @@ class GraphPane {
   constructor({ link, go }) {
     this.link = link;
     this.go = go;
-    this.quiet = h("input", {
-      type: "checkbox",
-      onchange: () => this.changed(this.quiet.checked),
-    });
+    this.quiet = h("input", { type: "checkbox", onchange: () => this.changed(this.quiet.checked) });
     this.filter = h("input.grow", {
       type: "search",
       placeholder: "Filter nodes and topics",
@@ -40,11 +32,8 @@ class GraphPane {
     this.canvas.element.append(this.empty);
     this.tree = h("div.tree");
     this.places = h("div.card.stack", { hidden: true });
-    this.details = h(
-      "div.card.stack.details",
-      { "aria-live": "polite" },
-      h("p.muted", {}, "Click a node or a topic."),
-    );
+    this.details = h("div.card.stack.details", { "aria-live": "polite" }, h("p.muted", {}, "Click a node or a topic."));
+    this.message = h("pre.message.mono", { "aria-live": "off", "aria-label": "Newest message", tabIndex: 0 });
     this.note = note();
     this.element = h(
       "section.pane.graph",
@@ -57,11 +46,7 @@ class GraphPane {
           {},
           this.filter,
           h("label", {}, this.quiet, "Hide the quiet ones"),
-          h(
-            "button",
-            { type: "button", onclick: () => this.canvas.fit(true) },
-            "Fit",
-          ),
+          h("button", { type: "button", onclick: () => this.canvas.fit(true) }, "Fit"),
         ),
         this.canvas.element,
       ),
@@ -69,13 +54,7 @@ class GraphPane {
         "div.side.stack",
         {},
         this.details,
-        h(
-          "div.card.stack",
-          {},
-          (this.title = h("h2")),
-          this.note.element,
-          this.tree,
-        ),
+        h("div.card.stack", {}, (this.title = h("h2")), this.note.element, this.tree),
         this.places,
       )),
     );
@@ -84,16 +63,34 @@ class GraphPane {
   }
 
   show(query) {
-    if (query.has("node"))
-      this.selected = { kind: "node", name: query.get("node") };
-    if (query.has("topic"))
-      this.selected = { kind: "topic", name: query.get("topic") };
+    if (query.has("node")) this.selected = { kind: "node", name: query.get("node") };
+    if (query.has("topic")) this.selected = { kind: "topic", name: query.get("topic") };
     this.shown = true;
     if (this.system) this.update(this.system);
   }
 
   hide() {
     this.shown = false;
+    this.listen(null);
+  }
+
+  /** Listen to this topic for its newest message, and to no other; null: to none. */
+  listen(name) {
+    if (name === this.heard) return;
+    this.heard = name;
+    this.latest?.stop();
+    this.latest = name === null ? null : this.link.latest(name);
+    this.looked = 0;
+    this.message.textContent = name === null ? "" : "No message has come yet.";
+  }
+
+  /** Once a picture: the newest message, as it is. */
+  frame() {
+    if (!this.latest || performance.now() - this.looked < EVERY) return;
+    const message = this.latest.take();
+    if (message === null) return;
+    this.looked = performance.now();
+    this.message.textContent = messageText(message);
   }
 
   changed(quiet) {
@@ -116,24 +113,16 @@ class GraphPane {
     this.quiet.checked = recall("graph.quiet", seen.length > FEW);
     const { nodes, edges } = this.parts(system);
     this.showEmpty(nodes, seen);
-    const key = JSON.stringify([
-      nodes.map(({ id }) => id),
-      edges.map(({ from, to, bad }) => [from, to, bad]),
-    ]);
+    const key = JSON.stringify([nodes.map(({ id }) => id), edges.map(({ from, to, bad }) => [from, to, bad])]);
     if (key !== this.drawn) {
       this.drawn = key;
       this.canvas.show(layout(nodes, edges, this.canvas.shape));
     }
     const rates = new Map(
-      system.topics.map((topic) => [
-        `topic ${topic.name}`,
-        topic.rate ? ` ${brief(topic.rate, 1)} Hz` : "",
-      ]),
+      system.topics.map((topic) => [`topic ${topic.name}`, topic.rate ? ` ${brief(topic.rate, 1)} Hz` : ""]),
     );
     this.canvas.label(rates);
-    this.canvas.mark(
-      this.selected ? `${this.selected.kind} ${this.selected.name}` : "",
-    );
+    this.canvas.mark(this.selected ? `${this.selected.kind} ${this.selected.name}` : "");
     this.showTree(system);
     this.showDetails(system);
     this.showPlaces(system);
@@ -161,34 +150,21 @@ class GraphPane {
     const topics = system.topics.filter(
       (topic) =>
         !this.quiet.checked ||
-        (!QUIET.has(topic.name) &&
-          topic.publishers.length &&
-          (topic.subscriptions.length || this.link.recording)) ||
+        (!QUIET.has(topic.name) && topic.publishers.length && (topic.subscriptions.length || this.link.recording)) ||
         topic.mismatches.length,
     );
     const edges = [];
     for (const topic of topics) {
       const bad = topic.mismatches.length > 0;
-      for (const { node } of topic.publishers)
-        edges.push({ from: `node ${node}`, to: `topic ${topic.name}`, bad });
-      for (const { node } of topic.subscriptions)
-        edges.push({ from: `topic ${topic.name}`, to: `node ${node}`, bad });
+      for (const { node } of topic.publishers) edges.push({ from: `node ${node}`, to: `topic ${topic.name}`, bad });
+      for (const { node } of topic.subscriptions) edges.push({ from: `topic ${topic.name}`, to: `node ${node}`, bad });
     }
-    let kept = edges.filter(
-      ({ from, to }) =>
-        ![from, to].some((id) => hidden(id.slice(id.indexOf(" ") + 1))),
-    );
+    let kept = edges.filter(({ from, to }) => ![from, to].some((id) => hidden(id.slice(id.indexOf(" ") + 1))));
     if (text) kept = kept.filter(({ from, to }) => match(from) || match(to));
     const ids = new Set(kept.flatMap(({ from, to }) => [from, to]));
     if (!this.quiet.checked)
-      for (const node of system.nodes)
-        if (match(node.name) && !hidden(node.name))
-          ids.add(`node ${node.name}`);
-    const bad = new Set(
-      topics
-        .filter((topic) => topic.mismatches.length)
-        .map((topic) => `topic ${topic.name}`),
-    );
+      for (const node of system.nodes) if (match(node.name) && !hidden(node.name)) ids.add(`node ${node.name}`);
+    const bad = new Set(topics.filter((topic) => topic.mismatches.length).map((topic) => `topic ${topic.name}`));
     const nodes = [...ids].map((id) => ({
       id,
       kind: id.split(" ")[0],
@@ -200,40 +176,26 @@ class GraphPane {
 
   showTree(system) {
     const key = JSON.stringify([
-      system.nodes.map((node) => [
-        node.name,
-        node.path,
-        node.state,
-        node.incarnation,
-        node.host,
-        node.process,
-      ]),
+      system.nodes.map((node) => [node.name, node.path, node.state, node.incarnation, node.host, node.process]),
       system.restarts,
       system.canKill,
     ]);
     if (key === this.treeKey) return;
     this.treeKey = key;
-    const focus = /** @type {HTMLElement} */ (document.activeElement)?.dataset
-      ?.node;
+    const focus = /** @type {HTMLElement} */ (document.activeElement)?.dataset?.node;
     const root = { children: new Map() };
     for (const node of system.nodes.filter(({ name }) => !hidden(name))) {
       let here = root;
       const parts = (node.path || node.name).split("/").filter(Boolean);
       parts.forEach((part, i) => {
-        if (!here.children.has(part))
-          here.children.set(part, { children: new Map() });
+        if (!here.children.has(part)) here.children.set(part, { children: new Map() });
         here = here.children.get(part);
         if (i === parts.length - 1) here.node = node;
       });
     }
-    this.title.textContent = system.nodes.some(
-      ({ name, path }) => path && !hidden(name),
-    )
-      ? "Supervisor tree"
-      : "Nodes";
+    this.title.textContent = system.nodes.some(({ name, path }) => path && !hidden(name)) ? "Supervisor tree" : "Nodes";
     this.tree.replaceChildren(this.branch(root, system));
-    if (focus)
-      this.tree.querySelector(`[data-node="${CSS.escape(focus)}"]`)?.focus();
+    if (focus) this.tree.querySelector(`[data-node="${CSS.escape(focus)}"]`)?.focus();
   }
 
   showPlaces(system) {
@@ -251,9 +213,7 @@ class GraphPane {
         h(
           "li",
           {},
-          child.node
-            ? this.leaf(name, child.node, system)
-            : h("span.supervisor", {}, name),
+          child.node ? this.leaf(name, child.node, system) : h("span.supervisor", {}, name),
           child.children.size ? this.branch(child, system) : "",
         ),
       ),
@@ -261,17 +221,11 @@ class GraphPane {
   }
 
   leaf(name, node, system) {
-    const restarts =
-      system.restarts[node.name] ?? Math.max(0, node.incarnation - 1);
-    const where = [node.host, node.process]
-      .filter((part) => part && part !== "here")
-      .join(" ");
+    const restarts = system.restarts[node.name] ?? Math.max(0, node.incarnation - 1);
+    const where = [node.host, node.process].filter((part) => part && part !== "here").join(" ");
     const open = h(
       "button.quiet.link",
-      {
-        type: "button",
-        onclick: () => this.select({ kind: "node", name: node.name }),
-      },
+      { type: "button", onclick: () => this.select({ kind: "node", name: node.name }) },
       name,
     );
     open.dataset.node = node.name;
@@ -279,21 +233,14 @@ class GraphPane {
     return h(
       "span.leaf",
       {},
-      h(
-        `i.dot.${/run|active|start/.test(node.state) ? "on" : node.state === AWAY ? "away" : "off"}`,
-        { title: stateOf(node) },
-      ),
+      h(`i.dot.${/run|active|start/.test(node.state) ? "on" : node.state === AWAY ? "away" : "off"}`, {
+        title: stateOf(node),
+      }),
       open,
       node.incarnation
-        ? h(
-            "span.life",
-            { title: "which life of the node this is" },
-            `#${node.incarnation}`,
-          )
+        ? h("span.life", { title: "which life of the node this is" }, `#${node.incarnation}`)
         : h("span.life", {}, stateOf(node)),
-      restarts
-        ? h("span.warn", {}, `${restarts} restart${restarts > 1 ? "s" : ""}`)
-        : "",
+      restarts ? h("span.warn", {}, `${restarts} restart${restarts > 1 ? "s" : ""}`) : "",
       where ? h("span.muted", {}, where) : "",
       kill,
     );
@@ -325,6 +272,7 @@ class GraphPane {
 
   showDetails(system) {
     const { kind, name } = this.selected ?? {};
+    this.listen(kind === "topic" && system.topics.some((one) => one.name === name) ? name : null);
     if (kind === "node") this.showNode(system, name);
     else if (kind === "topic") this.showTopic(system, name);
   }
@@ -335,15 +283,11 @@ class GraphPane {
       system.topics
         .filter((topic) => topic[side].some((edge) => edge.node === name))
         .map((topic) => this.topicLink(topic.name));
-    const called = system.services.filter((service) =>
-      service.clients.includes(name),
-    );
+    const called = system.services.filter((service) => service.clients.includes(name));
     const served = system.services.filter(
       (service) =>
         service.server === name &&
-        !/\/(get|set|list|describe)_parameter|get_type_description|set_parameters_atomically/.test(
-          service.name,
-        ),
+        !/\/(get|set|list|describe)_parameter|get_type_description|set_parameters_atomically/.test(service.name),
     );
     const known = [
       ["state", node && stateOf(node)],
@@ -356,18 +300,8 @@ class GraphPane {
     this.replaceDetails(
       h("h2.mono", {}, name),
       node ? "" : h("p.muted", {}, "not in this system's tree"),
-      h(
-        "div.facts",
-        {},
-        ...facts.map(([key, value]) =>
-          h("span", {}, `${key} `, h("b", {}, brief(value))),
-        ),
-      ),
-      h(
-        "a",
-        { href: `#parameters?node=${encodeURIComponent(name)}` },
-        "its parameters",
-      ),
+      h("div.facts", {}, ...facts.map(([key, value]) => h("span", {}, `${key} `, h("b", {}, brief(value))))),
+      h("a", { href: `#parameters?node=${encodeURIComponent(name)}` }, "its parameters"),
       list("publishes", of("publishers")),
       list("takes", of("subscriptions")),
       list(
@@ -391,10 +325,7 @@ class GraphPane {
   showTopic(system, name) {
     const topic = system.topics.find((one) => one.name === name);
     if (!topic)
-      return this.replaceDetails(
-        h("h2.mono", {}, name),
-        h("p.muted", {}, "nobody publishes or takes it now"),
-      );
+      return this.replaceDetails(h("h2.mono", {}, name), h("p.muted", {}, "nobody publishes or takes it now"));
     const rows = (side) =>
       topic[side].map((edge) =>
         h(
@@ -417,6 +348,7 @@ class GraphPane {
           : "none seen: nobody takes it here",
       ),
       ...topic.mismatches.map((text) => h("p.bad", {}, text)),
+      this.message,
       list("publishers", rows("publishers")),
       list("subscriptions", rows("subscriptions")),
     );
@@ -433,19 +365,11 @@ class GraphPane {
   }
 
   topicLink(name) {
-    return h(
-      "button.quiet.link.mono",
-      { type: "button", onclick: () => this.select({ kind: "topic", name }) },
-      name,
-    );
+    return h("button.quiet.link.mono", { type: "button", onclick: () => this.select({ kind: "topic", name }) }, name);
   }
 
   nodeLink(name) {
-    return h(
-      "button.quiet.link.mono",
-      { type: "button", onclick: () => this.select({ kind: "node", name }) },
-      name,
-    );
+    return h("button.quiet.link.mono", { type: "button", onclick: () => this.select({ kind: "node", name }) }, name);
   }
 }
 
@@ -459,11 +383,6 @@ function stateOf({ state }) {
 
 function list(title, items) {
   return items.length
-    ? h(
-        "div",
-        {},
-        h("h3", {}, title),
-        h("ul.plain", {}, ...items.map((item) => h("li", {}, item))),
-      )
+    ? h("div", {}, h("h3", {}, title), h("ul.plain", {}, ...items.map((item) => h("li", {}, item))))
     : "";
 }

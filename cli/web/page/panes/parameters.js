@@ -15,18 +15,7 @@ const FIELDS = [
   "double_array_value",
   "string_array_value",
 ];
-const NAMES = [
-  "not set",
-  "bool",
-  "integer",
-  "double",
-  "string",
-  "bytes",
-  "bools",
-  "integers",
-  "doubles",
-  "strings",
-];
+const NAMES = ["not set", "bool", "integer", "double", "string", "bytes", "bools", "integers", "doubles", "strings"];
 const [BOOL, INTEGER, DOUBLE, STRING] = [1, 2, 3, 4];
 const EDITABLE = 1e6; // a range that is wider has no slider
 
@@ -53,21 +42,12 @@ class ParametersPane {
       "section.pane.parameters",
       { "aria-label": "Parameters" },
       h("div.card", {}, h("h3", {}, "Nodes"), this.nodes),
-      h(
-        "div.stack",
-        {},
-        h("div.row", {}, this.title, this.filter),
-        this.note.element,
-        this.list,
-      ),
+      h("div.stack", {}, h("div.row", {}, this.title, this.filter), this.note.element, this.list),
     );
     this.rows = new Map(); // parameter -> {element, take(value)}
     link.addEventListener("services", () => this.showNodes());
     link.addEventListener("system", () => this.showNodes());
-    link.subscribe(
-      "/parameter_events",
-      (event) => event.node === this.node && this.heard(event),
-    );
+    link.subscribe("/parameter_events", (event) => event.node === this.node && this.heard(event));
     this.showNodes();
   }
 
@@ -82,9 +62,7 @@ class ParametersPane {
       .filter((name) => name.endsWith(SUFFIX))
       .map((name) => name.slice(0, -SUFFIX.length));
     const here = (this.link.system?.nodes ?? []).map(({ name }) => name); // their services are made when they are asked
-    const names = [...new Set([...served, ...here])]
-      .filter((name) => !name.includes("/_"))
-      .sort();
+    const names = [...new Set([...served, ...here])].filter((name) => !name.includes("/_")).sort();
     const key = names.join(" ");
     if (key === this.known) return;
     this.known = key;
@@ -95,11 +73,7 @@ class ParametersPane {
           {},
           h(
             "button.quiet.link.mono",
-            {
-              type: "button",
-              "aria-pressed": String(name === this.node),
-              onclick: () => this.open(name),
-            },
+            { type: "button", "aria-pressed": String(name === this.node), onclick: () => this.open(name) },
             name,
           ),
         ),
@@ -118,10 +92,7 @@ class ParametersPane {
     this.list.replaceChildren();
     this.note.say("asking the node …");
     try {
-      const { result } = await this.ask(node, "ListParameters", {
-        prefixes: [],
-        depth: 0,
-      });
+      const { result } = await this.ask(node, "ListParameters", { prefixes: [], depth: 0 });
       const names = result.names;
       const [{ descriptors }, { values }] = await Promise.all([
         this.ask(node, "DescribeParameters", { names }),
@@ -140,24 +111,16 @@ class ParametersPane {
   /** One of the services that every node has: "ListParameters" is `/node/list_parameters`. */
   ask(node, type, request) {
     const name = type.replace(/(?!^)[A-Z]/g, "_$&").toLowerCase();
-    return this.bridge.call(
-      `${node}/${name}`,
-      request,
-      `rcl_interfaces/srv/${type}`,
-    );
+    return this.bridge.call(`${node}/${name}`, request, `rcl_interfaces/srv/${type}`);
   }
 
   sift() {
     const text = this.filter.value.toLowerCase();
-    for (const [name, { element }] of this.rows)
-      element.hidden = !name.toLowerCase().includes(text);
+    for (const [name, { element }] of this.rows) element.hidden = !name.toLowerCase().includes(text);
   }
 
   heard(event) {
-    for (const { name, value } of [
-      ...event.new_parameters,
-      ...event.changed_parameters,
-    ])
+    for (const { name, value } of [...event.new_parameters, ...event.changed_parameters])
       this.rows.get(name)?.take(value);
   }
 
@@ -166,15 +129,9 @@ class ParametersPane {
     const said = note("p.note.reason");
     const input = this.editor(descriptor, value, async (changed) => {
       try {
-        const { results } = await this.ask(this.node, "SetParameters", {
-          parameters: [{ name, value: changed }],
-        });
-        said.say(
-          results[0].successful ? "changed" : results[0].reason || "refused",
-          !results[0].successful,
-        );
-        if (!results[0].successful)
-          input.element.setAttribute("aria-invalid", "true");
+        const { results } = await this.ask(this.node, "SetParameters", { parameters: [{ name, value: changed }] });
+        said.say(results[0].successful ? "changed" : results[0].reason || "refused", !results[0].successful);
+        if (!results[0].successful) input.element.setAttribute("aria-invalid", "true");
         else input.element.removeAttribute("aria-invalid");
       } catch (error) {
         said.say(error.message, true);
@@ -187,12 +144,7 @@ class ParametersPane {
         "div.row",
         {},
         h("label.mono.name", { htmlFor: input.id }, name),
-        h(
-          "span.muted",
-          {},
-          NAMES[value.type] ?? "",
-          descriptor.read_only ? ", read-only" : "",
-        ),
+        h("span.muted", {}, NAMES[value.type] ?? "", descriptor.read_only ? ", read-only" : ""),
       ),
       descriptor.description ? h("p.muted", {}, descriptor.description) : "",
       input.element,
@@ -218,11 +170,7 @@ class ParametersPane {
         checked: value.bool_value,
         onchange: () => tell(box.checked),
       });
-      return {
-        element: box,
-        id,
-        take: (next) => (box.checked = next.bool_value),
-      };
+      return { element: box, id, take: (next) => (box.checked = next.bool_value) };
     }
     if (type === STRING && choices) {
       const select = h(
@@ -231,11 +179,7 @@ class ParametersPane {
         ...choices.map((choice) => h("option", { value: choice }, choice)),
       );
       select.value = value.string_value;
-      return {
-        element: select,
-        id,
-        take: (next) => (select.value = next.string_value),
-      };
+      return { element: select, id, take: (next) => (select.value = next.string_value) };
     }
     const show = (one) =>
       type >= 5
@@ -257,8 +201,8 @@ class ParametersPane {
     });
     field.onchange = () => {
       const content = read(field.value, type);
-      if (content === undefined)
-        return change({ type: STRING, string_value: field.value }); // the node says why it does not take that
+      // the node says why it does not take that
+      if (content === undefined) return change({ type: STRING, string_value: field.value });
       tell(content);
     };
     const take = (next) => {
@@ -269,20 +213,9 @@ class ParametersPane {
   }
 
   slider(descriptor, type, value, moved) {
-    const range = (
-      type === DOUBLE
-        ? descriptor.floating_point_range
-        : descriptor.integer_range
-    )?.[0];
-    if (
-      !range ||
-      descriptor.read_only ||
-      !(range.to_value - range.from_value < EDITABLE)
-    )
-      return null;
-    const step =
-      range.step ||
-      (type === INTEGER ? 1 : (range.to_value - range.from_value) / 200);
+    const range = (type === DOUBLE ? descriptor.floating_point_range : descriptor.integer_range)?.[0];
+    if (!range || descriptor.read_only || !(range.to_value - range.from_value < EDITABLE)) return null;
+    const step = range.step || (type === INTEGER ? 1 : (range.to_value - range.from_value) / 200);
     const slider = h("input.grow", {
       type: "range",
       min: range.from_value,
@@ -300,9 +233,7 @@ class ParametersPane {
 function read(text, type) {
   if (type === STRING) return text;
   if (type === INTEGER || type === DOUBLE)
-    return text.trim() === "" || Number.isNaN(Number(text))
-      ? undefined
-      : Number(text);
+    return text.trim() === "" || Number.isNaN(Number(text)) ? undefined : Number(text);
   try {
     const list = JSON.parse(text);
     return Array.isArray(list) ? list : undefined;
@@ -313,17 +244,10 @@ function read(text, type) {
 
 function choicesOf({ additional_constraints: text }) {
   const found = /one of:? (.+)$/.exec(text ?? "");
-  return (
-    found &&
-    found[1].split(/,\s*/).map((one) => one.replace(/^['"]|['".]$/g, ""))
-  );
+  return found && found[1].split(/,\s*/).map((one) => one.replace(/^['"]|['".]$/g, ""));
 }
 
-function rangeText({
-  floating_point_range: doubles,
-  integer_range: integers,
-  additional_constraints: more,
-}) {
+function rangeText({ floating_point_range: doubles, integer_range: integers, additional_constraints: more }) {
   const range = doubles?.[0] ?? integers?.[0];
   const parts = [];
   if (range)

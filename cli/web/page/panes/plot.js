@@ -7,16 +7,7 @@ import { Chart } from "../plot/chart.js";
 import { Series } from "../plot/series.js";
 
 const SUM_EVERY = 500; // ms between two looks at rate, mean and extremes
-const COLORS = [
-  "#2f7bea",
-  "#d9541e",
-  "#0b9a64",
-  "#b23ac2",
-  "#c08a00",
-  "#0f9bb3",
-  "#d81b60",
-  "#6a7f10",
-];
+const COLORS = ["#2f7bea", "#d9541e", "#0b9a64", "#b23ac2", "#c08a00", "#0f9bb3", "#d81b60", "#6a7f10"];
 
 export async function make(app) {
   return new PlotPane(app);
@@ -36,26 +27,16 @@ class PlotPane {
       autocomplete: "off",
       spellcheck: false,
     });
-    this.input.onkeydown = (event) =>
-      event.key === "Enter" && this.add(this.input.value);
+    this.input.onkeydown = (event) => event.key === "Enter" && this.add(this.input.value);
     this.window = h(
       "select",
-      {
-        "aria-label": "Seconds shown",
-        onchange: () => remember("plot.window", this.window.value),
-      },
-      ...[5, 10, 30, 60, 300].map((s) =>
-        h("option", { value: String(s) }, `${s} s`),
-      ),
+      { "aria-label": "Seconds shown", onchange: () => remember("plot.window", this.window.value) },
+      ...[5, 10, 30, 60, 300].map((s) => h("option", { value: String(s) }, `${s} s`)),
     );
     this.window.value = recall("plot.window", "10");
     this.pauseButton = h(
       "button",
-      {
-        type: "button",
-        "aria-pressed": "false",
-        onclick: () => this.pause(!this.paused),
-      },
+      { type: "button", "aria-pressed": "false", onclick: () => this.pause(!this.paused) },
       "Pause",
     );
     this.note = note();
@@ -69,18 +50,10 @@ class PlotPane {
         {},
         this.input,
         this.paths,
-        h(
-          "button.primary",
-          { type: "button", onclick: () => this.add(this.input.value) },
-          "Add",
-        ),
+        h("button.primary", { type: "button", onclick: () => this.add(this.input.value) }, "Add"),
         this.window,
         this.pauseButton,
-        h(
-          "button",
-          { type: "button", onclick: () => this.chart.reset() },
-          "Reset zoom",
-        ),
+        h("button", { type: "button", onclick: () => this.chart.reset() }, "Reset zoom"),
         h("button", { type: "button", onclick: () => this.save() }, "CSV"),
       ),
       this.note.element,
@@ -110,9 +83,7 @@ class PlotPane {
           for (const path of numericPaths(schema, schemaName, 40))
             found.push(`${topic}.${path.replaceAll("[]", "[0]")}`);
       for (const series of this.series) series.doubt = this.doubt(series);
-      this.paths.replaceChildren(
-        ...found.sort().map((value) => h("option", { value })),
-      );
+      this.paths.replaceChildren(...found.sort().map((value) => h("option", { value })));
     }, 300);
   }
 
@@ -131,16 +102,10 @@ class PlotPane {
     if (!path || this.series.some((one) => one.text === path)) return;
     const split = this.split(path);
     if (!split)
-      return this.note.say(
-        `${path}: there is no topic of this name. Write a topic, a dot, and the field.`,
-        true,
-      );
+      return this.note.say(`${path}: there is no topic of this name. Write a topic, a dot, and the field.`, true);
     const doubt = this.doubt(split);
-    if (doubt && told && this.link.channels.has(split.topic))
-      return this.note.say(doubt, true);
-    const color =
-      COLORS.find((one) => !this.series.some((other) => other.color === one)) ??
-      COLORS[0];
+    if (doubt && told && this.link.channels.has(split.topic)) return this.note.say(doubt, true);
+    const color = COLORS.find((one) => !this.series.some((other) => other.color === one)) ?? COLORS[0];
     const series = new Series(this.link, path, split.topic, split.field, color);
     series.doubt = doubt;
     this.series.push(series);
@@ -159,26 +124,17 @@ class PlotPane {
    */
   split(path) {
     const topics = [...this.link.channels.keys()].filter(
-      (topic) =>
-        path.startsWith(topic) && /^[./]/.test(path.slice(topic.length)),
+      (topic) => path.startsWith(topic) && /^[./]/.test(path.slice(topic.length)),
     );
-    const topic =
-      topics.sort((a, b) => b.length - a.length)[0] ??
-      (/^\/[^.]+\./.exec(path)?.[0].slice(0, -1) || null);
-    return (
-      topic && {
-        topic,
-        field: path.slice(topic.length + 1).replaceAll("/", "."),
-      }
-    );
+    const topic = topics.sort((a, b) => b.length - a.length)[0] ?? (/^\/[^.]+\./.exec(path)?.[0].slice(0, -1) || null);
+    return topic && { topic, field: path.slice(topic.length + 1).replaceAll("/", ".") };
   }
 
   /** Why nothing may come of a topic and field, with what was probably meant; "" if it will. */
   doubt({ topic, field }) {
     const { channels } = this.link;
     const channel = channels.get(topic);
-    if (!channel)
-      return `nobody publishes ${topic} yet${didYouMean(topic, channels.keys())}`;
+    if (!channel) return `nobody publishes ${topic} yet${didYouMean(topic, channels.keys())}`;
     const paths = numericPaths(channel.schema, channel.schemaName, 2000);
     return paths.includes(field.replace(/\[\d+\]/g, "[]"))
       ? ""
@@ -188,8 +144,7 @@ class PlotPane {
   row(series) {
     const value = h("b.mono", {}, "–");
     const sums = h("span.mono.muted.sums");
-    series.tell = (number) =>
-      (value.textContent = Number.isNaN(number) ? "–" : brief(number, 4));
+    series.tell = (number) => (value.textContent = Number.isNaN(number) ? "–" : brief(number, 4));
     series.sumUp = (sum) => {
       const doubted = !sum && Boolean(series.doubt);
       sums.classList.toggle("bad", doubted);
@@ -198,23 +153,11 @@ class PlotPane {
         ? `${brief(sum.rate, 1)} Hz, mean ${brief(sum.mean, 4)}, ${brief(sum.least, 4)} to ${brief(sum.most, 4)}`
         : series.doubt;
     };
-    const remove = h(
-      "button.quiet",
-      { type: "button", title: "Remove", onclick: () => this.remove(series) },
-      "×",
-    );
+    const remove = h("button.quiet", { type: "button", title: "Remove", onclick: () => this.remove(series) }, "×");
     remove.setAttribute("aria-label", `Remove ${series.text}`);
     const swatch = h("i.swatch");
     swatch.style.background = series.color;
-    return h(
-      "li",
-      {},
-      swatch,
-      h("span.mono.grow", {}, series.text),
-      sums,
-      value,
-      remove,
-    );
+    return h("li", {}, swatch, h("span.mono.grow", {}, series.text), sums, value, remove);
   }
 
   remove(series) {
@@ -244,30 +187,20 @@ class PlotPane {
 
   frame() {
     for (const series of this.series) series.tell(series.last);
-    if (
-      !this.paused &&
-      performance.now() - (this.summed ?? -SUM_EVERY) >= SUM_EVERY
-    ) {
+    if (!this.paused && performance.now() - (this.summed ?? -SUM_EVERY) >= SUM_EVERY) {
       this.summed = performance.now();
-      for (const series of this.series)
-        series.sumUp(series.summary(series.newest - Number(this.window.value)));
+      for (const series of this.series) series.sumUp(series.summary(series.newest - Number(this.window.value)));
     }
-    this.chart.draw(
-      this.series,
-      this.paused ? null : Number(this.window.value),
-    );
+    this.chart.draw(this.series, this.paused ? null : Number(this.window.value));
   }
 
   /** All that is kept, one line for each value: topic and field, time, value. */
   save() {
     const lines = ["series,time_s,value"];
     for (const series of this.series)
-      for (const [time, value] of series.rows())
-        lines.push(`${series.text},${time.toFixed(6)},${value}`);
+      for (const [time, value] of series.rows()) lines.push(`${series.text},${time.toFixed(6)},${value}`);
     const link = h("a", {
-      href: URL.createObjectURL(
-        new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }),
-      ),
+      href: URL.createObjectURL(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" })),
       download: "plot.csv",
     });
     link.click();

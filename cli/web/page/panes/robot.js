@@ -20,10 +20,7 @@ function solid() {
   const info = gl.getExtension("WEBGL_debug_renderer_info");
   const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
   gl.getExtension("WEBGL_lose_context")?.loseContext();
-  return {
-    possible: true,
-    wanted: recall("solid", !/swiftshader|llvmpipe|software/i.test(name)),
-  };
+  return { possible: true, wanted: recall("solid", !/swiftshader|llvmpipe|software/i.test(name)) };
 }
 
 class RobotPane {
@@ -38,19 +35,9 @@ class RobotPane {
     this.host = h("div.view3d");
     this.chips = h("div.chips", { "aria-label": "State of the robot" });
     this.chip = {};
-    for (const name of [
-      "mode",
-      "battery",
-      "speed",
-      "place",
-      "power",
-      "driver",
-      "real time",
-    ]) {
+    for (const name of ["mode", "battery", "speed", "place", "power", "driver", "real time"]) {
       this.chip[name] = h("b", {}, "–");
-      this.chips.append(
-        h("span.chip", {}, h("span", {}, name), this.chip[name]),
-      );
+      this.chips.append(h("span.chip", {}, h("span", {}, name), this.chip[name]));
     }
     this.feet = h(
       "div.feet",
@@ -74,14 +61,7 @@ class RobotPane {
         "div.side.stack",
         {},
         this.commands(),
-        h(
-          "div.card.stack",
-          {},
-          h("h2", {}, "Drive"),
-          this.drive.pad,
-          this.drive.hint,
-          this.keys(),
-        ),
+        h("div.card.stack", {}, h("h2", {}, "Drive"), this.drive.pad, this.drive.hint, this.keys()),
         (this.goalCard = h("div.card.stack")),
       ),
     );
@@ -112,10 +92,8 @@ class RobotPane {
       "No robot is seen here: nobody publishes /robot_description, /tf, /odom or the like. ",
       h("a", { href: "#graph" }, "What there is"),
     );
-    for (const event of ["open", "channels"])
-      this.link.addEventListener(event, offer);
-    for (const event of ["open", "services"])
-      this.link.addEventListener(event, () => this.offerCommands());
+    for (const event of ["open", "channels"]) this.link.addEventListener(event, offer);
+    for (const event of ["open", "services"]) this.link.addEventListener(event, () => this.offerCommands());
     offer();
     this.offerCommands();
     this.tools.append(
@@ -127,10 +105,7 @@ class RobotPane {
     );
     await this.see(wanted);
     addEventListener("theme", () => this.view.recolor(this.palette()));
-    this.link.addEventListener(
-      "channels",
-      () => this.shown && this.world.start(),
-    );
+    this.link.addEventListener("channels", () => this.shown && this.world.start());
   }
 
   async see(solid) {
@@ -162,55 +137,26 @@ class RobotPane {
   }
 
   tell() {
-    const { gait, battery, odom, drive, contacts, power, localization } =
-      this.world.latest;
+    const { gait, battery, odom, drive, contacts, power, localization } = this.world.latest;
     const say = (name, known, tell) => {
       const text = known ? tell(known) : "–";
-      if (this.chip[name].textContent !== text)
-        this.chip[name].textContent = text;
+      if (this.chip[name].textContent !== text) this.chip[name].textContent = text;
     };
-    say("mode", gait, ({ mode, gait: way }) =>
-      way && mode === "walk" ? `walk (${way})` : mode,
-    );
-    say(
-      "battery",
-      battery,
-      ({ percentage }) => `${(100 * percentage).toFixed(0)} %`,
-    );
-    say(
-      "speed",
-      odom,
-      ({ twist: { twist } }) =>
-        `${Math.hypot(twist.linear.x, twist.linear.y).toFixed(2)} m/s`,
-    );
+    say("mode", gait, ({ mode, gait: way }) => (way && mode === "walk" ? `walk (${way})` : mode));
+    say("battery", battery, ({ percentage }) => `${(100 * percentage).toFixed(0)} %`);
+    say("speed", odom, ({ twist: { twist } }) => `${Math.hypot(twist.linear.x, twist.linear.y).toFixed(2)} m/s`);
     say("power", power, ({ mean }) => `${mean.toFixed(0)} W`);
     const slow = power && power.real_time_factor < 0.8;
-    say(
-      "real time",
-      slow && power,
-      ({ real_time_factor: factor }) => `x ${factor.toFixed(2)}`,
-    );
+    say("real time", slow && power, ({ real_time_factor: factor }) => `x ${factor.toFixed(2)}`);
     this.chip["real time"].parentElement.hidden = !slow;
     this.chip["real time"].classList.toggle("bad", Boolean(slow));
-    say("driver", drive, ({ enabled, source }) =>
-      enabled ? source || "nobody" : "disabled",
-    );
-    const unsure =
-      localization && localization.data !== "tracking"
-        ? `${localization.data}: `
-        : "";
-    say(
-      "place",
-      this.world.pose,
-      ({ p }) => `${unsure}${metres(p[0])}, ${metres(p[1])} m`,
-    );
+    say("driver", drive, ({ enabled, source }) => (enabled ? source || "nobody" : "disabled"));
+    const unsure = localization && localization.data !== "tracking" ? `${localization.data}: ` : "";
+    say("place", this.world.pose, ({ p }) => `${unsure}${metres(p[0])}, ${metres(p[1])} m`);
     this.chip.place.classList.toggle("bad", Boolean(unsure));
     if (contacts)
       [...this.feet.children].forEach((foot, i) =>
-        foot.classList.toggle(
-          "down",
-          contacts.contact[i] !== 0 && contacts.contact[i] !== false,
-        ),
+        foot.classList.toggle("down", contacts.contact[i] !== 0 && contacts.contact[i] !== false),
       );
     if (drive && drive.enabled !== this.enabled) {
       this.enabled = drive.enabled;
@@ -219,8 +165,7 @@ class RobotPane {
     }
     for (const [mode, button] of Object.entries(this.modes)) {
       const pressed = String(gait?.goal === mode);
-      if (button.getAttribute("aria-pressed") !== pressed)
-        button.setAttribute("aria-pressed", pressed);
+      if (button.getAttribute("aria-pressed") !== pressed) button.setAttribute("aria-pressed", pressed);
     }
     this.forgetAnswer(gait, drive);
   }
@@ -228,9 +173,7 @@ class RobotPane {
   /** An answer stands for as long as what it says is so. */
   forgetAnswer(gait, drive) {
     if (!this.answered) return;
-    const holds = this.answered.mode
-      ? gait?.goal === this.answered.mode
-      : drive?.enabled === this.answered.enabled;
+    const holds = this.answered.mode ? gait?.goal === this.answered.mode : drive?.enabled === this.answered.enabled;
     if (this.answered.held && !holds) {
       this.answer.say("");
       this.answered = null;
@@ -240,11 +183,8 @@ class RobotPane {
   /** Commands that nobody carries out are shown as such. */
   offerCommands() {
     for (const button of [this.enable, ...Object.values(this.modes)]) {
-      button.disabled =
-        this.link.connected && !this.link.services.has(button.dataset.service);
-      button.title = button.disabled
-        ? `nobody serves ${button.dataset.service}`
-        : "";
+      button.disabled = this.link.connected && !this.link.services.has(button.dataset.service);
+      button.title = button.disabled ? `nobody serves ${button.dataset.service}` : "";
     }
   }
 
@@ -264,17 +204,11 @@ class RobotPane {
       }
     };
     const button = (title, service, args = () => ({})) => {
-      const made = h(
-        "button",
-        { type: "button", onclick: call(service, args) },
-        title,
-      );
+      const made = h("button", { type: "button", onclick: call(service, args) }, title);
       made.dataset.service = service;
       return made;
     };
-    this.enable = button("Enable", "/robot/enable", () => ({
-      data: !this.enabled,
-    }));
+    this.enable = button("Enable", "/robot/enable", () => ({ data: !this.enabled }));
     this.modes = {
       stand: button("Stand", "/spot/stand"),
       walk: button("Walk", "/spot/walk"),
@@ -304,14 +238,7 @@ class RobotPane {
       "details.keys",
       {},
       h("summary", {}, "Keys"),
-      h(
-        "dl",
-        {},
-        ...rows.flatMap(([key, what]) => [
-          h("dt.mono", {}, key),
-          h("dd", {}, what),
-        ]),
-      ),
+      h("dl", {}, ...rows.flatMap(([key, what]) => [h("dt.mono", {}, key), h("dd", {}, what)])),
     );
   }
 
@@ -319,10 +246,8 @@ class RobotPane {
   whyNotWalking() {
     const { gait, drive, safety } = this.world.latest;
     if (safety?.stopped) return "The robot is stopped: clear the stop first.";
-    if (drive && !drive.enabled)
-      return "Commands are not let through: press Enable.";
-    if (gait && gait.goal !== "walk")
-      return "The robot does not walk: press Walk.";
+    if (drive && !drive.enabled) return "Commands are not let through: press Enable.";
+    if (gait && gait.goal !== "walk") return "The robot does not walk: press Walk.";
     return "";
   }
 }
@@ -333,11 +258,7 @@ function metres(value) {
 }
 
 function toggle(title, on, changed) {
-  const button = h(
-    "button",
-    { type: "button", "aria-pressed": String(on) },
-    title,
-  );
+  const button = h("button", { type: "button", "aria-pressed": String(on) }, title);
   button.onclick = () => {
     const now = button.getAttribute("aria-pressed") !== "true";
     button.setAttribute("aria-pressed", String(now));

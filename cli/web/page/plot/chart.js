@@ -15,19 +15,12 @@ export class Chart {
     this.drawn = 0;
     this.zoom = null;
     this.last = 0; // the time at the right edge: labels count from there
-    document.head.append(
-      h("link", { rel: "stylesheet", href: "vendor/uplot.css" }),
-    );
-    new ResizeObserver(() => this.plot?.setSize(this.size)).observe(
-      this.element,
-    );
+    document.head.append(h("link", { rel: "stylesheet", href: "vendor/uplot.css" }));
+    new ResizeObserver(() => this.plot?.setSize(this.size)).observe(this.element);
   }
 
   get size() {
-    return {
-      width: Math.max(100, this.element.clientWidth),
-      height: Math.max(160, this.element.clientHeight - 34),
-    };
+    return { width: Math.max(100, this.element.clientWidth), height: Math.max(160, this.element.clientHeight - 34) };
   }
 
   use(series) {
@@ -36,11 +29,7 @@ export class Chart {
     this.plot = undefined;
     if (!series.length) return;
     const { muted, line } = this.palette();
-    const axis = {
-      stroke: muted,
-      grid: { stroke: line, width: 1 },
-      ticks: { stroke: line },
-    };
+    const axis = { stroke: muted, grid: { stroke: line, width: 1 }, ticks: { stroke: line } };
     /** @type {any} */ // its types know no axis whose labels count from the newest value
     const options = {
       ...this.size,
@@ -50,17 +39,12 @@ export class Chart {
         {
           ...axis,
           splits: (_, __, low, high) => this.ticks(low, high),
-          values: (_, values) =>
-            values.map((value) => brief(value - this.last, 3)),
+          values: (_, values) => values.map((value) => brief(value - this.last, 3)),
         },
         { ...axis, size: 64 },
       ],
       series: [
-        {
-          label: "time",
-          value: (_, value) =>
-            value === null ? "–" : `${(value - this.last).toFixed(3)} s`,
-        },
+        { label: "time", value: (_, value) => (value === null ? "–" : `${(value - this.last).toFixed(3)} s`) },
         ...series.map(({ text, color }) => ({
           label: text,
           stroke: color,
@@ -70,9 +54,7 @@ export class Chart {
         })),
       ],
       cursor: { drag: { x: true, y: true, uni: 30 } },
-      hooks: {
-        setSelect: [(plot) => plot.select.width > 0 && this.zoomTo(plot)],
-      },
+      hooks: { setSelect: [(plot) => plot.select.width > 0 && this.zoomTo(plot)] },
     };
     this.plot = new uPlot(options, [[], ...series.map(() => [])], this.element);
     this.plot.over.ondblclick = () => this.reset();
@@ -83,15 +65,9 @@ export class Chart {
   ticks(low, high) {
     const rough = (high - low) / 6;
     const ten = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10]
-      .map((one) => one * ten)
-      .find((one) => one >= rough);
+    const step = [1, 2, 5, 10].map((one) => one * ten).find((one) => one >= rough);
     const found = [];
-    for (
-      let k = Math.floor((this.last - low) / step);
-      this.last - k * step <= high;
-      k--
-    )
+    for (let k = Math.floor((this.last - low) / step); this.last - k * step <= high; k--)
       found.push(this.last - k * step);
     return found;
   }
@@ -101,12 +77,7 @@ export class Chart {
   }
 
   zoomTo(plot) {
-    this.zoom = {
-      x: [
-        plot.posToVal(plot.select.left, "x"),
-        plot.posToVal(plot.select.left + plot.select.width, "x"),
-      ],
-    };
+    this.zoom = { x: [plot.posToVal(plot.select.left, "x"), plot.posToVal(plot.select.left + plot.select.width, "x")] };
     this.zoomed(true);
   }
 
@@ -124,8 +95,7 @@ export class Chart {
       if (!this.frozen) {
         this.frozen = this.data(series, this.end(series) - MOST);
         this.plot.setData(this.frozen, false);
-        if (!this.zoom && this.shown !== undefined)
-          this.plot.setScale("x", { min: this.shown, max: this.last });
+        if (!this.zoom && this.shown !== undefined) this.plot.setScale("x", { min: this.shown, max: this.last });
       }
       return;
     }

@@ -18,9 +18,7 @@ export class Series {
     this.count = 0; // all that ever came, but for what was cut off
     this.first = 0; // the values before this one are no longer in the ring
     this.last = NaN;
-    const end = link.subscribe(topic, (message, at) =>
-      this.take(at, valueAt(message, field)),
-    );
+    const end = link.subscribe(topic, (message, at) => this.take(at, valueAt(message, field)));
     const cut = ({ detail }) => this.cut(detail);
     link.addEventListener("seek", cut);
     this.stop = () => {
@@ -32,8 +30,7 @@ export class Series {
   /** A recording is shown at an earlier time: what comes after it has not happened. */
   cut(at) {
     while (this.newest >= at) this.count--;
-    this.last =
-      this.count > this.first ? this.values[(this.count - 1) % CAPACITY] : NaN;
+    this.last = this.count > this.first ? this.values[(this.count - 1) % CAPACITY] : NaN;
   }
 
   take(at, value) {
@@ -46,17 +43,14 @@ export class Series {
   }
 
   get newest() {
-    return this.count > this.first
-      ? this.times[(this.count - 1) % CAPACITY]
-      : -Infinity;
+    return this.count > this.first ? this.times[(this.count - 1) % CAPACITY] : -Infinity;
   }
 
   /** [time, value] of what is kept since `from`, the oldest first. */
   *rows(from = -Infinity) {
     for (let i = this.first; i < this.count; i++) {
       const place = i % CAPACITY;
-      if (this.times[place] >= from)
-        yield [this.times[place], this.values[place]];
+      if (this.times[place] >= from) yield [this.times[place], this.values[place]];
     }
   }
 
@@ -74,12 +68,7 @@ export class Series {
       least = Math.min(least, value);
       most = Math.max(most, value);
     }
-    return {
-      rate: (times.length - 1) / (times[times.length - 1] - times[0]),
-      mean: sum / known.length,
-      least,
-      most,
-    };
+    return { rate: (times.length - 1) / (times[times.length - 1] - times[0]), mean: sum / known.length, least, most };
   }
 
   /** The same as two arrays; found by halves, so that a long ring costs little. */

@@ -20,8 +20,7 @@ export class Camera {
   }
 
   resume() {
-    if (this.wanted && !this.stop)
-      this.stop = this.link.subscribe(TOPIC, (image) => this.draw(image));
+    if (this.wanted && !this.stop) this.stop = this.link.subscribe(TOPIC, (image) => this.draw(image));
   }
 
   pause() {

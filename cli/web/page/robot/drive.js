@@ -31,20 +31,12 @@ export class Drive {
     this.knob = h("span.knob");
     this.pad = h(
       "div.stick",
-      {
-        tabIndex: 0,
-        role: "application",
-        "aria-label":
-          "Stick: drag to walk and turn, or use the keys W A S D Q E",
-      },
+      { tabIndex: 0, role: "application", "aria-label": "Stick: drag to walk and turn, or use the keys W A S D Q E" },
       this.knob,
     );
     this.pad.onpointerdown = (event) => this.grab(event);
     this.pad.onpointermove = (event) => this.stick && this.grab(event);
-    this.pad.onpointerup =
-      this.pad.onpointercancel =
-      this.pad.onlostpointercapture =
-        () => this.release();
+    this.pad.onpointerup = this.pad.onpointercancel = this.pad.onlostpointercapture = () => this.release();
     addEventListener("keydown", (event) => this.key(event, true));
     addEventListener("keyup", (event) => this.key(event, false));
     addEventListener("blur", () => this.let());
@@ -54,15 +46,7 @@ export class Drive {
   key(event, down) {
     const name = event.key.toLowerCase();
     this.fast = event.shiftKey;
-    if (
-      !(name in KEYS) ||
-      (down &&
-        (!this.active ||
-          writing(event) ||
-          event.ctrlKey ||
-          event.metaKey ||
-          event.altKey))
-    )
+    if (!(name in KEYS) || (down && (!this.active || writing(event) || event.ctrlKey || event.metaKey || event.altKey)))
       return;
     if (down) this.held.add(name);
     else this.held.delete(name);
@@ -128,13 +112,7 @@ export class Drive {
   /** @param {number[]} wish */
   publish([forward, left, turn]) {
     const scale = this.fast ? FAST : 1;
-    const linear = {
-      x: forward * SPEED.forward * scale,
-      y: left * SPEED.sideways * scale,
-    };
-    this.link.publish(TOPIC, "geometry_msgs/msg/Twist", {
-      linear,
-      angular: { z: turn * SPEED.turn * scale },
-    });
+    const linear = { x: forward * SPEED.forward * scale, y: left * SPEED.sideways * scale };
+    this.link.publish(TOPIC, "geometry_msgs/msg/Twist", { linear, angular: { z: turn * SPEED.turn * scale } });
   }
 }

@@ -12,11 +12,7 @@ export function turned([x, y, z, w], [a, b, c]) {
   const tx = 2 * (y * c - z * b),
     ty = 2 * (z * a - x * c),
     tz = 2 * (x * b - y * a);
-  return [
-    a + w * tx + y * tz - z * ty,
-    b + w * ty + z * tx - x * tz,
-    c + w * tz + x * ty - y * tx,
-  ];
+  return [a + w * tx + y * tz - z * ty, b + w * ty + z * tx - x * tz, c + w * tz + x * ty - y * tx];
 }
 
 /**
@@ -36,10 +32,7 @@ export function times([ax, ay, az, aw], [bx, by, bz, bw]) {
 /** First the inner pose, then the outer one. */
 export function compose(outer, inner) {
   const [x, y, z] = turned(outer.q, inner.p);
-  return {
-    p: [outer.p[0] + x, outer.p[1] + y, outer.p[2] + z],
-    q: times(outer.q, inner.q),
-  };
+  return { p: [outer.p[0] + x, outer.p[1] + y, outer.p[2] + z], q: times(outer.q, inner.q) };
 }
 
 export function inverse({ p, q }) {
@@ -58,12 +51,8 @@ export function yawOf([x, y, z, w]) {
 
 /** The rotation of roll, pitch and yaw about fixed axes, as URDF means them. */
 export function fromRpy([roll, pitch, yaw]) {
-  const about = (axis, angle) =>
-    axis.map((one) => one * Math.sin(angle / 2)).concat(Math.cos(angle / 2));
-  return times(
-    about([0, 0, 1], yaw),
-    times(about([0, 1, 0], pitch), about([1, 0, 0], roll)),
-  );
+  const about = (axis, angle) => axis.map((one) => one * Math.sin(angle / 2)).concat(Math.cos(angle / 2));
+  return times(about([0, 0, 1], yaw), times(about([0, 1, 0], pitch), about([1, 0, 0], roll)));
 }
 
 const KEPT = 100; // so many poses of a frame are remembered: 2 s at 50 Hz
@@ -79,18 +68,10 @@ export class FrameTree {
   }
 
   insert(message) {
-    for (const {
-      header,
-      child_frame_id: child,
-      transform,
-    } of message.transforms) {
+    for (const { header, child_frame_id: child, transform } of message.transforms) {
       const { translation: t, rotation: r } = transform;
       const pose = { p: [t.x, t.y, t.z], q: [r.x, r.y, r.z, r.w] };
-      const edge = {
-        parent: header.frame_id,
-        pose,
-        stamp: seconds(header.stamp),
-      };
+      const edge = { parent: header.frame_id, pose, stamp: seconds(header.stamp) };
       this.parents.set(child, edge);
       const edges = this.before.get(child) ?? [];
       edges.push(edge);
@@ -103,16 +84,13 @@ export class FrameTree {
   above(child, stamp) {
     if (stamp === undefined) return this.parents.get(child);
     const apart = (edge) => Math.abs(edge.stamp - stamp);
-    return this.before
-      .get(child)
-      .reduce((best, edge) => (apart(edge) <= apart(best) ? edge : best));
+    return this.before.get(child).reduce((best, edge) => (apart(edge) <= apart(best) ? edge : best));
   }
 
   /** The frame at the top of the chain that `frame` hangs from. */
   root(frame) {
     let here = frame;
-    for (let steps = 0; steps < 100 && this.parents.has(here); steps++)
-      here = this.parents.get(here).parent;
+    for (let steps = 0; steps < 100 && this.parents.has(here); steps++) here = this.parents.get(here).parent;
     return here;
   }
 
@@ -132,9 +110,6 @@ export class FrameTree {
   lookup(target, frame, stamp) {
     if (target === frame) return ORIGIN;
     if (this.root(target) !== this.root(frame)) return null;
-    return compose(
-      inverse(this.inRoot(target, stamp)),
-      this.inRoot(frame, stamp),
-    );
+    return compose(inverse(this.inRoot(target, stamp)), this.inRoot(frame, stamp));
   }
 }

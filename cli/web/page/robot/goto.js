@@ -13,42 +13,23 @@ export class GoTo {
     this.aim = null;
     this.picking = false;
     this.note = note();
-    this.progress = h("progress", {
-      max: 1,
-      value: 0,
-      hidden: true,
-      "aria-label": "Share of the way that is done",
-    });
-    this.cancel = h(
-      "button.danger",
-      { type: "button", hidden: true, onclick: () => this.goal?.cancel() },
-      "Cancel",
-    );
+    this.progress = h("progress", { max: 1, value: 0, hidden: true, "aria-label": "Share of the way that is done" });
+    this.cancel = h("button.danger", { type: "button", hidden: true, onclick: () => this.goal?.cancel() }, "Cancel");
     this.button = h(
       "button",
-      {
-        type: "button",
-        "aria-pressed": "false",
-        title: "Click to go (G)",
-        onclick: () => this.pick(!this.picking),
-      },
+      { type: "button", "aria-pressed": "false", title: "Click to go (G)", onclick: () => this.pick(!this.picking) },
       "Go to…",
     );
     this.element = h(
       "div.stack",
       {},
-      h(
-        "p.muted",
-        {},
-        "Press “Go to…” and click on the floor; drag to choose the heading.",
-      ),
+      h("p.muted", {}, "Press “Go to…” and click on the floor; drag to choose the heading."),
       this.note.element,
       this.progress,
       this.cancel,
     );
     addEventListener("keydown", (event) => {
-      if (event.key === "g" && !writing(event) && this.button.isConnected)
-        this.pick(!this.picking);
+      if (event.key === "g" && !writing(event) && this.button.isConnected) this.pick(!this.picking);
     });
   }
 
@@ -70,17 +51,11 @@ export class GoTo {
   }
 
   down(event) {
-    const place =
-      this.picking && event.button === 0
-        ? this.view.floorAt(event.clientX, event.clientY)
-        : null;
+    const place = this.picking && event.button === 0 ? this.view.floorAt(event.clientX, event.clientY) : null;
     if (!place) return;
     this.view.element.setPointerCapture(event.pointerId);
     const from = this.world.pose?.p ?? [0, 0, 0];
-    this.aim = {
-      ...place,
-      heading: Math.atan2(place.y - from[1], place.x - from[0]),
-    };
+    this.aim = { ...place, heading: Math.atan2(place.y - from[1], place.x - from[0]) };
     this.dragging = true;
   }
 
@@ -102,22 +77,12 @@ export class GoTo {
   async start({ x, y, heading }) {
     const pose = {
       position: { x, y, z: 0 },
-      orientation: {
-        x: 0,
-        y: 0,
-        z: Math.sin(heading / 2),
-        w: Math.cos(heading / 2),
-      },
+      orientation: { x: 0, y: 0, z: Math.sin(heading / 2), w: Math.cos(heading / 2) },
     };
     const target_pose = { header: { frame_id: this.world.fixed }, pose };
     this.note.say(`Going to ${brief(x, 2)}, ${brief(y, 2)} m`);
     try {
-      const goal = await this.bridge.goal(
-        ACTION,
-        TYPE,
-        { target_pose },
-        (feedback) => this.feedback(goal, feedback),
-      );
+      const goal = await this.bridge.goal(ACTION, TYPE, { target_pose }, (feedback) => this.feedback(goal, feedback));
       this.goal = goal;
       this.progress.hidden = this.cancel.hidden = false;
       const { status, values, succeeded } = await goal.result;
@@ -138,11 +103,8 @@ export class GoTo {
 
 function text(status, values, safety) {
   if (status === 5)
-    return safety?.stopped
-      ? `Canceled: the robot was stopped (${safety.reasons.join("; ")})`
-      : "Canceled";
-  const end =
-    { 4: "Arrived", 6: "Aborted" }[status] ?? `Ended with status ${status}`;
+    return safety?.stopped ? `Canceled: the robot was stopped (${safety.reasons.join("; ")})` : "Canceled";
+  const end = { 4: "Arrived", 6: "Aborted" }[status] ?? `Ended with status ${status}`;
   const why = typeof values === "string" ? values : values?.message;
   return why ? `${end}: ${why}` : end;
 }

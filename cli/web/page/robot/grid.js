@@ -18,16 +18,13 @@ export function floorPicture(grid, palette) {
   const picture = pen.createImageData(width, height);
   const cells = new Uint32Array(picture.data.buffer); // a large map has a million cells: one write for each
   const whole = (at) => Math.abs(at - Math.round(at)) < resolution / 2;
-  const lines = Array.from({ length: width }, (_, column) =>
-    whole(origin.position.x + (column + 0.5) * resolution),
-  );
+  const lines = Array.from({ length: width }, (_, column) => whole(origin.position.x + (column + 0.5) * resolution));
   for (let row = 0; row < height; row++) {
     const across = whole(origin.position.y + (row + 0.5) * resolution);
     for (let column = 0; column < width; column++) {
       const value = grid.data[row * width + column];
       if (value >= 0 && value < OCCUPIED)
-        cells[(height - 1 - row) * width + column] =
-          across || lines[column] ? line : floor;
+        cells[(height - 1 - row) * width + column] = across || lines[column] ? line : floor;
     }
   }
   pen.putImageData(picture, 0, 0);
@@ -38,11 +35,7 @@ export function floorPicture(grid, palette) {
  * What an elevation grid says of the floor, over the map: free, a step that can be crossed, and what cannot; what was
  * not seen is clear.
  */
-export function reliefPicture(
-  grid,
-  palette,
-  canvas = document.createElement("canvas"),
-) {
+export function reliefPicture(grid, palette, canvas = document.createElement("canvas")) {
   const { width, height } = grid.info;
   [canvas.width, canvas.height] = [width, height];
   const pen = canvas.getContext("2d");
@@ -56,8 +49,7 @@ export function reliefPicture(
   grid.data.forEach((value, i) => {
     if (value < 0) return;
     const row = Math.floor(i / width);
-    cells[(height - 1 - row) * width + (i - row * width)] =
-      value < OCCUPIED ? free : value < IMPASSABLE ? step : wall;
+    cells[(height - 1 - row) * width + (i - row * width)] = value < OCCUPIED ? free : value < IMPASSABLE ? step : wall;
   });
   pen.putImageData(picture, 0, 0);
   return canvas;
@@ -66,15 +58,10 @@ export function reliefPicture(
 /** A colour as the four bytes of a pixel. */
 function pixel(color) {
   if (!pixels.has(color)) {
-    const pen = document
-      .createElement("canvas")
-      .getContext("2d", { willReadFrequently: true });
+    const pen = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
     pen.fillStyle = color;
     pen.fillRect(0, 0, 1, 1);
-    pixels.set(
-      color,
-      new Uint32Array(pen.getImageData(0, 0, 1, 1).data.buffer)[0],
-    );
+    pixels.set(color, new Uint32Array(pen.getImageData(0, 0, 1, 1).data.buffer)[0]);
   }
   return pixels.get(color);
 }
@@ -89,17 +76,11 @@ export function blocks(grid) {
   for (let row = 0; row < height; row++) {
     const next = new Map();
     for (let column = 0, left = -1; column <= width; column++) {
-      const full =
-        column < width && grid.data[row * width + column] >= OCCUPIED;
+      const full = column < width && grid.data[row * width + column] >= OCCUPIED;
       if (full && left < 0) left = column;
       if (full || left < 0) continue;
       const key = `${left} ${column}`;
-      const block = open.get(key) ?? {
-        left,
-        right: column,
-        low: row,
-        high: row,
-      };
+      const block = open.get(key) ?? { left, right: column, low: row, high: row };
       if (!open.has(key)) done.push(block);
       block.high = row + 1;
       next.set(key, block);

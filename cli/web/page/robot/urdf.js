@@ -2,8 +2,7 @@
 
 import { ORIGIN, compose, fromRpy, times, turned } from "./frames.js";
 
-const numbers = (text, otherwise) =>
-  text ? text.trim().split(/\s+/).map(Number) : otherwise;
+const numbers = (text, otherwise) => (text ? text.trim().split(/\s+/).map(Number) : otherwise);
 
 function origin(element) {
   const found = element.querySelector(":scope > origin");
@@ -18,9 +17,7 @@ function shape(visual, colors) {
   if (!form) return null;
   const get = (name) => numbers(form.getAttribute(name), [0]);
   const material = visual.querySelector("material");
-  const rgba =
-    material?.querySelector("color")?.getAttribute("rgba") ??
-    colors.get(material?.getAttribute("name"));
+  const rgba = material?.querySelector("color")?.getAttribute("rgba") ?? colors.get(material?.getAttribute("name"));
   return {
     kind: form.tagName,
     size: get("size"),
@@ -35,37 +32,26 @@ function shape(visual, colors) {
 
 export class Robot {
   constructor(text) {
-    const root = new DOMParser()
-      .parseFromString(text, "application/xml")
-      .querySelector("robot");
+    const root = new DOMParser().parseFromString(text, "application/xml").querySelector("robot");
     if (!root) throw new Error("the robot's description is no URDF");
     const colors = new Map();
     for (const material of root.querySelectorAll(":scope > material"))
-      colors.set(
-        material.getAttribute("name"),
-        material.querySelector("color")?.getAttribute("rgba"),
-      );
+      colors.set(material.getAttribute("name"), material.querySelector("color")?.getAttribute("rgba"));
     this.links = new Map(); // name -> shapes
     for (const link of root.querySelectorAll(":scope > link"))
       this.links.set(
         link.getAttribute("name"),
-        [...link.querySelectorAll(":scope > visual")]
-          .map((one) => shape(one, colors))
-          .filter(Boolean),
+        [...link.querySelectorAll(":scope > visual")].map((one) => shape(one, colors)).filter(Boolean),
       );
-    const joints = [...root.querySelectorAll(":scope > joint")].map(
-      (joint) => ({
-        name: joint.getAttribute("name"),
-        kind: joint.getAttribute("type"),
-        parent: joint.querySelector("parent").getAttribute("link"),
-        child: joint.querySelector("child").getAttribute("link"),
-        origin: origin(joint),
-        axis: unit(
-          numbers(joint.querySelector("axis")?.getAttribute("xyz"), [1, 0, 0]),
-        ),
-        mimic: mimicked(joint.querySelector("mimic")),
-      }),
-    );
+    const joints = [...root.querySelectorAll(":scope > joint")].map((joint) => ({
+      name: joint.getAttribute("name"),
+      kind: joint.getAttribute("type"),
+      parent: joint.querySelector("parent").getAttribute("link"),
+      child: joint.querySelector("child").getAttribute("link"),
+      origin: origin(joint),
+      axis: unit(numbers(joint.querySelector("axis")?.getAttribute("xyz"), [1, 0, 0])),
+      mimic: mimicked(joint.querySelector("mimic")),
+    }));
     this.named = new Map(joints.map((joint) => [joint.name, joint]));
     this.carrier = new Map(joints.map((joint) => [joint.child, joint]));
     this.root = [...this.links.keys()].find((name) => !this.carrier.has(name));
@@ -75,9 +61,7 @@ export class Robot {
   /** Parents before children. */
   ordered(joints) {
     const depth = (joint, most = joints.length) =>
-      most && this.carrier.has(joint.parent)
-        ? 1 + depth(this.carrier.get(joint.parent), most - 1)
-        : 0;
+      most && this.carrier.has(joint.parent) ? 1 + depth(this.carrier.get(joint.parent), most - 1) : 0;
     return joints
       .map((joint) => [depth(joint), joint])
       .sort((a, b) => a[0] - b[0])
@@ -88,10 +72,7 @@ export class Robot {
   poses(positions) {
     const found = new Map([[this.root, ORIGIN]]);
     for (const joint of this.joints) {
-      const place = compose(
-        joint.origin,
-        moved(joint, this.position(joint, positions)),
-      );
+      const place = compose(joint.origin, moved(joint, this.position(joint, positions)));
       found.set(joint.child, compose(found.get(joint.parent) ?? ORIGIN, place));
     }
     return found;
@@ -102,10 +83,7 @@ export class Robot {
     const told = positions.get(joint.name);
     const other = joint.mimic && this.named.get(joint.mimic.joint);
     if (told !== undefined || !other || !most) return told ?? 0;
-    return (
-      joint.mimic.multiplier * this.position(other, positions, most - 1) +
-      joint.mimic.offset
-    );
+    return joint.mimic.multiplier * this.position(other, positions, most - 1) + joint.mimic.offset;
   }
 
   /** The links that end a leg. */
@@ -121,19 +99,11 @@ export class Robot {
     const at = poses.get(foot).p;
     const rows = [];
     const torques = [];
-    for (
-      let joint = this.carrier.get(foot);
-      joint && rows.length < 3;
-      joint = this.carrier.get(joint.parent)
-    ) {
+    for (let joint = this.carrier.get(foot); joint && rows.length < 3; joint = this.carrier.get(joint.parent)) {
       if (joint.kind === "fixed") continue;
       const { p, q } = poses.get(joint.child);
       const axis = turned(q, joint.axis);
-      rows.push(
-        joint.kind === "prismatic"
-          ? axis
-          : cross(axis, [at[0] - p[0], at[1] - p[1], at[2] - p[2]]),
-      );
+      rows.push(joint.kind === "prismatic" ? axis : cross(axis, [at[0] - p[0], at[1] - p[1], at[2] - p[2]]));
       torques.push(-(efforts.get(joint.name) ?? 0));
     }
     return rows.length === 3 ? solve(rows, torques) : null;
@@ -146,8 +116,7 @@ function unit(axis) {
 }
 
 function mimicked(element) {
-  const number = (name, otherwise) =>
-    Number(element.getAttribute(name) ?? otherwise);
+  const number = (name, otherwise) => Number(element.getAttribute(name) ?? otherwise);
   return (
     element && {
       joint: element.getAttribute("joint"),
@@ -159,14 +128,10 @@ function mimicked(element) {
 
 /** What a joint at this position does to its child. */
 function moved({ kind, axis }, position) {
-  if (kind === "prismatic")
-    return { p: axis.map((one) => one * position), q: ORIGIN.q };
+  if (kind === "prismatic") return { p: axis.map((one) => one * position), q: ORIGIN.q };
   if (kind !== "revolute" && kind !== "continuous") return ORIGIN;
   const sine = Math.sin(position / 2);
-  return {
-    p: ORIGIN.p,
-    q: [...axis.map((one) => one * sine), Math.cos(position / 2)],
-  };
+  return { p: ORIGIN.p, q: [...axis.map((one) => one * sine), Math.cos(position / 2)] };
 }
 
 /**

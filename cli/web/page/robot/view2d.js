@@ -20,10 +20,7 @@ export class View2D {
     this.centre = [0, 0];
     this.element.addEventListener("wheel", (event) => {
       event.preventDefault();
-      this.reach = Math.min(
-        40,
-        Math.max(0.7, this.reach * Math.exp(event.deltaY * 0.001)),
-      );
+      this.reach = Math.min(40, Math.max(0.7, this.reach * Math.exp(event.deltaY * 0.001)));
     });
     this.element.addEventListener("pointermove", (event) => this.drag(event));
     this.observer = new ResizeObserver(() => this.resize(host));
@@ -47,10 +44,7 @@ export class View2D {
   drag(event) {
     if (!event.buttons || this.steering) return;
     this.follow = false;
-    this.centre = [
-      this.centre[0] - event.movementX / this.scale,
-      this.centre[1] + event.movementY / this.scale,
-    ];
+    this.centre = [this.centre[0] - event.movementX / this.scale, this.centre[1] + event.movementY / this.scale];
   }
 
   get scale() {
@@ -101,16 +95,11 @@ export class View2D {
   drawMap() {
     const grid = this.world.latest.map;
     if (!grid) return;
-    if (
-      this.drawnMap !== this.world.mapVersion ||
-      this.drawnIn !== this.palette
-    )
-      this.paintMap(grid);
+    if (this.drawnMap !== this.world.mapVersion || this.drawnIn !== this.palette) this.paintMap(grid);
     this.pen.save();
     this.lay(this.picture, grid);
     this.pen.fillStyle = this.palette.wall;
-    for (const { left, right, low, high } of this.walls)
-      this.pen.fillRect(left, low, right - left, high - low);
+    for (const { left, right, low, high } of this.walls) this.pen.fillRect(left, low, right - left, high - low);
     this.pen.restore();
   }
 
@@ -149,9 +138,7 @@ export class View2D {
     this.pen.strokeStyle = color;
     this.pen.lineWidth = width;
     this.pen.beginPath();
-    places.forEach(([x, y], i) =>
-      i ? this.pen.lineTo(x, y) : this.pen.moveTo(x, y),
-    );
+    places.forEach(([x, y], i) => (i ? this.pen.lineTo(x, y) : this.pen.moveTo(x, y)));
     this.pen.stroke();
   }
 
@@ -193,9 +180,7 @@ export class View2D {
     const poses = world.robot.poses(world.positions);
     world.robot.feet.forEach((foot, i) => {
       const [fx, fy] = compose(world.pose, poses.get(foot)).p;
-      pen.fillStyle = world.latest.contacts?.contact[i]
-        ? this.palette.force
-        : this.palette.wall;
+      pen.fillStyle = world.latest.contacts?.contact[i] ? this.palette.force : this.palette.wall;
       pen.beginPath();
       pen.arc(fx, fy, 0.05, 0, 7);
       pen.fill();

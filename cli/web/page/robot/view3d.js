@@ -47,11 +47,7 @@ export class View3D {
     scene.add(this.sky, sun);
     this.body = new THREE.Group();
     this.links = new Map();
-    this.shadow = flat(new THREE.CircleGeometry(0.5, 32), {
-      color: 0x000000,
-      transparent: true,
-      opacity: 0.22,
-    });
+    this.shadow = flat(new THREE.CircleGeometry(0.5, 32), { color: 0x000000, transparent: true, opacity: 0.22 });
     this.shadow.scale.set(1, 0.5, 1);
     this.map = new THREE.Group();
     this.relief = new THREE.Group();
@@ -62,10 +58,7 @@ export class View3D {
     this.trail = band(0.03, 0.008);
     this.goal = arrow();
     this.arrows = [0, 1, 2, 3].map(() => {
-      const shaft = new THREE.Mesh(
-        new THREE.CylinderGeometry(0.012, 0.012, 1),
-        new THREE.MeshBasicMaterial(),
-      );
+      const shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.012, 0.012, 1), new THREE.MeshBasicMaterial());
       shaft.visible = false;
       return shaft;
     });
@@ -90,9 +83,7 @@ export class View3D {
     this.hits.material.color.set(palette.scan);
     this.path.material.color.set(palette.path);
     this.trail.material.color.set(palette.trail);
-    /** @type {any[]} */ (this.goal.children).forEach((part) =>
-      part.material.color.set(palette.path),
-    );
+    /** @type {any[]} */ (this.goal.children).forEach((part) => part.material.color.set(palette.path));
     this.arrows.forEach((shaft) => shaft.material.color.set(palette.force));
     this.floor?.removeFromParent();
     this.floor = new THREE.GridHelper(60, 60, palette.grid, palette.grid);
@@ -118,10 +109,7 @@ export class View3D {
     );
     const ray = new THREE.Raycaster();
     ray.setFromCamera(at, this.camera);
-    const hit = ray.ray.intersectPlane(
-      new THREE.Plane(new THREE.Vector3(0, 0, 1), 0),
-      new THREE.Vector3(),
-    );
+    const hit = ray.ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), 0), new THREE.Vector3());
     return hit && { x: hit.x, y: hit.y };
   }
 
@@ -129,10 +117,7 @@ export class View3D {
   windowAt(x, y) {
     const box = this.element.getBoundingClientRect();
     const at = new THREE.Vector3(x, y, 0).project(this.camera);
-    return {
-      x: box.left + ((at.x + 1) / 2) * box.width,
-      y: box.top + ((1 - at.y) / 2) * box.height,
-    };
+    return { x: box.left + ((at.x + 1) / 2) * box.width, y: box.top + ((1 - at.y) / 2) * box.height };
   }
 
   set steering(on) {
@@ -146,8 +131,7 @@ export class View3D {
     this.map.visible = Boolean(world.latest.map);
     this.floor.visible = !world.latest.map; // the map has lines of its own
     this.relief.visible = Boolean(world.latest.relief);
-    if (world.latest.relief && world.latest.relief !== this.drawnRelief)
-      this.buildRelief(world.latest.relief);
+    if (world.latest.relief && world.latest.relief !== this.drawnRelief) this.buildRelief(world.latest.relief);
     this.body.visible = this.shadow.visible = Boolean(world.pose);
     if (world.pose) this.placeRobot();
     const scan = world.latest.scan;
@@ -220,25 +204,17 @@ export class View3D {
     const poses = world.robot.poses(world.positions);
     for (const [name, link] of this.links) put(link, poses.get(name));
     this.body.updateMatrixWorld();
-    world.robot.feet
-      .slice(0, 4)
-      .forEach((foot, i) => this.showForce(this.arrows[i], i, foot, poses));
+    world.robot.feet.slice(0, 4).forEach((foot, i) => this.showForce(this.arrows[i], i, foot, poses));
   }
 
   showForce(shaft, index, foot, poses) {
     const stands = this.world.latest.contacts?.contact[index];
-    const force = stands
-      ? this.world.robot.footForce(foot, poses, this.world.efforts)
-      : null;
+    const force = stands ? this.world.robot.footForce(foot, poses, this.world.efforts) : null;
     const size = force ? Math.hypot(...force) * NEWTON : 0;
     shaft.visible = size > 0.01 && size < 3;
     if (!shaft.visible) return;
-    const up = new THREE.Vector3(...force)
-      .applyQuaternion(this.body.quaternion)
-      .normalize();
-    const at = new THREE.Vector3(...poses.get(foot).p).applyMatrix4(
-      this.body.matrixWorld,
-    );
+    const up = new THREE.Vector3(...force).applyQuaternion(this.body.quaternion).normalize();
+    const at = new THREE.Vector3(...poses.get(foot).p).applyMatrix4(this.body.matrixWorld);
     shaft.scale.y = size;
     shaft.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), up);
     shaft.position.copy(at.addScaledVector(up, size / 2));
@@ -280,16 +256,8 @@ export class View3D {
     walls.count = found.length;
     const matrix = new THREE.Matrix4();
     found.forEach(({ left, right, low, high }, i) => {
-      matrix.makeScale(
-        (right - left) * resolution,
-        (high - low) * resolution,
-        WALL,
-      );
-      matrix.setPosition(
-        ((left + right) / 2) * resolution,
-        ((low + high) / 2) * resolution,
-        WALL / 2,
-      );
+      matrix.makeScale((right - left) * resolution, (high - low) * resolution, WALL);
+      matrix.setPosition(((left + right) / 2) * resolution, ((low + high) / 2) * resolution, WALL / 2);
       walls.setMatrixAt(i, matrix);
     });
     this.map.add(floor, walls);
@@ -319,10 +287,10 @@ function place(object, { info: { origin } }) {
 function carpet(picture, { info: { width, height, resolution } }, z) {
   const texture = new THREE.CanvasTexture(picture);
   texture.colorSpace = THREE.SRGBColorSpace;
-  const drawn = flat(
-    new THREE.PlaneGeometry(width * resolution, height * resolution),
-    { map: texture, transparent: true },
-  );
+  const drawn = flat(new THREE.PlaneGeometry(width * resolution, height * resolution), {
+    map: texture,
+    transparent: true,
+  });
   drawn.position.set((width * resolution) / 2, (height * resolution) / 2, z);
   return drawn;
 }
@@ -339,10 +307,7 @@ function discard(group) {
 }
 
 function flat(geometry, options) {
-  return new THREE.Mesh(
-    geometry,
-    new THREE.MeshBasicMaterial({ depthWrite: false, ...options }),
-  );
+  return new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ depthWrite: false, ...options }));
 }
 
 function solid(one) {
@@ -354,27 +319,20 @@ function solid(one) {
 /** A shape of the robot in its colour and at its place in the link. */
 function painted(shape, { color: [r, g, b], pose }) {
   const color = new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace);
-  const mesh = new THREE.Mesh(
-    shape,
-    new THREE.MeshStandardMaterial({ color, roughness: 0.55, metalness: 0.1 }),
-  );
+  const mesh = new THREE.Mesh(shape, new THREE.MeshStandardMaterial({ color, roughness: 0.55, metalness: 0.1 }));
   put(mesh, pose);
   return mesh;
 }
 
 function geometry({ kind, size, radius, length }) {
-  if (kind === "box")
-    return new THREE.RoundedBoxGeometry(...size, 4, Math.min(...size) / 4);
+  if (kind === "box") return new THREE.RoundedBoxGeometry(...size, 4, Math.min(...size) / 4);
   if (kind === "sphere") return new THREE.SphereGeometry(radius, 20, 14);
   return new THREE.CapsuleGeometry(radius, length, 6, 16);
 }
 
 function points(size, capacity) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute(
-    "position",
-    new THREE.BufferAttribute(new Float32Array(3 * capacity), 3),
-  );
+  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * capacity), 3));
   geometry.setDrawRange(0, 0);
   const cloud = new THREE.Points(geometry, new THREE.PointsMaterial({ size }));
   cloud.frustumCulled = false;
@@ -384,13 +342,9 @@ function points(size, capacity) {
 /** A band on the floor along places that are set later: two corners for each place. */
 function band(width, height) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute(
-    "position",
-    new THREE.BufferAttribute(new Float32Array(6 * PLACES), 3),
-  );
+  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(6 * PLACES), 3));
   const corners = [];
-  for (let i = 0; i + 1 < PLACES; i++)
-    corners.push(2 * i, 2 * i + 1, 2 * i + 2, 2 * i + 1, 2 * i + 3, 2 * i + 2);
+  for (let i = 0; i + 1 < PLACES; i++) corners.push(2 * i, 2 * i + 1, 2 * i + 2, 2 * i + 1, 2 * i + 3, 2 * i + 2);
   geometry.setIndex(corners);
   const drawn = flat(geometry, { transparent: true, side: THREE.DoubleSide });
   drawn.position.z = height;
@@ -401,13 +355,8 @@ function band(width, height) {
 
 function arrow() {
   const group = new THREE.Group();
-  const ring = flat(new THREE.RingGeometry(0.2, 0.25, 40), {
-    transparent: true,
-  });
-  const tip = new THREE.Mesh(
-    new THREE.ConeGeometry(0.09, 0.26, 20),
-    new THREE.MeshBasicMaterial(),
-  );
+  const ring = flat(new THREE.RingGeometry(0.2, 0.25, 40), { transparent: true });
+  const tip = new THREE.Mesh(new THREE.ConeGeometry(0.09, 0.26, 20), new THREE.MeshBasicMaterial());
   tip.rotation.z = -Math.PI / 2;
   tip.position.set(0.38, 0, 0.02);
   ring.position.z = 0.02;
@@ -419,8 +368,7 @@ function arrow() {
 function fill(object, flatNumbers, step) {
   const attribute = object.geometry.getAttribute("position");
   const count = Math.min(flatNumbers.length / step, attribute.count);
-  for (let i = 0; i < count; i++)
-    attribute.setXYZ(i, flatNumbers[step * i], flatNumbers[step * i + 1], 0);
+  for (let i = 0; i < count; i++) attribute.setXYZ(i, flatNumbers[step * i], flatNumbers[step * i + 1], 0);
   attribute.needsUpdate = true;
   object.geometry.setDrawRange(0, count);
 }
@@ -433,10 +381,7 @@ function strip(object, places) {
     const [fromX, fromY] = places[Math.max(0, i - 1)];
     const [toX, toY] = places[Math.min(count - 1, i + 1)];
     const length = Math.hypot(toX - fromX, toY - fromY) || 1;
-    const aside = [
-      (-(toY - fromY) / length) * object.userData.half,
-      ((toX - fromX) / length) * object.userData.half,
-    ];
+    const aside = [(-(toY - fromY) / length) * object.userData.half, ((toX - fromX) / length) * object.userData.half];
     attribute.setXYZ(2 * i, x + aside[0], y + aside[1], 0);
     attribute.setXYZ(2 * i + 1, x - aside[0], y - aside[1], 0);
   }

@@ -31,9 +31,7 @@ export function hasRobot({ channels }) {
   return [...channels.values()].some(
     ({ topic, schemaName }) =>
       topic === "/tf" ||
-      Object.values(SOURCES).some(
-        ([name, type, any]) => schemaName === type && (any || topic === name),
-      ),
+      Object.values(SOURCES).some(([name, type, any]) => schemaName === type && (any || topic === name)),
   );
 }
 
@@ -73,14 +71,11 @@ export class World {
   /** Listen to everything that is there by now; call again when topics appear. */
   start() {
     for (const [name, [topic, type, any]] of Object.entries(SOURCES))
-      if (name !== "relief" || this.withRelief)
-        this.follow(name, this.topicOf(topic, type, any));
+      if (name !== "relief" || this.withRelief) this.follow(name, this.topicOf(topic, type, any));
     this.follow("arm", this.link.channels.has(ARM) ? ARM : undefined);
     if (this.stops.length) return;
     for (const topic of ["/tf", "/tf_static"])
-      this.stops.push(
-        this.link.subscribe(topic, (message) => this.frames.insert(message)),
-      );
+      this.stops.push(this.link.subscribe(topic, (message) => this.frames.insert(message)));
   }
 
   follow(name, topic) {
@@ -107,9 +102,8 @@ export class World {
   topicOf(topic, type, any) {
     if (this.link.channels.get(topic)?.schemaName === type) return topic;
     return any
-      ? [...this.link.channels.values()].find(
-          (channel) => channel.schemaName === type && !NAMED.has(channel.topic),
-        )?.topic
+      ? [...this.link.channels.values()].find((channel) => channel.schemaName === type && !NAMED.has(channel.topic))
+          ?.topic
       : undefined;
   }
 
@@ -132,10 +126,7 @@ export class World {
     }
     const pose = this.pose;
     const last = this.trail[this.trail.length - 1];
-    if (
-      pose &&
-      (!last || Math.hypot(pose.p[0] - last[0], pose.p[1] - last[1]) > STEP)
-    ) {
+    if (pose && (!last || Math.hypot(pose.p[0] - last[0], pose.p[1] - last[1]) > STEP)) {
       this.trail.push([pose.p[0], pose.p[1]]);
       if (this.trail.length > TRAIL) this.trail.shift();
     }
@@ -150,11 +141,7 @@ export class World {
   survey(map) {
     const before = this.mapBefore;
     this.mapBefore = undefined;
-    if (
-      before &&
-      seconds(before.header.stamp) === seconds(map.header.stamp) &&
-      before.data.length === map.data.length
-    )
+    if (before && seconds(before.header.stamp) === seconds(map.header.stamp) && before.data.length === map.data.length)
       this.latest.map = before;
     else this.mapVersion++;
   }
@@ -167,16 +154,12 @@ export class World {
   }
 
   get fixed() {
-    return this.frames.parents.size
-      ? this.frames.root(this.base)
-      : (this.latest.map?.header.frame_id ?? "map");
+    return this.frames.parents.size ? this.frames.root(this.base) : (this.latest.map?.header.frame_id ?? "map");
   }
 
   /** Where the body is in the fixed frame; null before it is known. */
   get pose() {
-    return this.frames.parents.has(this.base)
-      ? this.frames.inRoot(this.base)
-      : null;
+    return this.frames.parents.has(this.base) ? this.frames.inRoot(this.base) : null;
   }
 
   get heading() {
@@ -185,12 +168,7 @@ export class World {
 
   /** Where a message was measured, in the fixed frame; the place of that frame itself where nothing is known. */
   placeOf({ frame_id: frame, stamp }) {
-    return (
-      this.frames.lookup(this.fixed, frame, seconds(stamp)) ?? {
-        p: [0, 0, 0],
-        q: [0, 0, 0, 1],
-      }
-    );
+    return this.frames.lookup(this.fixed, frame, seconds(stamp)) ?? { p: [0, 0, 0], q: [0, 0, 0, 1] };
   }
 
   /** The returns of the newest scan, in its own frame: a flat array of x, y pairs. */

@@ -144,7 +144,6 @@ def test_a_silent_process_is_lost_until_it_is_heard(presence: Presence, log: Log
     presence.heard("a1")
     presence.heard("a1")
 
-    assert presence.beating == ["a1"]
     assert log.take() == ["a1 found", "a1 up", f"+ {MORE_OF_A}"]
 
 
@@ -181,11 +180,22 @@ def test_a_foreign_token_that_is_withdrawn_loses_no_process(
 
     assert log.take() == []
     assert presence.shown == {"a1": A if ours else None}
-    assert presence.beating == [], "nothing has been heard of it yet"
     presence.vanish(OF_A)
     presence.vanish(A.token)
     presence.settle()
     assert log.take() == ["a1 down", f"- {OF_A}"]
+
+
+def test_only_processes_of_this_library_are_expected_to_be_heard(presence: Presence) -> None:
+    ours = f"b0bac708{1:024x}"
+    presence.appear(OF_A)
+    presence.appear(OF_A.replace("/a1/", f"/{ours}/"))
+    presence.arrive(A)  # which says that it is the process of a session of ROS 2
+    presence.heard("a1")
+    presence.heard("unknown")
+    assert presence.beating == [ours]
+    presence.silence(ours)
+    assert presence.beating == []
 
 
 def test_so_many_tokens_are_shown_and_no_more_and_room_is_given_back(

@@ -21,12 +21,12 @@ from actors.contracts.contracts import (
 from actors.contracts.declaration import Declaration, declarations_of, positional
 from actors.contracts.signatures import check_argument, check_nothing_returned, check_response, check_steps
 from actors.errors import DeclarationError, NotStarted
-from actors.node.members import check_members, members_of
 from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable
 from actors.parameters.hooks import ParameterHook
 from actors.parameters.rates import check_rate_parameter, rate_objection
 from actors.qos import of
 from actors.qos.policies import QoS
+from actors.runtime.members import check_members, members_of
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message

@@ -18,15 +18,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, 
 
 from actors.errors import DeclarationError, NotStarted
 from actors.inbox.border import INSIDE
-from actors.node.callables import is_async, name_of
-from actors.node.construction import check_arguments
-from actors.node.declarations import Declarations
-from actors.node.habits import Habits
-from actors.node.timer import Rate, Timer
-from actors.node.waiting import wait_for
 from actors.places import claim
 from actors.qos import of
 from actors.qos.policies import QoS
+from actors.runtime.callables import is_async, name_of
+from actors.runtime.construction import check_arguments
+from actors.runtime.declarations import Declarations
+from actors.runtime.habits import Habits
+from actors.runtime.timers import Rate, Timer
 from actors.time.deadlines import check_timeout
 
 if TYPE_CHECKING:
@@ -36,10 +35,10 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
-    from actors.node.declarations import Late
-    from actors.node.machinery import Machinery
     from actors.parameters.descriptor import ParameterDescriptor
     from actors.parameters.values import Parameter, SetResult
+    from actors.runtime.declarations import Late
+    from actors.runtime.incarnation import Incarnation
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
@@ -91,7 +90,7 @@ class Node(Habits):
     declarations: ClassVar[Declarations]
 
     # The framework's own names have two underscores on both sides, so that no attribute of a user's class hides them by accident.
-    __machinery__: Machinery | None = None
+    __machinery__: Incarnation | None = None
     """The incarnation that runs this object; None before its start."""
 
     def __init_subclass__(cls, **keywords: Any) -> None:
@@ -216,17 +215,17 @@ class Node(Habits):
 
     def publisher(self, topic: Topic[M], *, qos: QoS | int | None = None) -> Publisher[M]:
         """Publish on `topic` from now until the node's end. In a class body, `publishes(TOPIC)` does the same."""
-        return _life_of(self).publisher(topic, topic.qos if qos is None else of(qos))
+        return _life_of(self).endpoints.publisher(topic, topic.qos if qos is None else of(qos))
 
     def subscribe(
         self, topic: Topic[M], *, qos: QoS | int | None = None, filter: ContentFilter | None = None
     ) -> Stream[M]:
         """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``. With a `filter`, to what it takes."""
-        return _life_of(self).subscribe(topic, topic.qos if qos is None else of(qos), filter)
+        return _life_of(self).endpoints.subscribe(topic, topic.qos if qos is None else of(qos), filter)
 
     def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
         """What feeds this node's handler of `topic`: its counts, its `status`, its `events()`. Raises `DeclarationError` without one."""
-        return _life_of(self).subscription(topic)
+        return _life_of(self).endpoints.subscription(topic)
 
     def call(
         self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT
@@ -238,7 +237,7 @@ class Node(Habits):
         `ValueError` for a timeout that is no number of seconds (`math.inf` is one).
         """
         life = self.__machinery__ or _life_of(self)
-        client = life.clients.get(service) or life.client(service)
+        client = life.endpoints.clients.get(service) or life.endpoints.client(service)
         return client.call(request, timeout)
 
     async def wait_for(
@@ -249,7 +248,7 @@ class Node(Habits):
         Without a `timeout` there is no limit. Raises `ServiceUnavailable` or `ActionUnavailable`, both of them `TimeoutError`s, for the
         first one that is not served in time.
         """
-        await wait_for(_life_of(self), contracts, timeout)
+        await _life_of(self).endpoints.wait_for(contracts, timeout)
 
     def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
         """A goal, to be entered with ``async with``; `timeout` (5 s) bounds the wait for its acceptance, nothing its execution.
@@ -258,7 +257,7 @@ class Node(Habits):
         been accepted by then, and `GoalRejected` when it is rejected.
         """
         check_timeout(f"{self.fqn}.start({action!r})", timeout)
-        return _life_of(self).goal(action, goal, timeout)
+        return _life_of(self).endpoints.goal(action, goal, timeout)
 
     def on(
         self, topic: Topic[M], handler: Callable[[M], Coroutine[Any, Any, None] | None], *, qos: QoS | int | None = None
@@ -269,7 +268,7 @@ class Node(Habits):
                 f"{self.fqn}.on({topic!r}, {handler!r:.60}): the handler must be a function or a method"
             )
         label = f"{self.fqn} {name_of(handler)} on {topic.name}"
-        _life_of(self).handle(topic, topic.qos if qos is None else of(qos), handler, label)
+        _life_of(self).endpoints.handle(topic, topic.qos if qos is None else of(qos), handler, label)
 
     def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]]) -> None:
         """Let `handler` answer the service from now on, as `Service.serve` does for a method."""
@@ -277,7 +276,7 @@ class Node(Habits):
             raise DeclarationError(
                 f"{self.fqn}.serve({service!r}, {name_of(handler)}): the handler answers by `await`; make it `async def`"
             )
-        _life_of(self).serve(service, handler, name_of(handler))
+        _life_of(self).endpoints.serve(service, handler, name_of(handler))
 
     # -- work ---------------------------------------------------------------------------------------------------------------
 
@@ -296,7 +295,18 @@ class Node(Habits):
         period, and `Ended` after the end of the node, with which the timer ends.
         """
         label = f"{self.fqn} timer {name_of(callback)}"
-        return Timer(_life_of(self), callback, period, once=once, late=late, label=label, autostart=autostart)
+        life = _life_of(self)
+        return Timer(
+            life.timers,
+            life.check_use,
+            lambda: life.clock,
+            callback,
+            period,
+            once=once,
+            late=late,
+            label=label,
+            autostart=autostart,
+        )
 
     def create_rate(self, hz: float) -> Rate:
         """A rate for a loop in a task of its own: ``await rate.sleep()`` waits for the next of its instants on the node's clock."""
@@ -388,7 +398,7 @@ class Node(Habits):
         return _life_of(self).parameters.has(name)
 
 
-def _life_of(node: Node) -> Machinery:
+def _life_of(node: Node) -> Incarnation:
     if node.__machinery__ is None:
         raise NotStarted(
             f"{type(node).__name__} has not been started yet: use this in on_start or later, not in __init__"

@@ -12,7 +12,7 @@ from actors.interfaces.foreign import ForeignType
 
 if TYPE_CHECKING:
     from actors.graph.graph import Graph
-    from actors.node.node import Node
+    from actors.runtime.node import Node
 
 __all__ = ["PATIENCE", "action_parts", "fetch"]
 

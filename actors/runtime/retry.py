@@ -19,13 +19,13 @@ from actors.errors import (
     NodeRestarting,
     ServiceUnavailable,
 )
-from actors.node.node import CALL_TIMEOUT, GOAL_TIMEOUT
+from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT
 from actors.supervision.policy import Backoff
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action
     from actors.interfaces.message import Message
-    from actors.node.node import Node
+    from actors.runtime.node import Node
 
 __all__ = ["BACKOFF", "PASSING", "retry"]
 

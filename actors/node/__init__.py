@@ -1,1 +1,0 @@
-"""The base class `Node`, the declarations in its subclasses, and their checks."""
