@@ -124,6 +124,7 @@ class Bridge:
                 self._ready(record.running)
         graph.watchers.append(self)
         graph.elsewhere, graph.links = self._nodes_elsewhere, self._transport.report
+        graph.complete = lambda: self._side.participant.complete
         observers.ready.append(self._ready)
         observers.dismissed.append(self._dismissed)
         for tell in self._early:
@@ -142,6 +143,7 @@ class Bridge:
             self._gone(endpoint)
         self._nodes.clear()
         self._graph.elsewhere = self._graph.links = tuple
+        self._graph.complete = lambda: True
         if self._side.unreadable.count:
             self._runtime.log.warning("data of other processes could not be read", count=self._side.unreadable.count)
 

@@ -317,6 +317,11 @@ class Events(Protocol):
 class Participant(Protocol):
     """What this process has in a domain, until its transport is closed."""
 
+    @property
+    def complete(self) -> bool:
+        """Whether all is known that the processes have which have been found so far, as far as the wire tells."""
+        ...
+
     def node(self, fqn: str) -> NodeHere:
         """Show a node."""
         ...

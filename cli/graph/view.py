@@ -58,6 +58,8 @@ class GraphView:
         self._nodes: dict[RemoteNode, None] = {}
         self._endpoints: dict[bytes, Endpoint] = {}
         self._news = asyncio.Event()
+        self.complete: Callable[[], bool] = lambda: True
+        """Whether the transport has found all that the others have told of; see `Participant.complete`."""
 
     # -- what the transport tells -------------------------------------------------------------------------------------------
 
@@ -95,7 +97,7 @@ class GraphView:
 
     async def settle(self, most: float) -> None:
         """Return when others have been found and nothing has changed for a moment; after `most` seconds in any case."""
-        await settle(self._news, lambda: bool(self._nodes), most)
+        await settle(self._news, lambda: bool(self._nodes) and self.complete(), most)
 
     async def late(self, wanted: Callable[[], bool], most: float) -> bool:
         """Wait for something that is asked for by its name. See `cli.graph.looking.late`."""
@@ -205,6 +207,7 @@ async def watching(options: argparse.Namespace) -> AsyncGenerator[tuple[GraphVie
     view = GraphView()
     try:
         participant = await transport.join(domain_from_environment(os.environ), view)
+        view.complete = lambda: participant.complete
     except (WireUnavailable, ValueError) as error:
         raise CommandFailed(str(error)) from error
     try:

@@ -104,6 +104,10 @@ class Domain:
             self._explained.add(what)
             self.events.unreadable(what, what, WireFormatError(REMEDY))
 
+    @property
+    def complete(self) -> bool:
+        return self.known.complete
+
     def links(self) -> Iterator[Link]:
         """What has been exchanged with each participant."""
         for traffic in self.engine.report():

@@ -104,7 +104,7 @@ class Server:
     def _asked(self, sample: Sample, client: Shown) -> None:
         if self._ends is None:
             return
-        if not client.data.client:
+        if client.unanswerable:
             self._domain.explain(f"clients of {self._name} are of rmw_fastrtps: no reply can reach them")
             return
         try:
@@ -127,8 +127,10 @@ class Server:
             self._watch()
 
     def _reached(self, client: Shown) -> bool:
-        """Whether the reader of the replies to a client is matched: it has the same id as what has written the request."""
+        """Whether the reader of the replies to a client is matched: it has the same id as what has written the request, if that has one."""
         assert self._ends is not None
+        if not client.data.client:
+            return True
         matched = self._ends.writer.matched_guids()
         ends = self._domain.known.services.get((Role.REPLY, self._name), {})
         return any(guid in matched for guid, end in ends.items() if end.data.client == client.data.client)
@@ -278,7 +280,7 @@ class Client:
             return
         servers = self._domain.known.services.get((Role.REQUEST, self._name), {})
         servers = {guid: end for guid, end in servers.items() if not end.of_dds.writes}
-        answering = {guid: end for guid, end in servers.items() if end.data.server}
+        answering = {guid: end for guid, end in servers.items() if not end.unanswerable}
         if not servers:
             self._end_all(NoAnswer(timed_out=False))
         elif not answering:

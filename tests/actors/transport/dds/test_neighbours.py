@@ -17,6 +17,7 @@ from actors import Child, Node, ServiceFailed, System, run
 from actors.interfaces import decode, encode, type_hash
 from actors.interfaces.std_msgs.msg import Int32
 from actors.transport.dds import domain as of_domain
+from actors.transport.dds import known
 from actors.transport.dds.endpoints import Reader, Sample, Writer
 from actors.transport.dds.format.names import DISCOVERY_TOPIC
 from actors.transport.dds.format.participants import (
@@ -191,7 +192,10 @@ async def test_a_reply_whose_client_is_never_matched_is_given_up(monkeypatch: py
         assert neighbour.samples == []
 
 
-async def test_a_server_and_a_client_of_fast_dds_are_explained_once_with_the_remedy() -> None:
+async def test_a_server_and_a_client_of_fast_dds_are_explained_once_with_the_remedy(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(known, "FAST_DDS", b"\x01\x10")  # the neighbour is one of Cyclone DDS
     async with beside(Adder) as (system, neighbour):
         there = "rq/otherRequest", REQUEST[1]
         back = "rr/otherReply", REPLY[1]
