@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from actors.bag import BagError, BagReader, BagTopic, type_of
-from actors.interfaces import Message, decode
+from actors.bag.schemas import decoder_of
+from actors.interfaces import Message
 from actors.interfaces.errors import CdrError
 from cli.bag_options import add_selection, not_negative, selection_of, with_types
 from cli.parsing import TRUNCATED
@@ -43,22 +44,22 @@ def run(verb: str, argv: Sequence[str]) -> int:
 def _echo(bag: BagReader, options: argparse.Namespace) -> int:
     selection = selection_of(options)
     names = {topic.name for topic in bag.topics if selection.takes(topic.name, topic.type)}
-    types: dict[BagTopic, type[Message] | None] = {}
+    decoders: dict[BagTopic, Callable[[bytes], Message] | None] = {}
     start = bag.metadata.start_ns + round(options.start_offset * 1e9)
     failed = 0
     number = 0
     for one in bag.messages(names, start_ns=start):
-        if one.topic not in types:
-            types[one.topic] = _type(one.topic)
-        kind = types[one.topic]
-        if kind is None:
+        if one.topic not in decoders:
+            decoders[one.topic] = _decoder(one.topic)
+        decode = decoders[one.topic]
+        if decode is None:
             failed += 1
             continue
         if number == options.num_messages:
             break
         number += 1
         try:
-            message = decode(kind, one.data)
+            message = decode(one.data)
         except CdrError as error:
             failed += 1
             print(f"{one.topic.name} at {one.received_ns}: {error}", file=sys.stderr)
@@ -75,10 +76,10 @@ def _echo(bag: BagReader, options: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def _type(topic: BagTopic) -> type[Message] | None:
-    """The type of a topic; None, and a line that says why, if its messages cannot be decoded."""
+def _decoder(topic: BagTopic) -> Callable[[bytes], Message] | None:
+    """What decodes the messages of a topic; None, and a line that says why, if its messages cannot be decoded."""
     try:
-        return type_of(topic)
+        return decoder_of(topic, type_of(topic))
     except BagError as error:
         print(f"left out: {error}", file=sys.stderr)
         return None
