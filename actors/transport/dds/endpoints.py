@@ -23,7 +23,8 @@ KEEP_ALL: Final = 64 * 1024 * 1024
 LARGE: Final = 32 * 1024
 """A sample of more bytes is written by the thread: it is cut in pieces, for each of which the socket may have to wait."""
 
-_MOST_PAYLOAD: Final = 256 * 1024 * 1024
+MOST_PAYLOAD: Final = 256 * 1024 * 1024
+"""The bytes of the largest sample that is taken."""
 _AT_ONCE: Final = 64
 """The most samples that are taken from a reader before the others have their turn."""
 _BATCH: Final = 32
@@ -448,7 +449,7 @@ class Reader(Endpoint):
         if size <= _SCRATCH:
             quick.ddsi_serdata_to_ser(serialized, 0, size, self._scratch_at)
             return bytes(self._scratch[:size])
-        if size > _MOST_PAYLOAD:
+        if size > MOST_PAYLOAD:
             self._within.report.unreadable(f"a sample of {size} bytes on {self.topic}")
             return b""
         region = native.Region()

@@ -31,6 +31,10 @@ __all__ = [
     "the_descriptor",
 ]
 
+_ERRORS: Final = 0x3
+"""What the library writes to the standard error stream: errors, but no warnings, a line of which each malformed packet of a stranger would be.
+`Tracing` in CYCLONEDDS_URI is another matter."""
+
 ANY_STATE: Final = 0x7F
 """Samples read and unread, of instances new and old, alive and not."""
 DURATION_INFINITE: Final = 2**63 - 1
@@ -130,6 +134,7 @@ def the_descriptor(type_name: str) -> Any:
 
 _P, _E, _D, _I, _H = c.c_void_p, c.c_int32, c.c_int64, c.c_int, c.c_uint64
 _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {  # what a function returns, and what it takes
+    "dds_set_log_mask": (None, c.c_uint32),
     "dds_strretcode": (c.c_char_p, _E),
     "dds_create_domain": (_E, c.c_uint32, c.c_char_p),
     "dds_create_participant": (_E, c.c_uint32, _P, _P),
@@ -242,11 +247,13 @@ def load() -> Library:
         ) from error
     handle = DDS._dll_handle
     try:
-        return Library(handle._name, handle._handle)
+        library = Library(handle._name, handle._handle)
     except AttributeError as error:
         raise WireUnavailable(
             f"the installed cyclonedds lacks a function ({error}): pip install 'cyclonedds>=11,<12'"
         ) from error
+    library.dds_set_log_mask(_ERRORS)
+    return library
 
 
 def reason(code: int) -> str:

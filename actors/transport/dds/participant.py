@@ -72,6 +72,7 @@ class Participant:
         self._user_data = user_data
         self._within: Within | None = None
         self._discovery: Discovery | None = None
+        self._report = Report()
         self.guid = b""
         """16 bytes; known after `open`."""
 
@@ -85,7 +86,7 @@ class Participant:
             worker.close()
             raise
         wakeup = Wakeup(asyncio.get_running_loop())
-        report = Report()
+        report = self._report
         reading = Reading(library, participant, report)
         within = self._within = Within(library, participant, wakeup, reading, Sending(), worker, report)
         self._discovery = discovery = Discovery(
@@ -114,7 +115,7 @@ class Participant:
     @property
     def unreadable(self) -> int:
         """How much was dropped because it was malformed or too large."""
-        return 0 if self._within is None else self._within.report.count
+        return self._report.count
 
     def writer(
         self,
