@@ -216,6 +216,7 @@ class Writer(Endpoint):
         self._type_here = type_here.value
         self._queue: deque[bytes] = deque()
         self._head: bytes | None = None
+        self._head_serialized: int | None = None
         self._with_thread = False
         self._handed = 0
         self._done = 0
@@ -328,15 +329,26 @@ class Writer(Endpoint):
                         return True
                     self._with_thread = True
                     continue
-            vector.base, vector.length = self._head, len(self._head)
-            serialized = library.ddsi_serdata_from_ser_iov(self._type_here, 2, 1, c.byref(vector), len(self._head))
-            code: int = library.dds_writecdr(self._entity, serialized) if serialized else -1
-            if code == TIMEOUT:
-                return False
+                vector.base, vector.length = self._head, len(self._head)
+                self._head_serialized = library.ddsi_serdata_from_ser_iov(
+                    self._type_here, 2, 1, c.byref(vector), len(self._head)
+                )
+            code: int = -1
+            if self._head_serialized:
+                library.ddsi_serdata_ref(self._head_serialized)  # a write takes one, also if it fails
+                code = library.dds_writecdr(self._entity, self._head_serialized)
+                if code == TIMEOUT:
+                    return False
+            self._let_go()
             self._done += len(self._head)
             self._head = None
             if code != 0:
                 self.unsent += 1
+
+    def _let_go(self) -> None:
+        if self._head_serialized:
+            self._library.ddsi_serdata_unref(self._head_serialized)
+        self._head_serialized = None
 
     def wait(self, seconds: float) -> None:
         """Wait until all readers have acknowledged everything, but no longer than `seconds`."""
@@ -347,6 +359,7 @@ class Writer(Endpoint):
         self.unsent += self.waiting
         self._queue.clear()
         self._head = None
+        self._let_go()
         self._within.delete(self._entity)
 
 
