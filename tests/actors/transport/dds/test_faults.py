@@ -127,6 +127,18 @@ async def test_a_status_that_has_gone_meanwhile_is_not_told(monkeypatch: pytest.
         assert one.statuses == []
 
 
+async def test_a_write_that_fails_is_counted_and_a_closed_writer_tells_nothing() -> None:
+    async with two_peers() as (one, _):
+        writer = one.writer("rt/a", KEPT)
+        unref = library.load().ddsi_serdata_unref
+        writer._write = lambda _, serialized: unref(serialized) or -1
+        writer.put(HELLO)
+        assert writer.unsent == 1
+        writer.close()
+        writer._tell(endpoints.Status("matched", 1, 1))
+        assert writer.matched == 0 and one.statuses == []
+
+
 async def test_without_a_listener_statuses_are_only_counted() -> None:
     async with two_peers() as (one, other):
         writer = one.participant.writer("rt/a", STRING, KEPT)
