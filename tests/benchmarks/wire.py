@@ -15,11 +15,11 @@ from tests.benchmarks import Contestant, Kind, Row, contest
 from tests.benchmarks._wire import Work, far_end, ours
 
 WORKS: dict[Work, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
-    "messages": ("wire: messages of 64 bytes", ("messages per second",), ("ours", "raw", "raw_loop", "zmq_sockets", "dds")),
-    "latency": ("wire: one way at 1 kHz", ("us, median", "us, 99th percentile"), ("ours", "raw", "zmq_sockets", "dds")),
-    "images": ("wire: images of 921,600 bytes", ("images per second",), ("ours", "raw", "zmq_sockets", "dds")),
+    "messages": ("wire: messages of 64 bytes", ("messages per second",), ("ours", "raw", "raw_loop", "zmq_sockets", "dds", "dds_raw", "dds_engine")),
+    "latency": ("wire: one way at 1 kHz", ("us, median", "us, 99th percentile"), ("ours", "raw", "zmq_sockets", "dds", "dds_raw", "dds_engine")),
+    "images": ("wire: images of 921,600 bytes", ("images per second",), ("ours", "raw", "zmq_sockets", "dds", "dds_raw", "dds_engine")),
     "shared": ("wire: images of 921,600 bytes, by shared memory", ("images per second",), ("ours", "raw")),
-    "calls": ("wire: service calls", ("calls per second, one at a time", "calls per second, 16 at once"), ("ours", "raw", "zmq_sockets")),
+    "calls": ("wire: service calls", ("calls per second, one at a time", "calls per second, 16 at once"), ("ours", "raw", "zmq_sockets", "dds_engine")),
     "goals": ("wire: goals of an action", ("goals per second, one at a time", "goals per second, 16 at once"), ("ours",)),
     "first": ("wire: from the start of a process to its first message", ("ms",), ("ours",)),
 }  # fmt: skip
@@ -29,8 +29,18 @@ NAMES = {
     "raw_loop": "zenoh, encoded and into the loop",
     "zmq_sockets": "pyzmq",
     "dds": "cyclonedds",
+    "dds_raw": "cyclonedds, bytes",
+    "dds_engine": "DDS endpoints into the loop",
 }
-NEEDS = {"ours": "", "raw": "zenoh", "raw_loop": "zenoh", "zmq_sockets": "zmq", "dds": "cyclonedds"}
+NEEDS = {
+    "ours": "",
+    "raw": "zenoh",
+    "raw_loop": "zenoh",
+    "zmq_sockets": "zmq",
+    "dds": "cyclonedds",
+    "dds_raw": "cyclonedds",
+    "dds_engine": "cyclonedds",
+}
 
 
 def run() -> list[Row]:

@@ -93,7 +93,7 @@ class Discovery:
     ) -> None:
         """`guids` gets the GUID of each endpoint by its instance handle. `post` has something called on the loop."""
         self._library = library
-        self._own = own
+        self._own = own[:12]
         self._events = events
         self._post = post
         self._guids = guids
@@ -127,8 +127,6 @@ class Discovery:
         ]
         gone: list[bytes] = []
         for guid, life, _, read in self._taken(_PARTICIPANTS, BuiltinParticipant, self._read_participant):
-            if guid == self._own:
-                continue
             known = self._participants.get(guid)
             if read is None:
                 gone.append(guid)
@@ -193,6 +191,8 @@ class Discovery:
                 for where, info in zip(found[:count], infos[:count], strict=True):
                     sample = kind.from_address(where or 0)
                     guid = bytes(sample.key)
+                    if guid.startswith(self._own):
+                        continue
                     life = info.disposed + info.without_writers
                     if not info.valid or info.instance_state != _ALIVE:
                         yield guid, life, info.instance, None

@@ -6,14 +6,12 @@ import ctypes as c
 import struct
 from collections import Counter, deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 from actors.transport.dds import library as native
 from actors.transport.dds.library import DATA_AVAILABLE, TIMEOUT, Library
 from actors.transport.dds.qos import POLICIES, EndpointQos, the_qos
-
-if TYPE_CHECKING:
-    from actors.transport.dds.participant import Within
+from actors.transport.dds.within import Within
 
 __all__ = ["KEEP_ALL", "Endpoint", "Kind", "Reader", "Sample", "Status", "Writer"]
 
@@ -23,7 +21,8 @@ KEEP_ALL: Final = 64 * 1024 * 1024
 LARGE: Final = 32 * 1024
 """A sample of more bytes is written by the thread: it is cut in pieces, for each of which the socket may have to wait."""
 
-_MOST_PAYLOAD: Final = 256 * 1024 * 1024
+MOST_PAYLOAD: Final = 256 * 1024 * 1024
+"""The bytes of the largest sample that is taken."""
 _AT_ONCE: Final = 64
 """The most samples that are taken from a reader before the others have their turn."""
 _BATCH: Final = 32
@@ -108,6 +107,8 @@ class Endpoint:
         self._on_status = on_status
         self._closed = False
         self._matched = 0
+        self.received = Counter[bytes]()
+        """The bytes from each writer of others, by its GUID."""
         self._entity = self._created(create)
         guid, handle = (c.c_ubyte * 16)(), c.c_uint64()
         self._library.dds_get_guid(self._entity, guid)
@@ -130,6 +131,10 @@ class Endpoint:
         handles = (c.c_uint64 * count)()
         count = min(count, max(list_them(self._entity, handles, count), 0))
         return frozenset(self._guid_of(handle) for handle in handles[:count]) - {_NOBODY}
+
+    def sent(self) -> Counter[bytes]:
+        """The bytes for each reader of others, by its GUID."""
+        return Counter()
 
     def _created(self, create: Callable[[int, int, int, None], int]) -> int:
         library, participant = self._library, self._within.participant
@@ -215,6 +220,7 @@ class Writer(Endpoint):
         self._type_here = type_here.value
         self._queue: deque[bytes] = deque()
         self._head: bytes | None = None
+        self._head_serialized: int | None = None
         self._with_thread = False
         self._handed = 0
         self._done = 0
@@ -327,15 +333,26 @@ class Writer(Endpoint):
                         return True
                     self._with_thread = True
                     continue
-            vector.base, vector.length = self._head, len(self._head)
-            serialized = library.ddsi_serdata_from_ser_iov(self._type_here, 2, 1, c.byref(vector), len(self._head))
-            code: int = library.dds_writecdr(self._entity, serialized) if serialized else -1
-            if code == TIMEOUT:
-                return False
+                vector.base, vector.length = self._head, len(self._head)
+                self._head_serialized = library.ddsi_serdata_from_ser_iov(
+                    self._type_here, 2, 1, c.byref(vector), len(self._head)
+                )
+            code: int = -1
+            if self._head_serialized:
+                library.ddsi_serdata_ref(self._head_serialized)  # a write takes one, also if it fails
+                code = library.dds_writecdr(self._entity, self._head_serialized)
+                if code == TIMEOUT:
+                    return False
+            self._let_go()
             self._done += len(self._head)
             self._head = None
             if code != 0:
                 self.unsent += 1
+
+    def _let_go(self) -> None:
+        if self._head_serialized:
+            self._library.ddsi_serdata_unref(self._head_serialized)
+        self._head_serialized = None
 
     def wait(self, seconds: float) -> None:
         """Wait until all readers have acknowledged everything, but no longer than `seconds`."""
@@ -346,6 +363,7 @@ class Writer(Endpoint):
         self.unsent += self.waiting
         self._queue.clear()
         self._head = None
+        self._let_go()
         self._within.delete(self._entity)
 
 
@@ -390,8 +408,6 @@ class Reader(Endpoint):
         self._delivered_bytes = 0
         self.dropped = 0
         """Samples dropped on the way to the loop, which did not keep up."""
-        self.received = Counter[bytes]()
-        """Bytes from each writer of others, by its GUID."""
         self.lost = 0
         """Samples that the network has lost."""
         self._infos = bytearray(_AT_ONCE * _INFO.size)
@@ -448,7 +464,7 @@ class Reader(Endpoint):
         if size <= _SCRATCH:
             quick.ddsi_serdata_to_ser(serialized, 0, size, self._scratch_at)
             return bytes(self._scratch[:size])
-        if size > _MOST_PAYLOAD:
+        if size > MOST_PAYLOAD:
             self._within.report.unreadable(f"a sample of {size} bytes on {self.topic}")
             return b""
         region = native.Region()

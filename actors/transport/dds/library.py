@@ -10,7 +10,7 @@ import ctypes as c
 import sys
 from functools import cache
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.transport.protocol import WireUnavailable
 
@@ -31,6 +31,10 @@ __all__ = [
     "the_descriptor",
 ]
 
+_ERRORS: Final = 0x3
+"""What the library writes to the standard error stream: errors, but no warnings, a line of which each malformed packet of a stranger would be.
+`Tracing` in CYCLONEDDS_URI is another matter."""
+
 ANY_STATE: Final = 0x7F
 """Samples read and unread, of instances new and old, alive and not."""
 DURATION_INFINITE: Final = 2**63 - 1
@@ -44,22 +48,23 @@ _ONE_BYTE: Final = (0x01010000, 0, 0)
 looks at nor drops what follows. No type information is announced, as `rmw_cyclonedds` announces none: readers and writers match by name."""
 
 
-class Vector(c.Structure):
-    """A piece of memory, as the library's `ddsrt_iovec_t`."""
+def _memory(base: Any) -> list[tuple[str, Any]]:
+    """The fields of `ddsrt_iovec_t`: those of the system's sockets."""
+    windows = sys.platform == "win32"
+    fields = [("base", base), ("length", c.c_uint32 if windows else c.c_size_t)]
+    return fields[::-1] if windows else fields
 
-    if sys.platform == "win32":
-        _fields_ = [("length", c.c_uint32), ("base", c.c_char_p)]
-    else:
-        _fields_ = [("base", c.c_char_p), ("length", c.c_size_t)]
+
+class Vector(c.Structure):
+    """A piece of memory that Python owns."""
+
+    _fields_ = _memory(c.c_char_p)
 
 
 class Region(c.Structure):
     """The same, of memory that the library owns."""
 
-    if sys.platform == "win32":
-        _fields_ = [("length", c.c_uint32), ("base", c.c_void_p)]
-    else:
-        _fields_ = [("base", c.c_void_p), ("length", c.c_size_t)]
+    _fields_ = _memory(c.c_void_p)
 
 
 class SampleInfo(c.Structure):
@@ -130,6 +135,7 @@ def the_descriptor(type_name: str) -> Any:
 
 _P, _E, _D, _I, _H = c.c_void_p, c.c_int32, c.c_int64, c.c_int, c.c_uint64
 _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {  # what a function returns, and what it takes
+    "dds_set_log_mask": (None, c.c_uint32),
     "dds_strretcode": (c.c_char_p, _E),
     "dds_create_domain": (_E, c.c_uint32, c.c_char_p),
     "dds_create_participant": (_E, c.c_uint32, _P, _P),
@@ -172,6 +178,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {  # what a function returns, an
     "ddsi_serdata_to_ser": (None, _P, c.c_size_t, c.c_size_t, _P),
     "ddsi_serdata_to_ser_ref": (_P, _P, c.c_size_t, c.c_size_t, _P),
     "ddsi_serdata_to_ser_unref": (None, _P, _P),
+    "ddsi_serdata_ref": (_P, _P),
     "ddsi_serdata_unref": (None, _P),
     "dds_create_qos": (_P,),
     "dds_delete_qos": (None, _P),
@@ -221,8 +228,9 @@ class Library:
             setattr(self, name, _declared(released, name))
         self.quick: Any = SimpleNamespace(**{name: _declared(kept, name) for name in _QUICK})
 
-    def __getattr__(self, name: str) -> Any:  # for type checkers: all functions are set above
-        raise AttributeError(name)
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
 
 
 def _declared(library: c.CDLL, name: str) -> Any:
@@ -242,11 +250,13 @@ def load() -> Library:
         ) from error
     handle = DDS._dll_handle
     try:
-        return Library(handle._name, handle._handle)
+        library = Library(handle._name, handle._handle)
     except AttributeError as error:
         raise WireUnavailable(
             f"the installed cyclonedds lacks a function ({error}): pip install 'cyclonedds>=11,<12'"
         ) from error
+    library.dds_set_log_mask(_ERRORS)
+    return library
 
 
 def reason(code: int) -> str:

@@ -20,7 +20,6 @@ POLICIES: Final = {
 
 _UNLIMITED: Final = -1
 _DEPTH_MOST: Final = 2**31 - 1
-_USER_DATA_MOST: Final = 64 * 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +65,7 @@ def the_qos(library: Library, qos: EndpointQos) -> Iterator[int]:
 
 
 def read_qos(library: Library, qos: int | None) -> EndpointQos:
-    """The quality of service that another process has announced. What it does not tell is as in `EndpointQos`, but best effort.
-
-    Raises ValueError for USER_DATA that is larger than 64 KiB.
-    """
+    """The quality of service that another process has announced. What it does not tell is as in `EndpointQos`, but best effort."""
     if not qos:
         return EndpointQos(reliable=False)
     reliability, durability, history, depth, liveliness = (c.c_int(0) for _ in range(5))
@@ -93,13 +89,11 @@ def read_qos(library: Library, qos: int | None) -> EndpointQos:
 
 
 def read_user_data(library: Library, qos: int | None) -> bytes:
-    """The USER_DATA of a participant or endpoint. Raises ValueError if it is larger than 64 KiB."""
+    """The USER_DATA of a participant or endpoint, which the protocol bounds at 64 KiB."""
     where, size = c.c_void_p(), c.c_size_t()
     if not qos or not library.dds_qget_userdata(qos, c.byref(where), c.byref(size)) or not where:
         return b""
     try:
-        if size.value > _USER_DATA_MOST:
-            raise ValueError(f"USER_DATA of {size.value} bytes")
         return c.string_at(where, size.value)
     finally:
         library.dds_free(where)

@@ -37,7 +37,8 @@ class Peer:
     """A participant, who it has seen, and what its readers have taken."""
 
     def __init__(self, domain: int, tag: str) -> None:
-        self.participant = Participant(DdsConfig(domain=domain, discovery_range="LOCALHOST", uri=settings(tag)))
+        config = DdsConfig(domain=domain, discovery_range="LOCALHOST", uri=settings(tag))
+        self.participant = Participant(config, b"enclave=/;")
         self.log: list[str] = []
         self.participants: dict[bytes, RemoteParticipant] = {}
         self.endpoints: dict[bytes, RemoteEndpoint] = {}
