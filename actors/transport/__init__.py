@@ -3,8 +3,8 @@
 from actors.transport.environment import transport_from_environment
 from actors.transport.protocol import (
     Answer,
-    Client,
-    Endpoint,
+    ClientHere,
+    EndpointHere,
     EndpointKind,
     Events,
     Failed,
@@ -13,7 +13,7 @@ from actors.transport.protocol import (
     NoAnswer,
     NodeHere,
     Participant,
-    Publisher,
+    PublisherHere,
     RemoteEndpoint,
     RemoteNode,
     Replied,
@@ -26,8 +26,8 @@ from actors.transport.protocol import (
 
 __all__ = [
     "Answer",
-    "Client",
-    "Endpoint",
+    "ClientHere",
+    "EndpointHere",
     "EndpointKind",
     "Events",
     "Failed",
@@ -36,7 +36,7 @@ __all__ = [
     "NoAnswer",
     "NodeHere",
     "Participant",
-    "Publisher",
+    "PublisherHere",
     "RemoteEndpoint",
     "RemoteNode",
     "Replied",

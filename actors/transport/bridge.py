@@ -22,7 +22,14 @@ from actors.transport.local_clients import Clients
 from actors.transport.local_services import Services
 from actors.transport.local_side import LocalSide
 from actors.transport.local_topics import LocalPublisher, Topics
-from actors.transport.protocol import EndpointKind, Publisher, RemoteEndpoint, RemoteNode, Transport, WireUnavailable
+from actors.transport.protocol import (
+    EndpointKind,
+    PublisherHere,
+    RemoteEndpoint,
+    RemoteNode,
+    Transport,
+    WireUnavailable,
+)
 from actors.transport.standard_names import standard_publishers, standard_services
 
 if TYPE_CHECKING:
@@ -117,6 +124,7 @@ class Bridge:
                 self._ready(record.running)
         graph.watchers.append(self)
         graph.elsewhere, graph.links = self._nodes_elsewhere, self._transport.report
+        graph.complete = lambda: self._side.participant.complete
         observers.ready.append(self._ready)
         observers.dismissed.append(self._dismissed)
         for tell in self._early:
@@ -135,6 +143,7 @@ class Bridge:
             self._gone(endpoint)
         self._nodes.clear()
         self._graph.elsewhere = self._graph.links = tuple
+        self._graph.complete = lambda: True
         if self._side.unreadable.count:
             self._runtime.log.warning("data of other processes could not be read", count=self._side.unreadable.count)
 
@@ -217,7 +226,7 @@ class Bridge:
         if endpoint.kind is EndpointKind.SERVER:
             self._actions.vanished(endpoint)
 
-    def wanted(self, publisher: Publisher) -> None:
+    def wanted(self, publisher: PublisherHere) -> None:
         """See `Events.wanted`."""
         self._topics.wanted(publisher)
         self._teller.wanted(publisher)

@@ -37,8 +37,8 @@ def transport_from_environment(
 
     `listen` and `connect` are endpoints such as ``tcp/192.168.1.5:7447``, besides those of the variables that `ZenohConfig` reads. `security`
     is the path of a security file; without it, ROBACTOR_SECURITY names one, if it is set. Raises `WireUnavailable` for another
-    RMW_IMPLEMENTATION, for DDS with `listen`, `connect` or `security`, for a ROS_DOMAIN_ID that is none, for endpoints of a transport that is not wanted, and for a security file that
-    cannot be used.
+    RMW_IMPLEMENTATION, for a ROS_DOMAIN_ID that is none, for endpoints and security files with DDS or without a transport, and for a security
+    file that cannot be used.
     """
     wanted = environment.get(VARIABLE, "") or ZENOH
     if wanted == IN_PROCESS:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
     from actors.transport.local_side import LocalSide
-    from actors.transport.protocol import Publisher
+    from actors.transport.protocol import PublisherHere
 
 __all__ = [
     "FIGURES",
@@ -149,7 +149,7 @@ class Teller:
     def __init__(self, side: LocalSide) -> None:
         self._side = side
         self._loop = side.runtime.loop
-        self._publisher: Publisher | None = None
+        self._publisher: PublisherHere | None = None
         self._timer: TimerHandle | None = None
         self._sent = 0
 
@@ -160,7 +160,7 @@ class Teller:
         publisher.open()
         self.wanted(publisher)
 
-    def wanted(self, publisher: Publisher) -> None:
+    def wanted(self, publisher: PublisherHere) -> None:
         """See `Events.wanted`."""
         if publisher is not self._publisher:
             return
@@ -181,7 +181,7 @@ class Teller:
             self._timer.cancel()
             self._timer = None
 
-    def _tell(self, publisher: Publisher) -> None:
+    def _tell(self, publisher: PublisherHere) -> None:
         self._sent += 1
         publisher.put(encode(self._figures()), self._sent, self._side.wall_ns())
         self._timer = self._loop.call_later(PERIOD, self._tell, publisher)

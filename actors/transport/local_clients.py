@@ -22,7 +22,7 @@ __all__ = ["Client", "Clients"]
 class Client:
     """One client of one node: its requests are numbered from 1."""
 
-    def __init__(self, side: LocalSide, endpoint: protocol.Client) -> None:
+    def __init__(self, side: LocalSide, endpoint: protocol.ClientHere) -> None:
         self._side = side
         self._endpoint = endpoint
         self._sent = 0

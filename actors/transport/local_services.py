@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from actors.services.server import Server
     from actors.transport.local_clients import Clients
     from actors.transport.local_side import LocalSide
-    from actors.transport.protocol import Endpoint, RemoteEndpoint, Request
+    from actors.transport.protocol import EndpointHere, RemoteEndpoint, Request
 
 __all__ = ["Asked", "Services", "Shown"]
 
@@ -72,7 +72,7 @@ class Shown(NamedTuple):
 
     node: str
     type: Any
-    endpoint: Endpoint
+    endpoint: EndpointHere
 
     def close(self) -> None:
         self.endpoint.close()

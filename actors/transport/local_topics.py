@@ -10,7 +10,7 @@ from actors.interfaces.foreign import ForeignType
 from actors.qos import DEFAULT
 from actors.topics.endpoint import nanoseconds
 from actors.topics.peers import PublisherPeer, Target
-from actors.transport.protocol import Endpoint, EndpointKind, Publisher, RemoteEndpoint
+from actors.transport.protocol import EndpointHere, EndpointKind, PublisherHere, RemoteEndpoint
 from actors.transport.remote_topics import RemotePublisher, RemoteSubscription
 from actors.transport.types_here import type_info
 
@@ -40,7 +40,7 @@ class _Sender:
     What is published while nobody listens has its numbers, too: a subscription that was out of reach learns from them what it has missed.
     """
 
-    def __init__(self, side: LocalSide, publisher: LocalPublisher, endpoint: Publisher) -> None:
+    def __init__(self, side: LocalSide, publisher: LocalPublisher, endpoint: PublisherHere) -> None:
         self.publisher = publisher
         self.endpoint = endpoint
         self._wall_ns = side.wall_ns
@@ -105,10 +105,10 @@ class Topics:
         self._side = side
         self._graph = side.runtime.graph
         self._senders: dict[PublisherPeer, _Sender] = {}
-        self._by_endpoint: dict[Publisher, _Sender] = {}
-        self._promised: dict[tuple[str, str], Publisher] = {}
+        self._by_endpoint: dict[PublisherHere, _Sender] = {}
+        self._promised: dict[tuple[str, str], PublisherHere] = {}
         """(node, topic) -> a standard publisher that is shown and not open."""
-        self._fed_by: dict[SubscriptionPeer, Endpoint] = {}
+        self._fed_by: dict[SubscriptionPeer, EndpointHere] = {}
         self._remote: dict[bytes, RemotePublisher | RemoteSubscription] = {}
         """By GID."""
         self._left: dict[bytes, dict[SubscriptionPeer, int]] = {}
@@ -128,7 +128,7 @@ class Topics:
         endpoint.show()
         sender.listen(endpoint.wanted)
 
-    def _endpoint(self, node: str, name: str, type: Any, qos: QoS) -> Publisher:
+    def _endpoint(self, node: str, name: str, type: Any, qos: QoS) -> PublisherHere:
         return self._side.participant.publisher(self._side.node(node), name, type_info(type), qos)
 
     def promise(self, node: str, name: str, type: Any, qos: QoS) -> None:
@@ -149,7 +149,7 @@ class Topics:
             del self._by_endpoint[sender.endpoint]
             sender.close()
 
-    def wanted(self, publisher: Publisher) -> None:
+    def wanted(self, publisher: PublisherHere) -> None:
         """See `Events.wanted`."""
         sender = self._by_endpoint.get(publisher)
         if sender is not None:

@@ -31,8 +31,8 @@ from actors.transport.format.tokens import EndpointKind
 __all__ = [
     "PATIENCE",
     "Answer",
-    "Client",
-    "Endpoint",
+    "ClientHere",
+    "EndpointHere",
     "EndpointKind",
     "Events",
     "Failed",
@@ -41,7 +41,7 @@ __all__ = [
     "NoAnswer",
     "NodeHere",
     "Participant",
-    "Publisher",
+    "PublisherHere",
     "RemoteEndpoint",
     "RemoteNode",
     "Replied",
@@ -191,7 +191,7 @@ class NodeHere(Handle, Protocol):
         ...
 
 
-class Endpoint(Handle, Protocol):
+class EndpointHere(Handle, Protocol):
     """An endpoint of this process, shown from its making until it is closed."""
 
     @property
@@ -200,7 +200,7 @@ class Endpoint(Handle, Protocol):
         ...
 
 
-class Publisher(Endpoint, Protocol):
+class PublisherHere(EndpointHere, Protocol):
     """A publisher of this process. It is shown by `show`, and can be used from `open` on; each is harmless the second time."""
 
     def show(self) -> None:
@@ -224,7 +224,7 @@ class Publisher(Endpoint, Protocol):
         ...
 
 
-class Client(Endpoint, Protocol):
+class ClientHere(EndpointHere, Protocol):
     """A client of this process."""
 
     def ask(
@@ -293,8 +293,8 @@ class Events(Protocol):
         """An endpoint that had appeared has been withdrawn, or its process is lost."""
         ...
 
-    def wanted(self, publisher: Publisher) -> None:
-        """`Publisher.wanted` has changed."""
+    def wanted(self, publisher: PublisherHere) -> None:
+        """`PublisherHere.wanted` has changed."""
         ...
 
     def link(self, session: str, up: bool) -> None:
@@ -317,11 +317,16 @@ class Events(Protocol):
 class Participant(Protocol):
     """What this process has in a domain, until its transport is closed."""
 
+    @property
+    def complete(self) -> bool:
+        """Whether all is known that the processes have which have been found so far, as far as the wire tells."""
+        ...
+
     def node(self, fqn: str) -> NodeHere:
         """Show a node."""
         ...
 
-    def publisher(self, node: NodeHere | None, name: str, type: TypeInfo, qos: QoS) -> Publisher:
+    def publisher(self, node: NodeHere | None, name: str, type: TypeInfo, qos: QoS) -> PublisherHere:
         """A publisher, not shown and not open. One without a node is never shown: those find it who know its topic."""
         ...
 
@@ -334,7 +339,7 @@ class Participant(Protocol):
         take: Take,
         taker: object,
         patience: float = 0.0,
-    ) -> Endpoint:
+    ) -> EndpointHere:
         """Receive what other processes publish, what is kept for later subscriptions first.
 
         Volatile subscriptions with the same `take` and the same demands share what arrives: `take` is called once for all their takers. Their
@@ -342,11 +347,13 @@ class Participant(Protocol):
         """
         ...
 
-    def server(self, node: NodeHere, name: str, type: TypeInfo, qos: QoS, take: Callable[[Request], None]) -> Endpoint:
+    def server(
+        self, node: NodeHere, name: str, type: TypeInfo, qos: QoS, take: Callable[[Request], None]
+    ) -> EndpointHere:
         """Call `take` with each request of other processes."""
         ...
 
-    def client(self, node: NodeHere, name: str, type: TypeInfo, qos: QoS) -> Client:
+    def client(self, node: NodeHere, name: str, type: TypeInfo, qos: QoS) -> ClientHere:
         """What asks the servers of other processes."""
         ...
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from actors.services.peers import Caller
     from actors.transport.local_clients import Clients
     from actors.transport.local_side import LocalSide
-    from actors.transport.protocol import Endpoint, RemoteEndpoint, RemoteNode, Take
+    from actors.transport.protocol import EndpointHere, RemoteEndpoint, RemoteNode, Take
 
 __all__ = ["RemoteActionServer"]
 
@@ -58,7 +58,7 @@ class RemoteActionServer:
         self._node = node
         self._endpoints = dict(endpoints)
         self._goals: dict[bytes, RemoteGoal] = {}
-        self._shown: dict[str, list[Endpoint]] = {}
+        self._shown: dict[str, list[EndpointHere]] = {}
         self._takes: dict[str, Take] = {}
         """What takes status and feedback, for all nodes."""
         self.gone = False
@@ -156,7 +156,7 @@ class RemoteActionServer:
             ("feedback", message, ACTION_FEEDBACK, self._feedback),
         )
         participant, of_node = self._side.participant, self._side.node(node)
-        shown: list[Endpoint] = []
+        shown: list[EndpointHere] = []
         self._shown[node] = shown
         for part, type, qos, take in topics:
             name = f"{self.name}/_action/{part}"

@@ -30,7 +30,8 @@ class Seen:
     async def settle(self, most: float) -> None:
         """Return when other processes have been found and nothing has changed for a moment; after `most` seconds in any case."""
         with self._news() as news:
-            await settle(news, lambda: any(True for _ in self.system.graph.elsewhere()), most)
+            graph = self.system.graph
+            await settle(news, lambda: any(True for _ in graph.elsewhere()) and graph.complete(), most)
 
     async def late(self, wanted: Callable[[], bool], most: float) -> bool:
         """Wait for something that is asked for by its name. See `cli.graph.looking.late`."""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from actors.names.names import InvalidName, is_hidden, validate_full_name
 from actors.transport import WireUnavailable, transport_from_environment
 from actors.transport.environment import domain_from_environment
-from actors.transport.protocol import EndpointKind, Participant, Publisher, RemoteEndpoint, RemoteNode, Transport
+from actors.transport.protocol import EndpointKind, Participant, PublisherHere, RemoteEndpoint, RemoteNode, Transport
 from cli.command import CommandFailed
 from cli.graph.looking import late, settle
 
@@ -58,6 +58,8 @@ class GraphView:
         self._nodes: dict[RemoteNode, None] = {}
         self._endpoints: dict[bytes, Endpoint] = {}
         self._news = asyncio.Event()
+        self.complete: Callable[[], bool] = lambda: True
+        """Whether the transport has found all that the others have told of; see `Participant.complete`."""
 
     # -- what the transport tells -------------------------------------------------------------------------------------------
 
@@ -76,7 +78,7 @@ class GraphView:
         self._endpoints.pop(endpoint.gid, None)
         self._news.set()
 
-    def wanted(self, publisher: Publisher) -> None:
+    def wanted(self, publisher: PublisherHere) -> None:
         """Do nothing: a view publishes nothing."""
 
     def link(self, session: str, up: bool) -> None:
@@ -95,7 +97,7 @@ class GraphView:
 
     async def settle(self, most: float) -> None:
         """Return when others have been found and nothing has changed for a moment; after `most` seconds in any case."""
-        await settle(self._news, lambda: bool(self._nodes), most)
+        await settle(self._news, lambda: bool(self._nodes) and self.complete(), most)
 
     async def late(self, wanted: Callable[[], bool], most: float) -> bool:
         """Wait for something that is asked for by its name. See `cli.graph.looking.late`."""
@@ -205,6 +207,7 @@ async def watching(options: argparse.Namespace) -> AsyncGenerator[tuple[GraphVie
     view = GraphView()
     try:
         participant = await transport.join(domain_from_environment(os.environ), view)
+        view.complete = lambda: participant.complete
     except (WireUnavailable, ValueError) as error:
         raise CommandFailed(str(error)) from error
     try:

@@ -51,6 +51,7 @@ FACES = (
     "actors.tf2",
     "actors.time",
     "actors.transport",
+    "actors.transport.dds",
     "actors.transport.security",
     "actors.transport.security.authority",
     "actors.transport.zenoh",

@@ -30,7 +30,7 @@ class DdsConfig:
 
     domain: int = 0
 
-    discovery_range: Range = "SUBNET"
+    discovery_range: Literal["OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT"] = "SUBNET"
     """LOCALHOST: this host, without multicast; OFF: nobody; SYSTEM_DEFAULT: as Cyclone DDS is configured, without `static_peers`."""
 
     static_peers: tuple[str, ...] = ()

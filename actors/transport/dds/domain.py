@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -26,6 +26,7 @@ from actors.transport.dds.services import REMEDY, Client, Server
 from actors.transport.dds.topics import Publisher, Receiver, Subscription
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.types import NO_TYPE_HASH
+from actors.transport.protocol import Link
 
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
@@ -39,6 +40,8 @@ __all__ = ["Domain", "Pair"]
 
 _TOLD: Final = DdsNames("robactor/told", "robactor::msg::dds_::Told_")
 """The topic by which processes of this library tell each other what ROS has no place for."""
+_KEPT: Final = 1000
+"""Requests, and replies, that wait at most at one end of a service."""
 _TO: Final = struct.Struct("<4s32sI")
 _HEAD: Final = b"\x00\x01\x00\x00"
 
@@ -64,7 +67,8 @@ class Domain:
         self.events = events
         self.loop = asyncio.get_running_loop()
         self.known = Known(domain_id, events)
-        self.clients: set[Client] = set()
+        self.services: set[Client | Server] = set()
+        """Those of this process."""
         self._session = session
         self._nodes: dict[NodeHere, None] = {}
         self._receivers: dict[object, Receiver] = {}
@@ -91,14 +95,26 @@ class Domain:
         """Publish nothing any more. The engine closes what is open."""
         if self._publishing is not None:
             self._publishing.cancel()
-        for client in tuple(self.clients):
-            client.close()
+        for service in tuple(self.services):
+            service.close()
 
     def explain(self, what: str) -> None:
         """Say once why something cannot work."""
         if what not in self._explained:
             self._explained.add(what)
             self.events.unreadable(what, what, WireFormatError(REMEDY))
+
+    @property
+    def complete(self) -> bool:
+        return self.known.complete
+
+    def links(self) -> Iterator[Link]:
+        """What has been exchanged with each participant."""
+        for traffic in self.engine.report():
+            peer = self.known.peers.get(traffic.participant.guid)
+            if peer is not None:
+                host, process = ("", 0) if peer.process is None else (peer.process.host, peer.process.process)
+                yield Link(peer.session, host, process, traffic.sent_bytes, traffic.received_bytes, 0)
 
     # -- what this process has ----------------------------------------------------------------------------------------------
 
@@ -225,8 +241,8 @@ class Domain:
 
     def _look_at_services(self, found: discovery.RemoteEndpoint) -> None:
         if found.topic.startswith(("rq/", "rr/")):
-            for client in tuple(self.clients):
-                client.look()
+            for service in tuple(self.services):
+                service.look()
 
 
 def _here(node: protocol.NodeHere | None) -> NodeHere | None:
@@ -251,7 +267,8 @@ def _quality(qos: QoS, data: EndpointData) -> EndpointQos:
 def _both(
     name: str, type: TypeInfo, qos: QoS, *, server: str = "", client: str = ""
 ) -> tuple[tuple[DdsNames, EndpointQos], tuple[DdsNames, EndpointQos]]:
-    """The topics of requests and of replies."""
+    """The topics of requests and of replies, of which more are kept than ROS 2 keeps: those that come at once are all answered."""
+    qos = qos.replace(depth=max(qos.limit, _KEPT))
     known: Any = registry.known(type.name)
     hashes = (NO_TYPE_HASH, NO_TYPE_HASH) if known is None else (type_hash(known.Request), type_hash(known.Response))
     request, reply = (

@@ -31,10 +31,12 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.transport.dds import discovery
     from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
-    from actors.transport.dds.qos import EndpointQos
     from actors.transport.protocol import Events
 
-__all__ = ["BARE", "Known", "Peer", "number_of"]
+__all__ = ["BARE", "FAST_DDS", "Known", "Peer", "Shown", "number_of"]
+
+FAST_DDS: Final = b"\x01\x0f"
+"""How the GUIDs of Fast DDS begin."""
 
 BARE: Final = "/_CREATED_BY_BARE_DDS_APP_"
 """The node of endpoints of programs that are none of ROS."""
@@ -58,6 +60,11 @@ class Shown:
     endpoint: RemoteEndpoint | None = None
     """As it is shown; None while its node is not known, or if it is the other end of a service."""
 
+    @property
+    def unanswerable(self) -> bool:
+        """Whether it is an end of a service of Fast DDS, whose requests and replies Cyclone DDS cannot pair."""
+        return self.of_dds.guid.startswith(FAST_DDS)
+
 
 @dataclass(eq=False, slots=True)
 class Peer:
@@ -71,8 +78,12 @@ class Peer:
     owners: dict[bytes, RemoteNode] = field(default_factory=dict[bytes, RemoteNode])
     """GID -> the node that has it."""
     ends: dict[bytes, Shown] = field(default_factory=dict[bytes, Shown])
+    found: set[bytes] = field(default_factory=set[bytes])
+    """The GIDs of all its readers and writers that are discovered."""
     gid_size: int = 0
     """That of its ``ros_discovery_info``; 0 if nothing has come."""
+    linked: bool = False
+    """Whether all that it has told of has been discovered once. Those of Fast DDS take a second for it."""
 
     @property
     def session(self) -> str:
@@ -109,10 +120,21 @@ class Known:
         data = found.user_data
         peer = Peer(found.guid, parse_participant_data(data) is not None, parse_process(data))
         self.peers[found.guid] = peer
-        self._events.link(peer.session, True)
         if (early := self._early.pop(found.guid, None)) is not None:
             self._nodes_of(peer, early)
+        self._look_at(peer)
         return peer
+
+    def _look_at(self, peer: Peer) -> None:
+        """See whether all is discovered that a participant has told of."""
+        if not peer.linked and (not peer.is_ros or (peer.gid_size and peer.owners.keys() <= peer.found)):
+            peer.linked = True
+            self._events.link(peer.session, True)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that the participants have told of has been discovered."""
+        return all(peer.linked for peer in self.peers.values())
 
     def participant_vanished(self, guid: bytes) -> None:
         peer = self.peers.pop(guid, None)
@@ -121,14 +143,20 @@ class Known:
             return
         for end in tuple(peer.ends.values()):
             self._drop(peer, end)
-        self._events.link(peer.session, False)
+        if peer.linked:
+            self._events.link(peer.session, False)
         for node in peer.nodes.values():
             self._events.node(node, False)
 
     def endpoint_appeared(self, found: discovery.RemoteEndpoint) -> None:
         peer = self.peers.get(found.participant)
-        if peer is None or found.guid in peer.ends:
+        if peer is None or found.guid in peer.found:
             return
+        peer.found.add(found.guid)
+        self._take_in(peer, found)
+        self._look_at(peer)
+
+    def _take_in(self, peer: Peer, found: discovery.RemoteEndpoint) -> None:
         try:
             ros = parse_names(found.topic, found.type)
         except WireFormatError as error:
@@ -148,8 +176,10 @@ class Known:
 
     def endpoint_vanished(self, found: discovery.RemoteEndpoint) -> None:
         peer = self.peers.get(found.participant)
-        if peer is not None and (end := peer.ends.get(found.guid)) is not None:
-            self._drop(peer, end)
+        if peer is not None:
+            peer.found.discard(found.guid)
+            if (end := peer.ends.get(found.guid)) is not None:
+                self._drop(peer, end)
 
     def _drop(self, peer: Peer, end: Shown) -> None:
         guid = end.of_dds.guid
@@ -190,6 +220,7 @@ class Known:
                 self._show(end, owner)
         for fqn in [fqn for fqn in peer.nodes if fqn not in nodes]:
             self._events.node(peer.nodes.pop(fqn), False)
+        self._look_at(peer)
 
     def _owner(self, peer: Peer, guid: bytes) -> RemoteNode | None:
         owner = peer.owners.get(guid)
@@ -205,7 +236,7 @@ class Known:
             return
         number = int.from_bytes(found.guid[12:], "big")
         end.endpoint = RemoteEndpoint(
-            node, kind, end.ros.name, end.ros.type, _hash(end), _qos(found.qos), found.guid, number
+            node, kind, end.ros.name, end.ros.type, _hash(end), _qos(found), found.guid, number
         )
         self._events.appeared(end.endpoint)
 
@@ -252,7 +283,8 @@ def _type_here(name: str) -> Any:
     return known
 
 
-def _qos(qos: EndpointQos) -> QoS:
+def _qos(found: discovery.RemoteEndpoint) -> QoS:
+    qos = found.qos
     return parse_qos(
         DdsQos(
             qos.reliable,
@@ -262,7 +294,8 @@ def _qos(qos: EndpointQos) -> QoS:
             _nanoseconds(qos.lifespan),
             qos.manual_liveliness,
             _nanoseconds(qos.lease),
-        )
+        ),
+        history_known=not found.guid.startswith(FAST_DDS),
     )
 
 

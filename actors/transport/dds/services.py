@@ -65,85 +65,107 @@ class _Reply(NamedTuple):
 class Server:
     """A server of this process.
 
-    Invariant: `_waiting` holds the replies whose clients have not been matched yet; while there are some, a timer runs.
+    Invariants: `_early` holds the requests whose clients have not been discovered yet, and `_waiting` the replies whose clients are not matched yet;
+    while there are some, a timer runs.
     """
 
     def __init__(self, domain: Domain, node: NodeHere, name: str, pair: Pair, take: Callable[[Request], None]) -> None:
         self._domain = domain
         self._name = name
         self._take = take
+        self._early: list[tuple[Sample, float]] = []
         self._waiting: list[_Reply] = []
         self._timer: TimerHandle | None = None
         self._ends: _Ends | None = _Ends(domain, node, pair, self._arrived, self._changed)
         self.gid = self._ends.reader.guid
+        domain.services.add(self)
 
     def close(self) -> None:
         ends, self._ends = self._ends, None
+        self._domain.services.discard(self)
         if ends is not None:
             ends.close()
-        self._waiting.clear()
+        self._early, self._waiting = [], []
         if self._timer is not None:
             self._timer.cancel()
 
     def _arrived(self, samples: list[Sample]) -> None:
         for sample in samples:
-            if self._ends is None:
-                return
-            client = self._domain.known.services.get((Role.REQUEST, self._name), {}).get(sample.writer)
-            if client is not None and not client.data.client:
-                self._domain.explain(f"clients of {self._name} are of rmw_fastrtps: no reply can reach them")
-                continue
-            try:
-                request, message = parse_request(sample.payload)
-            except WireFormatError as error:
-                self._domain.events.unreadable(
-                    "a request has no attachment that can be read", self._name, error, service=self._name
-                )
-                continue
-            ours = self._domain.known.ours(sample.writer)
-            message, extra = split_extra(message) if ours else (message, Extra())
-            self._take(_Request(self, request, message, sample.writer, extra.content, client, ours))
+            client = self._client(sample.writer)
+            if client is not None:
+                self._asked(sample, client)
+            elif len(self._early) < _MOST_WAITING:  # a request may be faster than the discovery of its client
+                self._early.append((sample, self._domain.loop.time() + _PATIENCE))
+                self._watch()
 
-    def reply(self, client: Shown | None, data: bytes) -> None:
+    def _client(self, writer: bytes) -> Shown | None:
+        return self._domain.known.services.get((Role.REQUEST, self._name), {}).get(writer)
+
+    def _asked(self, sample: Sample, client: Shown) -> None:
+        if self._ends is None:
+            return
+        if client.unanswerable:
+            self._domain.explain(f"clients of {self._name} are of rmw_fastrtps: no reply can reach them")
+            return
+        try:
+            request, message = parse_request(sample.payload)
+        except WireFormatError as error:
+            self._domain.events.unreadable("a request cannot be read", self._name, error, service=self._name)
+            return
+        ours = self._domain.known.ours(sample.writer)
+        message, extra = split_extra(message) if ours else (message, Extra())
+        self._take(_Request(self, request, message, extra.content, client, ours))
+
+    def reply(self, client: Shown, data: bytes) -> None:
         """Send a reply as soon as the reader of its client is matched."""
         if self._ends is None:
             return
-        if client is None or self._reached(client):
+        if self._reached(client):
             self._ends.writer.put(data)
-            return
-        if len(self._waiting) < _MOST_WAITING:
+        elif len(self._waiting) < _MOST_WAITING:
             self._waiting.append(_Reply(client, data, self._domain.loop.time() + _PATIENCE))
-            self._timer = self._timer or self._domain.loop.call_later(_PATIENCE, self._expire)
+            self._watch()
 
     def _reached(self, client: Shown) -> bool:
-        """Whether the reader of the replies to a client is matched: it has the same id as what has written the request."""
+        """Whether the reader of the replies to a client is matched: it has the same id as what has written the request, if that has one."""
         assert self._ends is not None
+        if not client.data.client:
+            return True
         matched = self._ends.writer.matched_guids()
         ends = self._domain.known.services.get((Role.REPLY, self._name), {})
         return any(guid in matched for guid, end in ends.items() if end.data.client == client.data.client)
 
     def _changed(self, status: Status) -> None:
-        if status.kind == "matched" and self._waiting:
-            waiting, self._waiting = self._waiting, []
-            for one in waiting:
-                self.reply(one.client, one.data)
+        if status.kind == "matched":
+            self.look()
+
+    def look(self) -> None:
+        """Somebody has been discovered or matched: go on with what waits for that."""
+        if self._ends is None:
+            return
+        now = self._domain.loop.time()
+        early, self._early = self._early, []
+        for sample, until in early:
+            if (client := self._client(sample.writer)) is not None:
+                self._asked(sample, client)
+            elif until > now:
+                self._early.append((sample, until))
+        waiting, self._waiting = self._waiting, []
+        for one in waiting:
+            if self._reached(one.client):
+                self._ends.writer.put(one.data)
+            elif one.until > now:
+                self._waiting.append(one)
+
+    def _watch(self) -> None:
+        if self._timer is None:
+            self._timer = self._domain.loop.call_later(_PATIENCE, self._expire)
 
     def _expire(self) -> None:
         self._timer = None
-        self._changed_late()
-        now = self._domain.loop.time()
-        self._waiting = [one for one in self._waiting if one.until > now]
-        if self._waiting:
-            self._timer = self._domain.loop.call_later(_PATIENCE, self._expire)
-
-    def _changed_late(self) -> None:
-        """The match may have been told before the discovery of its end."""
-        late, self._waiting = self._waiting, []
-        for one in late:
-            if self._ends is not None and self._reached(one.client):
-                self._ends.writer.put(one.data)
-            else:
-                self._waiting.append(one)
+        self.look()
+        if self._early or self._waiting:
+            self._watch()
 
 
 class _Request:
@@ -154,15 +176,14 @@ class _Request:
         server: Server,
         request: RequestId,
         payload: bytes,
-        gid: bytes,
         extension: bytes,
-        client: Shown | None,
+        client: Shown,
         ours: bool,
     ) -> None:
         self._server = server
         self._request = request
         self.payload = payload
-        self.gid = gid
+        self.gid = client.of_dds.guid
         self.number = request.number
         self.extension = extension
         self._client = client
@@ -214,11 +235,11 @@ class Client:
         self._asked: dict[int, _Asked] = {}
         self._ends: _Ends | None = _Ends(domain, node, pair, self._arrived, self._changed)
         self.gid = self._ends.writer.guid
-        domain.clients.add(self)
+        domain.services.add(self)
 
     def close(self) -> None:
         ends, self._ends = self._ends, None
-        self._domain.clients.discard(self)
+        self._domain.services.discard(self)
         for number in tuple(self._asked):
             self.forget(number)
         if ends is not None:
@@ -259,7 +280,7 @@ class Client:
             return
         servers = self._domain.known.services.get((Role.REQUEST, self._name), {})
         servers = {guid: end for guid, end in servers.items() if not end.of_dds.writes}
-        answering = {guid: end for guid, end in servers.items() if end.data.server}
+        answering = {guid: end for guid, end in servers.items() if not end.unanswerable}
         if not servers:
             self._end_all(NoAnswer(timed_out=False))
         elif not answering:

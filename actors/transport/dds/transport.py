@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+from actors.transport import protocol
 from actors.transport.dds.config import DdsConfig
 from actors.transport.dds.domain import Domain
 from actors.transport.dds.format.user_data import Process, write_participant_data, write_process
@@ -36,7 +37,7 @@ class DdsTransport:
         """The identity of this process on the network."""
         return self._session
 
-    async def join(self, domain_id: int, events: Events, *, beyond: bool = False) -> Domain:
+    async def join(self, domain_id: int, events: Events, *, beyond: bool = False) -> protocol.Participant:
         """See `actors.transport.protocol.Transport.join`. DDS shows no other domains. Raises WireUnavailable."""
         if self._opened:
             raise RuntimeError("a transport is opened once")
@@ -59,20 +60,8 @@ class DdsTransport:
             await domain.engine.close()
 
     def report(self) -> tuple[Link, ...]:
-        """Who is there. Cyclone DDS does not tell how much was exchanged with whom."""
-        if self._domain is None:
-            return ()
-        return tuple(
-            Link(
-                peer.session,
-                "" if peer.process is None else peer.process.host,
-                0 if peer.process is None else peer.process.process,
-                0,
-                0,
-                0,
-            )
-            for peer in self._domain.known.peers.values()
-        )
+        """What has been exchanged with each process that is there now; nothing if it is not open. Cyclone DDS does not tell whose messages are lost."""
+        return () if self._domain is None else tuple(self._domain.links())
 
     def sibling(self) -> Callable[[], DdsTransport]:
         """What makes a transport of another process of this machine, which joins the same domain."""

@@ -229,6 +229,10 @@ class KeyedParticipant:
         """Take what others tell. To be called when the transport is open."""
         self._keys.serve(self._waits(self.session), self._told)
 
+    @property
+    def complete(self) -> bool:
+        return True  # the tokens of a process come together
+
     # -- what this process has ----------------------------------------------------------------------------------------------
 
     def node(self, fqn: str) -> _NodeHere:

@@ -30,7 +30,6 @@ from actors.transport.protocol import Failed, Handle, Link, NoAnswer
 
 if TYPE_CHECKING:
     from actors.transport import protocol
-    from actors.transport.keyed.participant import KeyedParticipant
 
 __all__ = [
     "BULK",
@@ -166,7 +165,7 @@ class KeyTransport(Protocol):
         """The identity of this process on the network: lower-case hexadecimal digits, without leading zeros. Known before `open`."""
         ...
 
-    async def join(self, domain_id: int, events: protocol.Events, *, beyond: bool = False) -> KeyedParticipant:
+    async def join(self, domain_id: int, events: protocol.Events, *, beyond: bool = False) -> protocol.Participant:
         """See `actors.transport.protocol.Transport.join`."""
         from actors.transport.keyed.participant import KeyedParticipant
 

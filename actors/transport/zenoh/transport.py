@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Final
 
+from actors.transport import protocol
 from actors.transport.format.sessions import new_session
 from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Outlet, Query, Sample
 from actors.transport.protocol import Handle, Link, WireUnavailable
@@ -20,7 +21,7 @@ from actors.transport.zenoh.gossip_point import GossipPoint
 from actors.transport.zenoh.library import cannot_listen, import_zenoh, one_line
 from actors.transport.zenoh.memory import keep_freed_memory, leave_no_segments
 
-__all__ = ["ZenohTransport"]
+__all__ = ["ZenohKeys", "ZenohTransport"]
 
 _LOOKING: Final = 0.2
 """Seconds after which it is seen that the gossip point has gone."""
@@ -54,8 +55,8 @@ class _Running:
         self._timer = self._loop.call_later(_LOOKING, self._look)
 
 
-class ZenohTransport(KeyTransport):
-    """A `Transport` by a Zenoh session in the format of ROS 2's `rmw_zenoh`.
+class ZenohKeys(KeyTransport):
+    """A transport of keys by a Zenoh session.
 
     Invariant: it is opened at most once. Methods that declare something raise RuntimeError unless it is open.
     """
@@ -138,6 +139,34 @@ class ZenohTransport(KeyTransport):
         if self._running is None:
             raise RuntimeError("the transport is not open")
         return self._running.connection
+
+
+class ZenohTransport:
+    """A `Transport` by a Zenoh session in the format of ROS 2's `rmw_zenoh`. It joins one domain, once."""
+
+    def __init__(self, config: ZenohConfig | None = None) -> None:
+        self._keys = ZenohKeys(config)
+
+    @property
+    def session(self) -> str:
+        """The identity of this process on the network."""
+        return self._keys.session
+
+    async def join(self, domain_id: int, events: protocol.Events, *, beyond: bool = False) -> protocol.Participant:
+        """Connect; see `Transport.join`. Raises WireUnavailable, also if a client finds no router."""
+        return await self._keys.join(domain_id, events, beyond=beyond)
+
+    async def close(self) -> None:
+        """Withdraw everything and disconnect. Never raises; harmless if it is not open."""
+        await self._keys.close()
+
+    def report(self) -> tuple[Link, ...]:
+        """What has been exchanged with each process that is connected now; nothing if it is not open."""
+        return self._keys.report()
+
+    def sibling(self) -> Callable[[], ZenohTransport]:
+        """What makes a transport of another process of this machine: it listens at a port of its own, and meets this one."""
+        return self._keys.sibling()
 
 
 def _open_session(config: ZenohConfig, session: str, point: GossipPoint) -> objects.Session:

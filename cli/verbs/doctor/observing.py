@@ -94,6 +94,7 @@ async def observe(options: argparse.Namespace, asked: tuple[Word, str] | None, w
     view, reports = AllDomains(domain_from_environment(os.environ)), Reports()
     try:
         participant = await transport.join(view.domain, view, beyond=True)
+        view.complete = lambda: participant.complete
     except (WireUnavailable, ValueError) as error:
         raise CommandFailed(str(error)) from error
     try:

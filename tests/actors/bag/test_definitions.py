@@ -205,7 +205,7 @@ def test_an_empty_definition_counts_where_the_type_has_no_fields(
             type_of(topic)
     messages = [(bare, point), (same, point), (hoe, b"\0\1\0\0\0"), (hoe, point), (was_empty, b"\0\1\0\0\0")]
     bag = bag_of(tmp_path / "walk", messages)
-    assert echo("echo", [str(bag), "--json"]) == 1
+    assert COMMAND.main(["echo", str(bag), "--json"]) == 1
     out, err = capsys.readouterr()
     shown = [json.loads(line) for line in out.splitlines()]
     assert [(one["topic"], one["message"].get("z")) for one in shown] == [

@@ -6,7 +6,7 @@ from itertools import count
 from typing import Any, Final
 
 from actors.transport.dds import DdsConfig, DdsTransport
-from actors.transport.dds.domain import Domain
+from actors.transport.protocol import Participant
 
 __all__ = ["HERE", "MeetingTransport", "free_domain"]
 
@@ -26,5 +26,5 @@ class MeetingTransport(DdsTransport):
         super().__init__(HERE)
         self._meeting = domain
 
-    async def join(self, domain_id: int, events: Any, *, beyond: bool = False) -> Domain:
+    async def join(self, domain_id: int, events: Any, *, beyond: bool = False) -> Participant:
         return await super().join(self._meeting, events, beyond=beyond)

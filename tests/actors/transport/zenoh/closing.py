@@ -6,12 +6,13 @@ import asyncio
 import sys
 
 from actors.transport.keyed.protocol import Delivery
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 
 
 async def main(port: int) -> None:
-    a, b = (Party(ZenohTransport(ZenohConfig(gossip_port=port)), Changes()) for _ in range(2))
+    a, b = (Party(ZenohKeys(ZenohConfig(gossip_port=port)), Changes()) for _ in range(2))
     await a.open()
     await b.open()
     await a.until(lambda: a.is_linked(b.session), "they are linked")

@@ -13,7 +13,8 @@ import time
 from contextlib import suppress
 
 from actors.transport.keyed.protocol import Delivery, Outlet, Query, Sample
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
+from actors.transport.zenoh.transport import ZenohKeys
 
 
 def say(kind: str, **more: object) -> None:
@@ -55,7 +56,7 @@ def long_token(session: str, number: int) -> str:
 
 async def main(port: int, name: str) -> None:
     loop = asyncio.get_running_loop()
-    transport = ZenohTransport(ZenohConfig(gossip_port=port))
+    transport = ZenohKeys(ZenohConfig(gossip_port=port))
     kept: list[Query] = []
 
     def take(sample: Sample) -> None:

@@ -10,7 +10,8 @@ import os
 import sys
 
 from actors.transport.keyed.protocol import Delivery
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 
 KEY = "7/image/T/H"
@@ -19,7 +20,7 @@ IMAGE = bytes(range(256)) * 3600
 
 
 async def main(what: str) -> None:
-    party = Party(ZenohTransport(ZenohConfig.from_environment(os.environ)), Changes())
+    party = Party(ZenohKeys(ZenohConfig.from_environment(os.environ)), Changes())
     await party.open()
     if what == "put":
         outlet = await party.outlet(KEY, Delivery())

@@ -12,7 +12,8 @@ from typing import Literal
 
 import pytest
 
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import ALL_OF_IT, Changes, Party
 from tests.actors.transport.zenoh.wires import free_port
 from tests.interop.ros2.bench import NoRos, find_ros
@@ -77,7 +78,7 @@ class Place:
 
     @asynccontextmanager
     async def _open(self, config: ZenohConfig) -> AsyncIterator[Party]:
-        party = Party(ZenohTransport(config), self.changes)
+        party = Party(ZenohKeys(config), self.changes)
         await party.open()
         try:
             yield party

@@ -12,9 +12,10 @@ import zenoh
 
 from actors.transport import transport_from_environment
 from actors.transport.protocol import WireUnavailable
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.config import point_settings, session_settings, write_config
 from actors.transport.zenoh.library import one_line
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.zenoh.wires import free_port
 
@@ -220,7 +221,7 @@ def test_an_endpoint_that_is_none_is_refused_before_anything_is_opened(what: str
     ],
 )
 async def test_what_is_wrong_is_said_in_one_line(config: ZenohConfig, line: str) -> None:
-    party = Party(ZenohTransport(config), Changes())
+    party = Party(ZenohKeys(config), Changes())
 
     with pytest.raises(WireUnavailable) as caught:
         await party.open()
@@ -232,7 +233,7 @@ async def test_what_is_wrong_is_said_in_one_line(config: ZenohConfig, line: str)
 
 async def test_a_port_in_use_is_said_and_harms_nobody() -> None:
     config = ZenohConfig(listen=(f"tcp/127.0.0.1:{free_port()}",), gossip_port=0)
-    first, second = Party(ZenohTransport(config), Changes()), Party(ZenohTransport(config), Changes())
+    first, second = Party(ZenohKeys(config), Changes()), Party(ZenohKeys(config), Changes())
     await first.open()
 
     with pytest.raises(WireUnavailable) as caught:
@@ -250,7 +251,7 @@ async def test_without_the_package_it_is_said_what_to_install(monkeypatch: pytes
     with pytest.raises(
         WireUnavailable, match=r"^the package eclipse-zenoh cannot be imported \(.*\); install it with pip$"
     ):
-        await Party(ZenohTransport(), Changes()).open()
+        await Party(ZenohKeys(), Changes()).open()
 
 
 def test_an_error_of_the_parser_is_one_line() -> None:

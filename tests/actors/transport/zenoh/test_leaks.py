@@ -14,7 +14,8 @@ import pytest
 from actors import Child, Node, run
 from actors.qos import DEFAULT
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, write_token
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party, kept
 from tests.actors.transport.zenoh.wires import PeerWire
 
@@ -38,7 +39,7 @@ async def test_a_thousand_sessions_leave_no_file_no_thread_and_no_object() -> No
     await other.open()
 
     async def once() -> None:
-        one = Party(ZenohTransport(ZenohConfig(gossip_port=wire.port)), Changes())
+        one = Party(ZenohKeys(ZenohConfig(gossip_port=wire.port)), Changes())
         await one.open()
         one.listen("7/chatter/T/H")
         outlet = one.transport.outlet("7/chatter/T/H", kept(1))

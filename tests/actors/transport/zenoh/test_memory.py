@@ -15,8 +15,9 @@ from typing import Any
 
 import pytest
 
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.memory import leave_no_segments
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.zenoh.wires import free_port
 
@@ -196,7 +197,7 @@ def left_over() -> Iterator[Path]:
 async def test_who_opens_a_transport_with_shared_memory_removes_what_was_left(
     size: int, left: bool, left_over: Path
 ) -> None:
-    party = Party(ZenohTransport(ZenohConfig(gossip_port=0, shared_memory=size)), Changes())
+    party = Party(ZenohKeys(ZenohConfig(gossip_port=0, shared_memory=size)), Changes())
 
     await party.open()
 

@@ -16,10 +16,11 @@ from actors.transport.keyed.protocol import Delivery, Query, Replied
 from actors.transport.protocol import Link, NoAnswer
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.history import ask_history
 from actors.transport.zenoh.queries import Server
 from actors.transport.zenoh.questions import Question
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import TOKENS, Changes, Party
 from tests.actors.transport.zenoh.fakes import FakeQuery, FakeSession
 from tests.actors.transport.zenoh.wires import free_port
@@ -39,7 +40,7 @@ def port() -> int:
 @pytest.fixture
 async def a(port: int) -> AsyncIterator[Party]:
     """A transport at a port."""
-    one = Party(ZenohTransport(ZenohConfig(listen=(f"tcp/127.0.0.1:{port}",), gossip_port=0)), Changes())
+    one = Party(ZenohKeys(ZenohConfig(listen=(f"tcp/127.0.0.1:{port}",), gossip_port=0)), Changes())
     await one.open()
     yield one
     await one.transport.close()
@@ -193,7 +194,7 @@ async def test_history_passes_between_ours_and_plain_advanced_classes_both_ways(
 
 
 async def test_a_transport_is_opened_once_and_used_while_it_is_open() -> None:
-    one = Party(ZenohTransport(ZenohConfig(gossip_port=0)), Changes())
+    one = Party(ZenohKeys(ZenohConfig(gossip_port=0)), Changes())
     with pytest.raises(RuntimeError, match="the transport is not open"):
         one.transport.announce("@ros2_lv/7/talker")
     assert one.transport.report() == ()
@@ -229,7 +230,7 @@ async def test_a_token_that_is_announced_twice_is_never_told_to_its_own_transpor
 async def test_an_opening_that_is_cancelled_leaves_no_session() -> None:
     port = free_port()
     config = ZenohConfig(listen=(f"tcp/127.0.0.1:{port}",), gossip_port=free_port())
-    one = Party(ZenohTransport(config), Changes())
+    one = Party(ZenohKeys(config), Changes())
     opening = asyncio.create_task(one.open())
     await asyncio.sleep(0)
     opening.cancel()
@@ -238,7 +239,7 @@ async def test_an_opening_that_is_cancelled_leaves_no_session() -> None:
     while [thread for thread in threading.enumerate() if thread.name == "zenoh worker"]:
         await asyncio.sleep(0.01)
 
-    again = Party(ZenohTransport(config), Changes())
+    again = Party(ZenohKeys(config), Changes())
     await again.open()
     await again.transport.close()
 

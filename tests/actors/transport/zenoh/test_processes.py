@@ -15,7 +15,8 @@ from typing import Any
 import pytest
 
 from actors.transport.protocol import NoAnswer
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Happened, Party
 from tests.actors.transport.zenoh.peer import long_token
 from tests.actors.transport.zenoh.wires import free_port
@@ -89,7 +90,7 @@ async def start() -> AsyncIterator[Callable[..., Any]]:
 @asynccontextmanager
 async def party(port: int) -> AsyncIterator[Party]:
     """A transport in this process."""
-    one = Party(ZenohTransport(ZenohConfig(gossip_port=port)), Changes())
+    one = Party(ZenohKeys(ZenohConfig(gossip_port=port)), Changes())
     await one.open()
     try:
         yield one

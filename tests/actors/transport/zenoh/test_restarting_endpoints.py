@@ -14,7 +14,8 @@ from tests.actors.transport.zenoh.wires import free_port
 PROGRAM = """
 import asyncio, sys
 from actors.transport.keyed.protocol import Delivery
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
+from actors.transport.zenoh.transport import ZenohKeys
 
 KEPT = Delivery(reliable=True, depth=5, history=5)
 
@@ -26,7 +27,7 @@ class Nobody:
 
 async def main():
     config = ZenohConfig(gossip_port=int(sys.argv[1]))
-    one, other = ZenohTransport(config), ZenohTransport(config)
+    one, other = ZenohKeys(config), ZenohKeys(config)
     await one.open("t/**", Nobody())
     await other.open("t/**", Nobody())
     loop = asyncio.get_running_loop()

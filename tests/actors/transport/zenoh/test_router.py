@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from actors.transport import WireUnavailable
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.router import router
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.zenoh.wires import free_port
 
@@ -15,9 +16,7 @@ async def test_two_clients_meet_by_two_routers_that_are_joined() -> None:
     first, second = (f"tcp/127.0.0.1:{free_port()}" for _ in range(2))
     async with router((first,)), router((second,), (first,)):
         changes = Changes()
-        a, b = (
-            Party(ZenohTransport(ZenohConfig(mode="client", connect=(where,))), changes) for where in (first, second)
-        )
+        a, b = (Party(ZenohKeys(ZenohConfig(mode="client", connect=(where,))), changes) for where in (first, second))
         await a.open()
         await b.open()
 

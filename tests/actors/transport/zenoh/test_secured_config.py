@@ -11,9 +11,10 @@ import pytest
 from actors.transport import WireUnavailable
 from actors.transport.environment import transport_from_environment
 from actors.transport.security import SecurityError
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.config import point_settings, router_settings, session_settings, write_config
 from actors.transport.zenoh.router import router
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.security.fleet import Fleet
 from tests.actors.transport.zenoh.wires import free_port
@@ -102,7 +103,7 @@ async def test_a_client_that_is_refused_is_told_where_that_may_come_from(fleet: 
     where = f"tls/127.0.0.1:{free_port()}"
     config = ZenohConfig(mode="client", connect=(where,), security=security, overrides="connect/timeout_ms=10")
     with pytest.raises(WireUnavailable) as refused:
-        await Party(ZenohTransport(config), Changes()).open()
+        await Party(ZenohKeys(config), Changes()).open()
     assert str(refused.value) == (
         f"no router answers at {where}, or it does not take what {security.file} says; start one there, or be a peer"
     )
@@ -113,8 +114,8 @@ async def test_a_client_that_is_refused_is_told_where_that_may_come_from(fleet: 
 
 def test_the_variable_names_a_file_and_an_argument_counts_more(fleet: Fleet, tmp_path: Path) -> None:
     file = str(fleet.file("robot"))
-    assert isinstance(transport_from_environment({"ROBACTOR_SECURITY": file}), ZenohTransport)
-    assert isinstance(transport_from_environment({"ROBACTOR_SECURITY": "lost"}, security=file), ZenohTransport)
+    assert isinstance(transport_from_environment({"ROBACTOR_SECURITY": file}), ZenohKeys)
+    assert isinstance(transport_from_environment({"ROBACTOR_SECURITY": "lost"}, security=file), ZenohKeys)
     with pytest.raises(SecurityError, match="lost: the security file cannot be read"):
         transport_from_environment({"ROBACTOR_SECURITY": "lost"})
     with pytest.raises(SecurityError, match="lost: the security file cannot be read"):

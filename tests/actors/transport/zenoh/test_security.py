@@ -19,7 +19,8 @@ from actors.interfaces.std_msgs.msg import Int32
 from actors.transport import WireUnavailable
 from actors.transport.keyed.protocol import Delivery
 from actors.transport.security import Secret, Security
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.security.fleet import Fleet
 from tests.actors.transport.zenoh.wires import free_port
@@ -107,7 +108,7 @@ TABLE: list[tuple[Case, str]] = [
 
 @asynccontextmanager
 async def opened(config: ZenohConfig, changes: Changes) -> AsyncIterator[Party]:
-    party = Party(ZenohTransport(config), changes)
+    party = Party(ZenohKeys(config), changes)
     await party.open()
     try:
         yield party
@@ -189,7 +190,7 @@ async def pair(tmp_path: Path) -> AsyncIterator[tuple[System, System]]:
             ("robot", (Child(Robot, name="robot"),), RULES),
             ("desk", (Child(Desk, name="desk"), Child(Node, name="spy")), None),
         ):
-            transport = ZenohTransport(ZenohConfig(gossip_port=port, security=fleet.security(name, access=rules)))
+            transport = ZenohKeys(ZenohConfig(gossip_port=port, security=fleet.security(name, access=rules)))
             context = run(*tree, transport=transport, signals=False, sinks=())
             systems.append(await stack.enter_async_context(context))
         yield systems[0], systems[1]

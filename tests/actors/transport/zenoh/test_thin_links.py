@@ -13,8 +13,9 @@ import zenoh
 from actors.interfaces import decode, encode
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.transport.keyed.protocol import BULK, Delivery
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.history import declare_publishers
+from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.zenoh.wires import Relay, free_port
 
@@ -30,7 +31,7 @@ class Wire:
         self.relay = Relay(port)
         config = ZenohConfig(listen=(f"tcp/127.0.0.1:{port}",), gossip_port=0, thin_links=thin)
         self.changes = Changes()
-        self.party = Party(ZenohTransport(config), self.changes)
+        self.party = Party(ZenohKeys(config), self.changes)
 
     async def open(self) -> None:
         await self.party.open()

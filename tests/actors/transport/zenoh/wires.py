@@ -7,7 +7,8 @@ import socket
 from contextlib import suppress
 
 from actors.transport.keyed.protocol import KeyTransport
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport.zenoh import ZenohConfig
+from actors.transport.zenoh.transport import ZenohKeys
 
 __all__ = ["CutWire", "PeerWire", "Relay", "free_port"]
 
@@ -26,8 +27,8 @@ class PeerWire:
     def __init__(self) -> None:
         self.port = free_port()
 
-    def transport(self) -> ZenohTransport:
-        return ZenohTransport(ZenohConfig(gossip_port=self.port))
+    def transport(self) -> ZenohKeys:
+        return ZenohKeys(ZenohConfig(gossip_port=self.port))
 
 
 class Relay:
@@ -91,7 +92,7 @@ class CutWire:
             server.close()
             await server.wait_closed()
 
-    def transport(self) -> ZenohTransport:
+    def transport(self) -> ZenohKeys:
         relays = {session: Relay(port) for session, port in self._ports.items()}
         port = free_port()
         config = ZenohConfig(
@@ -100,7 +101,7 @@ class CutWire:
             connect=tuple(f"tcp/127.0.0.1:{relay.port}" for relay in relays.values()),
             overrides="scouting/gossip/enabled=false",
         )
-        transport = ZenohTransport(config)
+        transport = ZenohKeys(config)
         self._ports[transport.session] = port
         for session, relay in relays.items():
             self._relays[frozenset((session, transport.session))] = relay
