@@ -16,11 +16,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from actors.suggest import did_you_mean
 from robot.geometry.angles import wrap
 from robot.geometry.vectors import Triple, Vector
+from robot.model.bodies import BODIES
 from robot.model.robot import SPOT, ModelError, Pair, RobotModel
 
-__all__ = ["MOST_BYTES", "read_model"]
+__all__ = ["MOST_BYTES", "find_model", "read_model"]
 
 MOST_BYTES: Final = 4_000_000
 """Of a file; descriptions of robots without their meshes are a hundredth of that."""
@@ -68,6 +70,16 @@ def read_model(path: str | Path) -> RobotModel:
         return _Reader(mujoco, model, file.stem).robot()
     except ModelError as error:
         raise ModelError(f"{file}: {error}") from None
+
+
+def find_model(text: str) -> RobotModel:
+    """A robot that comes with the package, by its name, or the one of a file. Raises `ModelError` for what is neither, and as `read_model` does."""
+    if text in BODIES:
+        return BODIES[text]
+    if Path(text).suffix.lower() in (".xml", ".urdf", ".mjcf"):
+        return read_model(text)
+    hint = did_you_mean(text, BODIES, quoted=False) or f"; there are: {', '.join(BODIES)}"
+    raise ModelError(f"no robot is called {text!r}{hint}, or give a file (.xml or .urdf)")
 
 
 def _without_meshes(file: Path) -> str:
