@@ -159,9 +159,11 @@ def node_name_of(name: str) -> str | None:
 
 
 def namespace_of(context: LaunchContext, namespace: Text | None) -> str:
-    """The namespace of a node, below that of its group; empty if there is none. Raises `LaunchError`."""
-    given = "" if namespace is None else perform(context, namespace)
-    whole = joined_namespace(context.launch_configurations.get("ros_namespace", ""), given)
+    """The namespace of a node, below that of its group; empty if none is given, not even an empty one. Raises `LaunchError`."""
+    base = context.launch_configurations.get("ros_namespace")
+    if namespace is None and base is None:
+        return ""
+    whole = joined_namespace(base or "", "" if namespace is None else perform(context, namespace)) or "/"
     try:
         normalize_namespace(whole)
     except ValueError as error:
