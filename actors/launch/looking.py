@@ -9,7 +9,7 @@ import threading
 from collections.abc import Generator
 from contextlib import contextmanager
 from functools import lru_cache
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from actors.launch.errors import LaunchError
 
@@ -74,4 +74,6 @@ def _audit(event: str, arguments: tuple[Any, ...]) -> None:
 
 
 def _is_written(path: object, mode: object, flags: object) -> bool:
-    return not isinstance(path, int) and path != os.devnull and isinstance(flags, int) and bool(flags & _WRITES)
+    if isinstance(path, int) or path == os.devnull or not isinstance(flags, int):
+        return False
+    return bool(flags & _WRITES) and not os.path.isdir(cast("str", path))  # a folder: a file that has no name in it

@@ -140,7 +140,7 @@ def value_of(context: LaunchContext, value: Any) -> Any:
     if isinstance(value, os.PathLike):
         return os.fspath(cast("os.PathLike[str]", value))
     if isinstance(value, bytes):
-        return list(value)
+        return tuple(bytes([byte]) for byte in value)
     if not isinstance(value, Sequence):
         raise LaunchError(f"{value!r:.60} of type {type(value).__name__} is no value of a parameter")
     items = cast("Sequence[object]", value)

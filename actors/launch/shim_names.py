@@ -164,6 +164,8 @@ NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         ),
         "launch.events.matchers": _from("events", "matches_action"),
         "launch.events.process": _PROCESS_EVENTS,
+        "launch.frontend": {},
+        "launch.frontend.expose": {},
         "launch.launch_context": _from("context", "LaunchContext"),
         "launch.launch_description": _from("entity", "LaunchDescription"),
         "launch.launch_description_entity": _from("entity", "LaunchDescriptionEntity"),

@@ -82,7 +82,11 @@ def test_nothing_is_left_in_python_after_a_launch_file_has_failed(tmp_path: Path
         ),
         ("from launch.events import zzzz", 1, "launch.events.zzzz is not supported here; there are: ExecutionComplete"),
         ("from launch_ros import zzzz", 1, "launch_ros.zzzz is not supported here"),
-        ("import launch.frontend.parser", 1, "launch.frontend is not supported here; did you mean 'launch"),
+        (
+            "import launch.frontend.parser",
+            1,
+            "launch.frontend.parser is not supported here; did you mean 'launch.frontend.expose'",
+        ),
         ("import no_such_module", 1, "ModuleNotFoundError: No module named 'no_such_module'"),
         ("x = 1\ndef f(:\n", 2, "invalid syntax: def f(:"),
         ("\n\nraise ValueError('no')", 3, "ValueError: no"),
