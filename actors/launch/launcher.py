@@ -277,6 +277,7 @@ class Launcher(Node):
         self.emit(events.ExecutionComplete(action=job.action))
         if job.on_exit is not None and not job.required:
             context = job.context.fork()
+            context.is_shutdown = self._ending
             context.extend_globals({"event": event})
             self._do(listed(job.on_exit(event, context) if callable(job.on_exit) else job.on_exit), context, place)
 
@@ -318,6 +319,7 @@ class Launcher(Node):
             if handler.handler.handle_once:
                 self._handlers.remove((handler, place))
             context = handler.context.fork()
+            context.is_shutdown = self._ending
             context.extend_globals({"event": event})
             try:
                 entities = handler.handler.handle(event, context)

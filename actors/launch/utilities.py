@@ -63,12 +63,13 @@ def make_namespace_absolute(ns: str | None) -> str | None:
 
 
 def prefix_namespace(base_ns: str | None = None, ns: str | None = None) -> str | None:
-    """A namespace below another one; an absolute one as it is. None for an empty one without another."""
-    if not ns:
-        return base_ns or None
-    if ns.startswith("/") or not base_ns:
-        return ns if ns == "/" else ns.rstrip("/")
-    return f"{base_ns.rstrip('/')}/{ns}".rstrip("/")
+    """A namespace below another one; an absolute one as it is. None if both are."""
+    joined = ns
+    if ns is None:
+        joined = base_ns
+    elif base_ns and not ns.startswith("/"):
+        joined = f"{base_ns.rstrip('/')}/{ns}"
+    return joined if joined is None or joined == "/" else joined.rstrip("/")
 
 
 def normalize_remap_rules(

@@ -5,6 +5,7 @@ General YAML differs: to it, ``1e3`` is a text, ``12:30`` a number and ``2001-01
 
 from __future__ import annotations
 
+import re
 from base64 import b64encode
 from functools import lru_cache
 from typing import Any, Final, cast
@@ -18,6 +19,7 @@ PLAIN: Final = "tag:robactor,2026:plain"
 """The tag of the nodes that are scalars without quotes and without a tag of their own."""
 _TEXT: Final = "tag:yaml.org,2002:str"
 _BINARY: Final = "tag:yaml.org,2002:binary"
+_UNPRINTABLE: Final = re.compile("[\x7f-\x9f\u2028\u2029\ufeff]")
 _WIDE: Final = 2**31
 """No line is wrapped."""
 
@@ -80,7 +82,8 @@ def _dumper() -> Any:
 
     def text(writer: Any, value: str) -> Any:
         quoted = value == "" or not isinstance(cast("object", plain_scalar(value)), str)
-        return writer.represent_scalar(_TEXT, value, style="'" if quoted else None)
+        style = '"' if _UNPRINTABLE.search(value) else "'" if quoted else None  # in double quotes they are escaped
+        return writer.represent_scalar(_TEXT, value, style=style)
 
     Dumper.add_representer(str, text)
 

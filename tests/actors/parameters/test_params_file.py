@@ -140,6 +140,17 @@ def test_an_empty_list_leaves_an_earlier_value_alone() -> None:
     assert EMPTY.with_rule("p:=[1]").with_rule("p:=[]").for_node("/n") == {"p": (1,)}
 
 
+def test_a_list_with_one_map_is_that_map_and_binary_data_are_bytes() -> None:
+    text = "/**:\n  ros__parameters:\n    io:\n      - names: [a]\n        deep: {x: [1, 2]}\n    rest: 1\n    key: !!binary AQID\n"
+
+    assert ParameterOverrides().with_text(text).for_node("/n") == {
+        "io.names": ("a",),
+        "io.deep.x": (1, 2),
+        "rest": 1,
+        "key": (b"\x01", b"\x02", b"\x03"),
+    }
+
+
 def test_keys_may_repeat_and_documents_may_follow() -> None:
     text = "n: {ros__parameters: {a: 1}}\nn: {ros__parameters: {b: 2, b: 3}}\n---\nn: {ros__parameters: {c: 4}}"
 
