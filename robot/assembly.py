@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from robot.geometry.planar import Pose2
 from robot.model.actuators import MOTOR_DELAY
+from robot.model.robot import SPOT, RobotModel
 from robot.nodes.carrier import Delivery
 from robot.scenes.scene import Scene
 from robot.scenes.worlds import get_world
@@ -51,6 +52,8 @@ class Robot:
     ``{"navigation": ["base", "spare"]}``, and `run(hosts=...)` then where those are. With `sight` it has depth cameras and an elevation map,
     and heeds what stands, hangs or is missing on its way and is not in the LiDAR's plane.
 
+    `model` is the robot whose figures the body has; the kinematic body, an arm and `sight` are those of the reference body, `SPOT`.
+
     A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
 
     Raises `UnknownWorld`, `BackendMissing` when MuJoCo is not installed, and `ValueError` for a kinematic body in a process or on
@@ -75,22 +78,21 @@ class Robot:
         processes: bool = False,
         hosts: Mapping[str, Sequence[str]] | None = None,
         sight: bool = False,
+        model: RobotModel = SPOT,
     ) -> None:
         self.scene: Scene = get_world(world) if isinstance(world, str) else world
         """Where it is: obstacles, places, things."""
-        arm = arm or isinstance(mission, Delivery)
+        delivery = mission if isinstance(mission, Delivery) else None
+        arm = arm or delivery is not None
+        _check(self.scene, body, model, processes=processes, others=arm or sight)
         self.process: BodyProcess | None = None
         """That of the body, with `processes`. It starts at once."""
-        if self.scene.walkers and (processes or body != "physics"):
-            raise ValueError(
-                f"the world {self.scene.name!r} has walkers: only the physics body in this process meets them"
-            )
         if processes:
             self.process = _body_process(
-                self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+                self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors, model=model
             )  # fmt: skip
         self.body: Simulation = self.process.body if self.process is not None else make_body(
-            self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+            self.scene, body, seed=seed, motor_delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors, model=model
         )  # fmt: skip
         """The simulated body. `body.truth()` is where it really is, which no controller knows."""
         try:
@@ -98,16 +100,14 @@ class Robot:
                 self.body,
                 Pack(battery),
                 _waypoints(mission, self.scene),
-                laps=0 if mission == "patrol" else 1,
-                motor_delay=motor_delay,
+                laps=0 if mission == "patrol" else 1, motor_delay=motor_delay,
                 publish_clock=publish_clock,
-                delivery=mission if isinstance(mission, Delivery) else None,
+                delivery=delivery,
                 processes=processes,
                 hosts=hosts,
                 grid=map,
-                sight=sight,
-                seed=seed,
-            )
+                sight=sight, seed=seed,
+            )  # fmt: skip
         except BaseException:
             self.close()
             raise
@@ -130,6 +130,14 @@ def default_tree() -> Supervisor:
     return Robot().tree
 
 
+def _check(scene: Scene, body: BodyKind, model: RobotModel, *, processes: bool, others: bool) -> None:
+    """Raise `ValueError` for a robot that cannot be; `others` says that it has an arm or depth cameras."""
+    if scene.walkers and (processes or body != "physics"):
+        raise ValueError(f"the world {scene.name!r} has walkers: only the physics body in this process meets them")
+    if model is not SPOT and (others or body != "physics"):
+        raise ValueError(f"the robot {model.name!r} has a physics body, no arm and no depth cameras: leave those out")
+
+
 def _body_process(
     scene: Scene,
     kind: BodyKind,
@@ -140,6 +148,7 @@ def _body_process(
     ground: Ground | None,
     actuators: ActuatorDesign | None,
     sensors: Sensors | None,
+    model: RobotModel,
 ) -> BodyProcess:
     if kind != "physics":
         raise ValueError(
@@ -150,7 +159,7 @@ def _body_process(
 
     check_engine()
     return BodyProcess(
-        scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+        scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors, model=model
     )
 
 
@@ -164,6 +173,7 @@ def make_body(
     ground: Ground | None = None,
     actuators: ActuatorDesign | None = None,
     sensors: Sensors | None = None,
+    model: RobotModel = SPOT,
 ) -> Simulation:
     """A body in a scene. Raises `BackendMissing` when MuJoCo is asked for and not installed, `ValueError` for a kinematic one on a `ground` or
     with `actuators`.
@@ -179,7 +189,7 @@ def make_body(
     from robot.sim.physics import PhysicsBody
 
     return PhysicsBody(
-        scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors
+        scene, seed=seed, delay=motor_delay, arm=arm, ground=ground, actuators=actuators, sensors=sensors, model=model
     )
 
 

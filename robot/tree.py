@@ -33,7 +33,7 @@ from robot.geometry.planar import Pose2
 from robot.hardware.body import Hardware
 from robot.hardware.devices import BatteryDevice, CameraDevice, DepthDevice, Equipment, LidarDevice
 from robot.model.actuators import MOTOR_DELAY
-from robot.model.parameters import STAND_HEIGHT
+from robot.model.robot import SPOT, RobotModel
 from robot.nodes.arm import ArmDriver
 from robot.nodes.battery import Battery
 from robot.nodes.calibration import Calibration
@@ -105,7 +105,7 @@ class Site:
     """The map in the LiDAR's plane, if that shows other things than `grid` does."""
 
     @classmethod
-    def of(cls, scene: Scene, grid: Grid | None = None) -> Site:
+    def of(cls, scene: Scene, grid: Grid | None = None, model: RobotModel = SPOT) -> Site:
         """That of a simulated scene, with a map of its own or, without `grid`, the one made of the scene."""
         return cls(
             Grid.from_scene(scene) if grid is None else grid,
@@ -114,7 +114,7 @@ class Site:
             has_station(scene),
             dict(scene.places),
             looks_of(scene.things),
-            Grid.from_scene(in_sight(scene)) if grid is None else grid,
+            Grid.from_scene(in_sight(scene, model)) if grid is None else grid,
         )
 
 
@@ -141,7 +141,7 @@ def robot_tree(
     """
     return tree_of(
         simulated(body, battery, sight=sight, seed=seed),
-        Site.of(body.scene, grid),
+        Site.of(body.scene, grid, body.model),
         waypoints,
         laps=laps,
         motor_delay=motor_delay,
@@ -246,11 +246,12 @@ def _control(robot: Equipment, motor_delay: float) -> Supervisor:
     commands = "body_drive" if body.capabilities.steps else "motor_targets"
     return _concern(
         "control",
-        Child(Motors, args=(body, robot.charger), stop=3.0),
+        Child(Motors, args=(body, robot.charger, robot.model), stop=3.0),
         Child(Proprioception, args=(body,)),
         # Its estimator learns the gyro's bias by itself, all the time: it takes the samples that no calibration has touched.
         Child(
             Gait,
+            args=(robot.model,),
             remap={"/imu/data": "/imu/data_raw"},
             parameters={"commands": commands, "motor_delay": motor_delay},
         ),
@@ -266,9 +267,11 @@ def _safety(battery: BatteryDevice) -> Supervisor:
     )
 
 
-def in_sight(scene: Scene) -> Scene:
+def in_sight(scene: Scene, model: RobotModel = SPOT) -> Scene:
     """The scene without what the LiDAR of a standing robot looks over or under: scans are not to be held against that."""
-    return replace(scene, obstacles=tuple(one for one in scene.obstacles if one.bottom < STAND_HEIGHT < one.height))
+    return replace(
+        scene, obstacles=tuple(one for one in scene.obstacles if one.bottom < model.stand_height < one.height)
+    )
 
 
 def _perception(robot: Equipment, site: Site | None) -> Supervisor:
@@ -276,7 +279,7 @@ def _perception(robot: Equipment, site: Site | None) -> Supervisor:
         "perception",
         *(_lidar(robot.lidar, site) if robot.lidar is not None else ()),
         Child(Frames),
-        Child(RobotStatePublisher, args=(write_urdf(arm=robot.arm is not None),)),
+        Child(RobotStatePublisher, args=(write_urdf(arm=robot.arm is not None, model=robot.model),)),
         *(_camera(robot.camera) if robot.camera is not None else ()),
         Child(Calibration),
         *(_depth(robot.depth) if robot.depth is not None else ()),

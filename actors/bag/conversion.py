@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.bag.contents import BagError, BagTopic
-from actors.bag.schemas import type_of
+from actors.bag.schemas import decoder_of, type_of
 from actors.interfaces.cdr import decode
 from actors.interfaces.fields import FLOATS, INTEGER_RANGES, STRINGS
 from actors.interfaces.registry import get_message
@@ -48,7 +47,7 @@ def here(topic: BagTopic) -> Here:
     recorded = type_of(topic)
     known = get_message(ros_name(topic.type)) if recorded.__ros_fields__ or topic.schema else recorded
     if known is recorded:
-        return Here(known, partial(decode, recorded))
+        return Here(known, decoder_of(topic, recorded))
     left_out, defaults = list[str](), list[str]()
     convert = _converter(recorded, known, "", left_out, defaults)
     if convert is None:

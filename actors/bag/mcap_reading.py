@@ -29,10 +29,17 @@ __all__ = ["McapReading", "Salvage"]
 FOOTER: Final = struct.Struct("<BQQQI")
 """The last record: opcode, length, where the summary and its offsets begin, checksum of the summary."""
 
+ENDINGS: Final = {record.DATA_END: 4, record.FOOTER: FOOTER.size - record.HEAD.size}
+"""The lengths of the records at the end of the data and of the file."""
+
 RUN_BYTES: Final = 1024 * 1024
 """How much of what is outside of chunks is read at once."""
 
 received: Final = attrgetter("received_ns")
+
+
+class _Lacking(Damaged):
+    """The index at the end of a file is whole, and does not tell all that is needed."""
 
 
 class Part(NamedTuple):
@@ -103,8 +110,8 @@ class McapReading:
                 self._closed = stream.read() == MAGIC
                 try:
                     self._contents = self._indexed(stream)
-                except Damaged:
-                    self._contents = self._scanned(stream)
+                except Damaged as why:
+                    self._contents = self._scanned(stream, "" if isinstance(why, _Lacking) else str(why))
         except OSError as error:
             raise BagError(f"{self._shown}: {error.strerror}") from error
         contents = self._contents
@@ -144,7 +151,9 @@ class McapReading:
             for part, following in zip_longest(parts, parts[1:]):
                 waiting += [one for one in self._strictly(stream, part, wanted) if one.received_ns >= start_ns]
                 waiting.sort(key=received)
-                ready = len(waiting) if following is None else bisect_left(waiting, following.first_ns, key=received)
+                # What is damaged comes after all that was received until then.
+                until = None if following is None else following.first_ns + bool(following.damage)
+                ready = len(waiting) if until is None else bisect_left(waiting, until, key=received)
                 yield from waiting[:ready]
                 del waiting[:ready]
 
@@ -246,12 +255,18 @@ class McapReading:
 
     # -- what the file holds ------------------------------------------------------------------------------------------------
 
-    def _scanned(self, stream: BinaryIO) -> _Contents:
-        """What the file holds, read from front to back."""
+    def _scanned(self, stream: BinaryIO, damage: str) -> _Contents:
+        """What the file holds, read from front to back; `damage` is that of its index.
+
+        Where that is damaged, a record of another kind may have been a chunk: all is known to be there only by the statistics.
+        """
         contents = _Contents(complete=False, statistics=self._statistics)
         self._walk(stream, contents, len(MAGIC), self._size, opened=True)
         if contents.statistics is not None:
             _compare(contents, self._size, contents.statistics)
+        elif damage and self._closed:
+            why = f"{damage}, and no statistics tell whether messages are missing"
+            contents.parts.append(Part(self._size, self._size, contents.end_ns, contents.end_ns, damage=why))
         return contents
 
     def _indexed(self, stream: BinaryIO) -> _Contents:
@@ -260,10 +275,12 @@ class McapReading:
         stream.seek(max(0, end))
         tail = stream.read()
         if end < len(MAGIC) or not tail.endswith(MAGIC):
-            raise Damaged("the end is missing")
+            raise _Lacking("the end is missing")
         opcode, _, start, _, crc = FOOTER.unpack_from(tail)
+        if opcode == record.FOOTER and not start:
+            raise _Lacking("there is no summary")
         if opcode != record.FOOTER or not len(MAGIC) <= start <= end:
-            raise Damaged("there is no summary")
+            raise Damaged("the summary is not where its file says")
         stream.seek(start)
         summary = stream.read(end - start)
         if crc and zlib.crc32(tail[: FOOTER.size - 4], zlib.crc32(summary)) != crc:
@@ -280,13 +297,13 @@ class McapReading:
                 _note(contents, opcode, summary[begin:ended])
         self._statistics = told
         if told is None or sum(told.counts.values()) != told.message_count or len(chunks) > told.chunk_count:
-            raise Damaged("there are no statistics")
+            raise _Lacking("there are no statistics")
         self._between(stream, contents, chunks, start)
         known = contents.channels
         if len(known) < told.channel_count or not all(number in known for number in told.counts):
-            raise Damaged("there are channels that the summary does not describe")
+            raise _Lacking("there are channels that the summary does not describe")
         if any(each.schema_id and each.schema_id not in contents.schemas for each in known.values()):
-            raise Damaged("there are schemas that the summary does not describe")
+            raise _Lacking("there are schemas that the summary does not describe")
         if not told.chunk_count or contents.chunks < told.chunk_count:
             _compare(contents, start, told)
         contents.counts = Counter(told.counts)
@@ -320,6 +337,8 @@ class McapReading:
                 break
             try:
                 if opcode in (record.DATA_END, record.FOOTER):
+                    if length != ENDINGS[opcode]:
+                        raise Damaged("a record of the end has a wrong length")
                     contents.complete = True
                 elif opcode == record.CHUNK:
                     run.close()

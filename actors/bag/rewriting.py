@@ -78,7 +78,7 @@ def _received(message: BagMessage) -> int:
 
 def _defined(topic: BagTopic) -> BagTopic:
     """The topic with the definition that this process knows, if the bag holds none."""
-    if topic.schema_encoding or topic.serialization_format != "cdr":
+    if topic.schema.strip() or topic.serialization_format != "cdr":
         return topic
     try:
         type = type_of(topic)

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Final
 
 from actors.bag.contents import BagError, BagTopic
-from actors.interfaces.errors import InterfaceError
+from actors.interfaces.cdr import decode
+from actors.interfaces.errors import CdrError, InterfaceError
 from actors.interfaces.hashes import type_hash
-from actors.interfaces.registry import get_message
+from actors.interfaces.registry import find, get_message
 from actors.interfaces.schemas import ENCODINGS, recorded_hash, recorded_type, ros_name
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
 
-__all__ = ["identity", "type_of"]
+__all__ = ["decoder_of", "identity", "type_of"]
 
 HASH: Final = re.compile(r"RIHS01_[0-9a-f]{64}")
+
+EMPTY: Final = 8
+"""The bytes of a message without fields at most: the header of CDR, and the field that ROS 2 puts in, with padding."""
 
 REMEDIES: Final = {
     "ros1": ": those are messages of ROS 1; convert its bag by `rosbags-convert` (pip install rosbags)",
@@ -59,9 +64,22 @@ def identity(topic: BagTopic) -> str:
         return topic.schema
 
 
+def decoder_of(topic: BagTopic, type: type[Message]) -> Callable[[bytes], Message]:
+    """What decodes the messages of a topic, whose type this is. It raises `CdrError`, also for data where the bag tells of no fields."""
+    if type.__ros_fields__ or topic.schema.strip():
+        return partial(decode, type)
+
+    def without_fields(data: bytes) -> Message:
+        if len(data) > EMPTY:
+            raise CdrError(f"the bag's definition of {topic.type} is empty, and a message has {len(data)} bytes")
+        return decode(type, data)
+
+    return without_fields
+
+
 @lru_cache(maxsize=256)
 def _type(name: str, encoding: str, schema: str, hashed: str) -> type[Message]:
-    if encoding in ENCODINGS:
+    if encoding in ENCODINGS and (schema.strip() or _without_fields(name, encoding, schema, hashed)):
         return recorded_type(name, encoding, schema)
     known = get_message(ros_name(name))
     if HASH.fullmatch(hashed) and hashed != type_hash(known):
@@ -69,3 +87,10 @@ def _type(name: str, encoding: str, schema: str, hashed: str) -> type[Message]:
             f"{name} was recorded with another definition ({hashed}) than is known here ({type_hash(known)}), which the bag does not hold"
         )
     return known
+
+
+def _without_fields(name: str, encoding: str, schema: str, hashed: str) -> bool:
+    """Whether an empty definition is that of a type without fields, and not one that the writer did not have."""
+    if HASH.fullmatch(hashed):
+        return hashed == recorded_hash(name, encoding, schema)
+    return find(ros_name(name)) is None

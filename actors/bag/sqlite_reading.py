@@ -19,6 +19,9 @@ __all__ = ["SqliteReading"]
 
 
 ROWS: Final = "SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ? ORDER BY id"
+DAMAGE: Final = (sqlite3.Error, OverflowError, TypeError, ValueError)
+"""What reading a damaged file raises: also for a text, in an error of sqlite3 too, that is not in UTF-8."""
+
 LAST: Final = 2**63 - 1
 """The largest number of a row."""
 
@@ -32,11 +35,13 @@ class SqliteReading:
         self.path = path
         self._shown = shown or path
         """What the file is called in errors."""
+        self._count = 0
+        """How many messages there were when `metadata` counted them."""
         try:
             with closing(self._open()) as database:
                 self._topics = dict(_topics(database))
                 self.told = _told(database)
-        except sqlite3.Error as error:
+        except DAMAGE as error:
             raise BagError(f"{self._shown} is no sqlite3 file of a bag: {error}") from error
 
     def complete(self, completed: Callable[[BagTopic], BagTopic]) -> None:
@@ -47,9 +52,11 @@ class SqliteReading:
         """What the file holds."""
         with self._checked() as database:
             counts = dict(_all(database, "SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"))
-            start, end = (
-                time or 0 for time in _all(database, "SELECT MIN(timestamp), MAX(timestamp) FROM messages")[0]
-            )
+            (times,) = _all(database, "SELECT MIN(timestamp), MAX(timestamp) FROM messages")
+            if not all(isinstance(time, int) for time in times) and times != (None, None):
+                raise sqlite3.DatabaseError("a message has no time")
+            start, end = times[0] or 0, times[1] or 0
+        self._count = sum(counts.values())
         topics = dict[BagTopic, int]()
         for number, topic in self._topics.items():
             topics[topic] = topics.get(topic, 0) + counts.get(number, 0)
@@ -60,13 +67,17 @@ class SqliteReading:
         """The messages received from `start_ns` on, in order of receipt, of these topics or all. Raises `BagError` for what is damaged."""
         query = "SELECT topic_id, timestamp, data FROM messages WHERE timestamp >= ? ORDER BY timestamp, id"
         with self._checked() as database:
+            found = 0
             for number, time, data in database.execute(query, (start_ns,)):
+                found += 1
                 topic = self._topics.get(number)
                 if topic is not None and isinstance(data, bytes) and isinstance(time, int):
                     if topics is None or topic.name in topics:
                         yield BagMessage(topic, data, time, time)
                 else:
                     raise sqlite3.DatabaseError("a message has no topic, no time or no data")
+            if not start_ns and found < self._count:  # the index and the table do not agree
+                raise sqlite3.DatabaseError(f"it holds {self._count} messages, and {found} are found by their times")
 
     def before(self, end_ns: int, newest: Newest, file: int) -> None:
         """Add the messages received before `end_ns` that may be the newest of their topics."""
@@ -96,7 +107,7 @@ class SqliteReading:
                         else:
                             found.damaged += 1
                     return
-                except sqlite3.Error:  # a page is damaged
+                except DAMAGE:  # a page is damaged
                     found.damaged += 1
                     following = _readable(database, at)
                     if following is None:
@@ -109,7 +120,7 @@ class SqliteReading:
         try:
             with closing(self._open()) as database:
                 yield database
-        except (sqlite3.Error, OverflowError, TypeError) as error:
+        except DAMAGE as error:
             raise BagError(
                 f"{self._shown} is damaged: {error}; `bag recover {self._shown} -o NEW` writes what can be read"
             ) from error
@@ -126,7 +137,7 @@ def _readable(database: sqlite3.Connection, after: int) -> int | None:
     def reads(number: int) -> bool:
         try:
             _all(database, f"{ROWS} LIMIT 1", (number,))
-        except sqlite3.Error:
+        except DAMAGE:
             return False
         return True
 

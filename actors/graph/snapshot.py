@@ -148,12 +148,6 @@ class Snapshot(msgspec.Struct, frozen=True):
                 lines.append(f'  "{begin}" -> "{end}"{" [style=dashed]" if dotted else ""};')
         return "\n".join([*lines, "}"]) + "\n"
 
-    def to_svg(self) -> str:
-        """A picture of what `to_mermaid` describes, for a browser: nodes in columns, each before what it publishes, serves or calls."""
-        from actors.graph.svg import drawn
-
-        return drawn(self._things(), self._edges())
-
     def diff(self, other: Snapshot) -> tuple[str, ...]:
         """The changes that lead from this snapshot to `other`, one line each: + for added, - for removed, ~ for changed."""
         lines: list[str] = []

@@ -20,6 +20,9 @@ from actors.launch.errors import (
 from actors.launch.launching import (
     Launch,
 )
+from actors.launch.looking import (
+    NotDone,
+)
 from actors.launch.packages import (
     Executable,
     NodeTarget,
@@ -39,6 +42,7 @@ __all__ = [
     "LaunchError",
     "Line",
     "NodeTarget",
+    "NotDone",
     "Packages",
     "Program",
     "UnknownExecutable",

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from actors.launch.errors import ConditionError
+from actors.launch.looking import NotDone
 from actors.launch.substitution import Text, normalized, perform, shown
+from actors.launch.substitutions.paths import COMMAND
 
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
@@ -94,6 +96,11 @@ def evaluate_condition_expression(context: LaunchContext, expression: Text) -> b
     if text in ("true", "1"):
         return True
     if text in ("false", "0"):
+        return False
+    if context.lenient and COMMAND in text:
+        context.note(
+            NotDone(f"the condition {shown(expression)} depends on a command, which is not run here").at(context.line)
+        )
         return False
     problem = f"the condition {shown(expression)} is {text!r}; it must be 'true', '1', 'false' or '0'"
     context.stand_in(ConditionError(problem), "false")

@@ -80,7 +80,11 @@ class LaunchContext:
         self.anonymous: dict[str, str] = {}
         self.depth = 0
         """How many launch files include this one."""
+        self.noted: set[Path] = set()
+        """The launch files that are not included here, of which the arguments have been noted."""
         self.is_shutdown = False
+        self.absent_modules = False
+        """Whether something stands in for a Python module that is not installed, which has been noted."""
         self.only_shown = False
         """Whether this is about what would be done later: no function and no command of the user's is called."""
         self._numbers = count(1)
@@ -167,7 +171,7 @@ class LaunchContext:
         other = LaunchContext(self.packages, argv=self.argv, lenient=self.lenient, stand_ins=self.stand_ins)
         other.scoped, other._first_environment = self.scoped.copy(), self._first_environment
         other.locals = SimpleNamespace(**vars(self.locals))
-        other.only_shown = self.only_shown
+        other.only_shown, other.absent_modules = self.only_shown, self.absent_modules
         other.file, other.line, other.anonymous = self.file, self.line, self.anonymous
         other.problems, other.declared, other.depth = self.problems, self.declared, self.depth
         other._numbers = self._numbers
@@ -189,6 +193,8 @@ class LaunchContext:
     def note(self, error: LaunchError) -> None:
         """Note a problem, once."""
         placed = error.at(self.line)
+        if self.absent_modules and "Unknown" in error.problem:
+            return  # what the stand-in cannot do is no problem of its own
         if str(placed) not in map(str, self.problems):
             self.problems.append(placed)
 

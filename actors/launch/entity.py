@@ -28,6 +28,11 @@ class LaunchDescriptionEntity:
         """The parts of this part, whether or not they apply."""
         return []
 
+    def note_arguments(self, context: LaunchContext) -> None:
+        """Remember the arguments that are declared in this part, which does not apply now."""
+        for inner in self.describe_sub_entities():
+            inner.note_arguments(context)
+
 
 class Action(LaunchDescriptionEntity):
     """Something that is done, if its condition holds. A subclass of the user's defines `execute`."""
@@ -120,7 +125,7 @@ def _evaluate(entity: object, context: LaunchContext, scope: Scope) -> None:
         if isinstance(entity, Action):
             context.line = entity.line or context.line
             if not entity.applies(context):
-                _note_arguments(entity, context)
+                entity.note_arguments(context)
                 return
         entity.plan(context, scope)
     except LaunchError:
@@ -134,13 +139,3 @@ def _line_of(error: BaseException) -> str:
 
     place = origin_of(error)
     return f" (at {place.file}:{place.line})" if place is not None else ""
-
-
-def _note_arguments(entity: LaunchDescriptionEntity, context: LaunchContext) -> None:
-    """Remember the arguments that are declared below a part that does not apply."""
-    from actors.launch.actions.configuration import DeclareLaunchArgument
-
-    if isinstance(entity, DeclareLaunchArgument):
-        entity.remember(context, conditional=True)
-    for inner in entity.describe_sub_entities():
-        _note_arguments(inner, context)

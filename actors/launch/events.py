@@ -11,6 +11,7 @@ __all__ = [
     "ExecutionComplete",
     "IncludeLaunchDescription",
     "ProcessExited",
+    "ProcessIO",
     "ProcessStarted",
     "ProcessStderr",
     "ProcessStdout",
@@ -114,9 +115,10 @@ class ProcessExited(_ProcessEvent):
         self.returncode = returncode
 
 
-class _ProcessOutput(_ProcessEvent):
+class ProcessIO(_ProcessEvent):
     """A line that a process has written, as bytes in `text`."""
 
+    name = "launch.events.process.ProcessIO"
     from_stdout = False
     from_stderr = False
     from_stdin = False
@@ -126,14 +128,14 @@ class _ProcessOutput(_ProcessEvent):
         self.text = text
 
 
-class ProcessStdout(_ProcessOutput):
+class ProcessStdout(ProcessIO):
     """A line on stdout."""
 
     name = "launch.events.process.ProcessStdout"
     from_stdout = True
 
 
-class ProcessStderr(_ProcessOutput):
+class ProcessStderr(ProcessIO):
     """A line on stderr."""
 
     name = "launch.events.process.ProcessStderr"

@@ -36,6 +36,7 @@ from actors.launch.program import ProcessDied, ProgramNode
 from actors.launch.requests import Requests
 from actors.launch.shim import shim
 from actors.logs import INFO, LogRecord
+from actors.names.names import fully_qualified
 from actors.runtime.declarations import background
 from actors.runtime.node import Node
 from actors.supervision.declarations import Child, Supervisor
@@ -209,7 +210,7 @@ class Launcher(Node):
         if not any(child.ref for child in life.children()):  # all of its nodes have declined to start
             await self._terminate(running)
         if job.node is not None and job.node.autostart and job.node.name is not None:
-            await take_through(self, f"{job.node.namespace}/{job.node.name}", UP)
+            await take_through(self, fully_qualified(job.node.namespace or "/", job.node.name), UP)
 
     async def _children(self, running: Running) -> list[Spec]:
         job = running.job
@@ -276,6 +277,7 @@ class Launcher(Node):
         self.emit(events.ExecutionComplete(action=job.action))
         if job.on_exit is not None and not job.required:
             context = job.context.fork()
+            context.is_shutdown = self._ending
             context.extend_globals({"event": event})
             self._do(listed(job.on_exit(event, context) if callable(job.on_exit) else job.on_exit), context, place)
 
@@ -317,6 +319,7 @@ class Launcher(Node):
             if handler.handler.handle_once:
                 self._handlers.remove((handler, place))
             context = handler.context.fork()
+            context.is_shutdown = self._ending
             context.extend_globals({"event": event})
             try:
                 entities = handler.handler.handle(event, context)

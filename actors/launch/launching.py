@@ -11,6 +11,7 @@ from actors.launch.children import scope_supervisor
 from actors.launch.context import LaunchContext
 from actors.launch.errors import LaunchError
 from actors.launch.launcher import Launcher
+from actors.launch.looking import looking
 from actors.launch.packages import Packages
 from actors.launch.plan import Scope
 from actors.launch.requests import Requests
@@ -29,7 +30,8 @@ class Launch:
     where executables and files are.
 
     Unless `lenient`, what cannot be evaluated raises `LaunchError` here. If it is, the rest is evaluated all the same, and `problems` tells
-    what is wrong; such a launch can be shown, but not run. With `stand_ins`, an empty node stands in for an executable that is not here.
+    what is wrong; such a launch can be shown, but not run, and nothing is written, run or sent
+    for it: what would do so is left out, with a `NotDone` among the problems. With `stand_ins`, an empty node stands in for an executable that is not here.
     """
 
     def __init__(
@@ -49,7 +51,7 @@ class Launch:
         self.is_broken = False
         """Whether the file itself cannot be read, so that nothing of it can be shown."""
         try:
-            with shim(context):
+            with shim(context), looking(lenient):
                 include_file(path, context, plan)
         except LaunchError as error:
             if not lenient:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.errors import LaunchError
+from actors.launch.looking import looking
 from actors.launch.substitution import Substitution, Text, normalized, perform, shown, yaml_value
 from actors.launch.substitutions.values import LaunchConfiguration
 from actors.parameters.ros_yaml import dump_yaml
@@ -63,10 +64,7 @@ class RewrittenYaml(Substitution):
         root = "" if self.root_key is None else perform(context, self.root_key)
         if root:
             content = {root: content}
-        with tempfile.NamedTemporaryFile("w", suffix=".yaml", delete=False, encoding="utf-8") as file:
-            file.write(dump_yaml(content))
-        atexit.register(Path(file.name).unlink, missing_ok=True)  # processes that are started later read it
-        return file.name
+        return _copy(dump_yaml(content), ".yaml")
 
     def _rewritten(
         self, value: Any, path: str, texts: Mapping[str, str], keys: Mapping[str, str], values: Mapping[str, str]
@@ -109,9 +107,15 @@ class ReplaceString(Substitution):
         text = source.read_text(encoding="utf-8")
         for old, new in self.replacements.items():
             text = text.replace(old, perform(context, new))
-        with tempfile.NamedTemporaryFile("w", suffix=source.suffix, delete=False, encoding="utf-8") as file:
-            file.write(text)
-        return file.name
+        return _copy(text, source.suffix)
+
+
+def _copy(text: str, suffix: str) -> str:
+    """The path of a temporary file, which processes that are started later may read; it ends with this process."""
+    with looking(False), tempfile.NamedTemporaryFile("w", suffix=suffix, delete=False, encoding="utf-8") as file:
+        file.write(text)
+    atexit.register(Path(file.name).unlink, missing_ok=True)
+    return file.name
 
 
 class HasNodeParams(Substitution):

@@ -30,7 +30,10 @@ GROUP = "robactor.nodes"
 """The group of entry points in which a distribution names its nodes."""
 
 OURS = "robactor"
-"""The distribution whose packages are examples: a package of the user's in `paths` that has the name of one goes before it."""
+"""The distribution whose packages are examples: a package of the user's in `paths` or in a prefix that has the name of one goes before it."""
+
+EXAMPLES = "robot.tutorials"
+"""Where the modules of the tutorials are."""
 
 SHOWN = 30
 """How many names an error lists."""
@@ -96,7 +99,13 @@ class Packages:
     def executables(self, package: str) -> dict[str, Executable]:
         """The executables of a package by name, sorted. Raises `UnknownPackage`."""
         found: dict[str, Executable] = {}
-        first = (self._source_programs, self._nodes) if self._is_ours(package) else (self._nodes, self._source_programs)
+        first = [self._nodes, self._source_programs]
+        if self._is_ours(package):
+            first = [
+                self._source_programs,
+                *([self._prefix_programs] if self._is_example(package) else []),
+                self._nodes,
+            ]
         for place in (*first, self._scripts, self._prefix_programs):
             for executable in place(package):
                 found.setdefault(executable.name, executable)
@@ -115,7 +124,7 @@ class Packages:
     def share(self, package: str) -> Path:
         """The folder in which the files of a package lie: its launch and parameter files. Raises `UnknownPackage`."""
         first = (
-            (self._source_share, self._entry_share)
+            (self._source_share, self._prefix_share, self._entry_share)
             if self._is_ours(package)
             else (self._entry_share, self._source_share)
         )
@@ -164,6 +173,10 @@ class Packages:
         return any(
             entry.dist is not None and entry.dist.name == OURS for entry in self._entries.get(package, {}).values()
         )
+
+    def _is_example(self, package: str) -> bool:
+        """Whether its nodes are a tutorial's, not those of ROS 2 in this framework."""
+        return all(entry.value.startswith(EXAMPLES) for entry in self._entries[package].values())
 
     def _nodes(self, package: str) -> Iterator[NodeTarget]:
         for name, entry in self._entries.get(package, {}).items():

@@ -16,7 +16,7 @@ from actors.parameters.files import ALL_NODES, PARAMETERS, InvalidParams, Parame
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
 
-__all__ = ["Layer", "Parameter", "ParameterFile", "ParameterValue", "effective", "layers_of", "value_of"]
+__all__ = ["Layer", "Parameter", "ParameterFile", "ParameterValue", "effective", "layers_of", "own_layers", "value_of"]
 
 
 @dataclass(frozen=True)
@@ -104,11 +104,19 @@ def _checked(text: str, source: str) -> ParameterOverrides:
 
 def layers_of(context: LaunchContext, parameters: Any, *, flat: bool = False) -> list[Layer]:
     """The parameters of a node in their order: those set for all nodes, then its own. `flat` files are those of components."""
+    return [
+        *(_global(context, each) for each in context.scoped.parameters),
+        *own_layers(context, parameters, flat=flat),
+    ]
+
+
+def own_layers(context: LaunchContext, parameters: Any, *, flat: bool = False) -> list[Layer]:
+    """The parameters that are given for one node, in their order."""
     given: object = parameters
     if isinstance(given, (str, Mapping)) or not isinstance(given, Iterable):
         kind = type(parameters).__name__
         raise LaunchError(f"parameters must be a list of files and of dictionaries, not {kind}")
-    found = [_global(context, each) for each in context.scoped.parameters]
+    found: list[Layer] = []
     for each in cast("Iterable[object]", given):
         if isinstance(each, Mapping):
             found.append(Layer(_flat(context, cast("Mapping[Text, Any]", each))))
@@ -132,7 +140,7 @@ def value_of(context: LaunchContext, value: Any) -> Any:
     if isinstance(value, os.PathLike):
         return os.fspath(cast("os.PathLike[str]", value))
     if isinstance(value, bytes):
-        return list(value)
+        return tuple(bytes([byte]) for byte in value)
     if not isinstance(value, Sequence):
         raise LaunchError(f"{value!r:.60} of type {type(value).__name__} is no value of a parameter")
     items = cast("Sequence[object]", value)

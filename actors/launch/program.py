@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from actors.errors import ActorError
 from actors.launch.parameters import Layer
 from actors.launch.plan import NodeSpec, Process
+from actors.names.names import fully_qualified
 from actors.parameters.files import ALL_NODES
 from actors.parameters.ros_yaml import dump_yaml
 from actors.runtime.declarations import background
@@ -212,7 +213,7 @@ def ros_arguments(node: NodeSpec, folder: Path) -> list[str]:
         words += ["-r", f"__node:={node.name}"]
     if node.namespace:
         words += ["-r", f"__ns:={node.namespace}"]
-    target = f"{node.namespace}/{node.name}" if node.name is not None and node.namespace else ALL_NODES
+    target = fully_qualified(node.namespace, node.name) if node.name is not None and node.namespace else ALL_NODES
     for layer in node.layers:
         words += _parameter_arguments(layer, target, folder)
     for old, new in node.remaps:

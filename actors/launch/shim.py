@@ -140,6 +140,7 @@ class _Lenient(MetaPathFinder, Loader):
                 LaunchError(f"the Python module {root!r} is not installed; what it would give is left out")
             )
             self.roots.add(root)
+            self.context.absent_modules = True
         return ModuleSpec(fullname, self, is_package=True)
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:

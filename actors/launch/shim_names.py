@@ -71,7 +71,7 @@ _HANDLERS = _from(
 )  # fmt: skip
 _PROCESS_EVENTS = _from(
     "events",
-    "ProcessExited", "ProcessStarted", "ProcessStderr", "ProcessStdout", "ShutdownProcess", "SignalProcess", "matches_executable",
+    "ProcessExited", "ProcessIO", "ProcessStarted", "ProcessStderr", "ProcessStdout", "ShutdownProcess", "SignalProcess", "matches_executable",
     "matches_name", "matches_pid",
 )  # fmt: skip
 _SOURCE = "actions.includes:LaunchDescriptionSource"
@@ -88,6 +88,9 @@ _UTILITIES = _from(
     "normalize_to_list_of_substitutions",
     "perform_substitutions",
 )
+_ROS_UTILITIES = _from(
+    "utilities", "evaluate_parameters", "make_namespace_absolute", "normalize_parameters", "normalize_remap_rules", "prefix_namespace"
+)  # fmt: skip
 _PARAMETERS = _from("parameters", "Parameter", "ParameterFile", "ParameterValue")
 _ROS_ACTIONS = {
     **_from("actions.composition", "ComposableNodeContainer", "LoadComposableNodes"),
@@ -161,6 +164,8 @@ NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         ),
         "launch.events.matchers": _from("events", "matches_action"),
         "launch.events.process": _PROCESS_EVENTS,
+        "launch.frontend": {},
+        "launch.frontend.expose": {},
         "launch.launch_context": _from("context", "LaunchContext"),
         "launch.launch_description": _from("entity", "LaunchDescription"),
         "launch.launch_description_entity": _from("entity", "LaunchDescriptionEntity"),
@@ -175,6 +180,9 @@ NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "launch.substitution": _from("substitution", "Substitution"),
         "launch.substitutions": _SUBSTITUTIONS,
         "launch.utilities": _UTILITIES,
+        "launch.utilities.type_utils": _from(
+            "utilities", "is_substitution", "normalize_typed_substitution", "perform_typed_substitution"
+        ),
         "launch_ros": {},
         "launch_ros.actions": _ROS_ACTIONS,
         "launch_ros.descriptions": {**_COMPONENTS, **_PARAMETERS},
@@ -184,10 +192,12 @@ NAMES: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
         "launch_ros.events.matchers": _from("events", "matches_node_name"),
         "launch_ros.parameter_descriptions": _PARAMETERS,
         "launch_ros.substitutions": _ROS_SUBSTITUTIONS,
+        "launch_ros.utilities": _ROS_UTILITIES,
         "launch_testing": {**_TEST_MARKS, **_TEST_RECORDS},
         "launch_testing.actions": _from("actions.events", "ReadyToTest"),
         "launch_testing.asserts": _TEST_ASSERTS,
         "launch_testing.event_handlers": _from("testing.marks", "StdoutReadyListener"),
+        "launch_testing.legacy": _from("testing.legacy", "LaunchTestService"),
         "launch_testing.io_handler": _TEST_RECORDS,
         "launch_testing.markers": _from("testing.marks", "keep_alive", "retry_on_failure"),
         "launch_testing.proc_info_handler": _TEST_RECORDS,

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from actors.launch.entity import evaluate, one_or_more
+from actors.launch.looking import looking
 from actors.launch.packages import NodeTarget
 from actors.launch.parameters import Layer
 from actors.launch.plan import (
@@ -25,6 +26,7 @@ from actors.launch.plan import (
     Unregister,
 )
 from actors.launch.shim import shim
+from actors.names.names import fully_qualified
 
 __all__ = ["tree_text"]
 
@@ -91,8 +93,8 @@ def _job(job: Job) -> Branch:
     if node is None:
         assert job.process is not None
         return f"{job.label}: {_shown(shlex.join(job.process.cmd))}{policy}", _exit(job)
-    name = "" if node.name is None else f" as {node.namespace}/{node.name}"
-    place = f" in {node.namespace}" if node.name is None and node.namespace else ""
+    name = "" if node.name is None else f" as {fully_qualified(node.namespace or '/', node.name)}"
+    place = f" in {node.namespace}" if node.name is None and node.namespace not in ("", "/") else ""
     kind = _kind(job)
     arguments: list[Branch] = [(f"arguments {shlex.join(node.arguments)}", [])] if node.arguments else []
     below = [
@@ -137,7 +139,7 @@ def _exit(job: Job) -> list[Branch]:
 
 
 def _component(component: Component) -> Branch:
-    name = "" if component.name is None else f" as {component.namespace}/{component.name}"
+    name = "" if component.name is None else f" as {fully_qualified(component.namespace or '/', component.name)}"
     return f"{component.package} {component.plugin}{name}", [*_parameters(component.layers), *_remaps(component.remaps)]
 
 
@@ -166,7 +168,7 @@ def _later(deferred: Deferred) -> list[Branch]:
     context = deferred.context.fork()
     context.lenient = context.only_shown = True
     scope = Scope("", "")
-    with shim(context):
+    with shim(context), looking():
         evaluate(deferred.entities, context, scope)
     return [_item(item) for item in scope.items]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from actors.launch.context import LaunchContext
@@ -16,10 +17,18 @@ __all__ = [
     "SomeSubstitutionsType",
     "SomeSubstitutionsType_types_tuple",
     "ensure_argument_type",
+    "evaluate_parameters",
     "get_logger",
+    "is_substitution",
+    "make_namespace_absolute",
+    "normalize_parameters",
+    "normalize_remap_rules",
     "normalize_to_list_of_entities",
     "normalize_to_list_of_substitutions",
+    "normalize_typed_substitution",
     "perform_substitutions",
+    "perform_typed_substitution",
+    "prefix_namespace",
 ]
 
 SomeSubstitutionsType: TypeAlias = Text
@@ -46,3 +55,56 @@ def ensure_argument_type(argument: object, types: Any, argument_name: str, calle
 def get_logger(name: str | None = None) -> logging.Logger:
     """A logger of Python for a launch file."""
     return logging.getLogger(name or "launch")
+
+
+def make_namespace_absolute(ns: str | None) -> str | None:
+    """A namespace with a slash before it; None for None."""
+    return ns if ns is None or ns.startswith("/") else f"/{ns}"
+
+
+def prefix_namespace(base_ns: str | None = None, ns: str | None = None) -> str | None:
+    """A namespace below another one; an absolute one as it is. None if both are."""
+    joined = ns
+    if ns is None:
+        joined = base_ns
+    elif base_ns and not ns.startswith("/"):
+        joined = f"{base_ns.rstrip('/')}/{ns}"
+    return joined if joined is None or joined == "/" else joined.rstrip("/")
+
+
+def normalize_remap_rules(
+    remappings: Iterable[tuple[Text, Text]],
+) -> list[tuple[list[Substitution], list[Substitution]]]:
+    """The pairs of remappings, each name as a list of substitutions."""
+    return [(normalized(old), normalized(new)) for old, new in remappings]
+
+
+def normalize_parameters(parameters: Iterable[Any]) -> list[Any]:
+    """Files and dictionaries of parameters, as they are: `evaluate_parameters` takes both."""
+    return list(parameters)
+
+
+def evaluate_parameters(context: LaunchContext, parameters: Iterable[Any]) -> tuple[Any, ...]:
+    """What parameters come to: a dictionary for values, a path for a file."""
+    from actors.launch.parameters import own_layers
+
+    layers = own_layers(context, list(parameters))
+    return tuple(Path(layer.source) if layer.source else dict(layer.values) for layer in layers)
+
+
+def is_substitution(value: object) -> bool:
+    """Whether a value is a substitution, or a list with one."""
+    return any(isinstance(one, Substitution) for one in one_or_more(value))
+
+
+def normalize_typed_substitution(value: Any, data_type: Any) -> Any:
+    """A value whose type is to be checked: texts and substitutions as a list of substitutions, anything else as it is."""
+    return normalized(value) if isinstance(value, str) or is_substitution(value) else value
+
+
+def perform_typed_substitution(context: LaunchContext, value: Any, data_type: Any) -> Any:
+    """The value of this type that a normalized value stands for. Raises `SubstitutionFailure` if it is none."""
+    from actors.launch.parameters import ParameterValue
+
+    found = ParameterValue(value, value_type=data_type).evaluate(context)
+    return list(found) if isinstance(found, tuple) else found

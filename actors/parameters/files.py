@@ -8,6 +8,7 @@ booleans, and there is no null and no alias.
 
 import os
 import re
+from base64 import b64decode
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
@@ -27,7 +28,16 @@ __all__ = [
 ]
 
 ParamValue: TypeAlias = (
-    bool | int | float | str | tuple[bool, ...] | tuple[int, ...] | tuple[float, ...] | tuple[str, ...] | None
+    bool
+    | int
+    | float
+    | str
+    | tuple[bool, ...]
+    | tuple[int, ...]
+    | tuple[float, ...]
+    | tuple[str, ...]
+    | tuple[bytes, ...]
+    | None
 )
 """A typed parameter value. The empty tuple is an empty list, whose type follows from the declaration. None means not set."""
 
@@ -257,17 +267,23 @@ def _double(text: str) -> float | str:
 
 def _value(event: "_Event", events: "_Events", key: str) -> ParamValue:
     if event.kind == "scalar":
-        return _scalar_of(event, events, key)
+        return _binary(event, events, key) if event.tag == _BINARY else _scalar_of(event, events, key)
     if event.kind != "list":
         events.fail(event, key, "a value must be a scalar or a list of scalars, not a map")
+    return _items(events.next(), events, key)
+
+
+def _items(item: "_Event", events: "_Events", key: str) -> ParamValue:
+    """The items of a list, of which the first event has been taken."""
     items: list[bool | int | float | str] = []
-    while (item := events.next()).kind != "list end":
+    while item.kind != "list end":
         if item.kind != "scalar":
             events.fail(item, key, "a list may hold only scalars, neither lists nor maps")
         items.append(_scalar_of(item, events, key))
         if type(items[-1]) is not type(items[0]):
             problem = f"a list holds values of one type, but {items[0]!r} and {items[-1]!r} differ"
             events.fail(item, key, f"{problem}; mind that unquoted y, n, on and off are booleans and 1 is not 1.0")
+        item = events.next()
     return cast(ParamValue, tuple(items))
 
 
@@ -281,6 +297,15 @@ def _scalar_of(event: "_Event", events: "_Events", key: str) -> bool | int | flo
     return plain_scalar(event.value)
 
 
+def _binary(event: "_Event", events: "_Events", key: str) -> tuple[bytes, ...]:
+    """The bytes of a scalar with the tag ``!!binary``, which is base64."""
+    try:
+        data = b64decode("".join(event.value.split()), validate=True)
+    except ValueError as error:
+        events.fail(event, key, f"{event.value!r:.60} has the tag !!binary and is no base64: {error}")
+    return tuple(bytes([byte]) for byte in data)
+
+
 def _tagged(event: "_Event", events: "_Events", key: str) -> bool | int | float:
     """The value of a scalar with a tag such as ``!!float``, which must be one of its type."""
     wanted = _TAGS.get(event.tag)
@@ -289,7 +314,9 @@ def _tagged(event: "_Event", events: "_Events", key: str) -> bool | int | float:
         return float(value)
     if wanted is None or isinstance(value, str) or type(value) is not wanted:
         events.fail(
-            event, key, f"{event.value!r:.60} has the tag {event.tag}; !!bool, !!int, !!float and !!str are known"
+            event,
+            key,
+            f"{event.value!r:.60} has the tag {event.tag}; !!bool, !!int, !!float and !!str are known, and !!binary outside of lists",
         )
     return value
 
@@ -305,6 +332,7 @@ class _Event(NamedTuple):
     tag: str = ""
 
 
+_BINARY: Final = "tag:yaml.org,2002:binary"
 _TAGS: Final = {f"tag:yaml.org,2002:{kind.__name__}": kind for kind in (bool, int, float)}
 _KINDS: Final = {
     "ScalarEvent": "scalar",
@@ -404,15 +432,32 @@ class _FileReader:
                 self._events.fail(event, child, f"a node name cannot have a value; {remedy}")
             self._nodes(child)
 
-    def _parameters(self, pattern: str, prefix: str) -> None:
+    def _parameters(self, pattern: str, prefix: str, *, listed: bool = False) -> None:
+        """The parameters of a map; `listed` is one that is the only item of a list, in which values are lists."""
         while (key := self._key(prefix or pattern)) is not None:
             name = f"{prefix}.{key.value}" if prefix else key.value
             event = self._events.next()
             if event.kind == "map":
-                self._parameters(pattern, name)
+                self._parameters(pattern, name, listed=listed)
+            elif event.kind == "list":
+                self._list(pattern, name, key.line)
+            elif listed:
+                self._events.fail(event, name, "a value of a map in a list must be a list")
             else:
-                value = _value(event, self._events, name)
-                self._found.append((pattern, name, value, Origin(self._events.source, key.line)))
+                self._add(pattern, name, _value(event, self._events, name), key.line)
+
+    def _list(self, pattern: str, name: str, line: int) -> None:
+        """A list of scalars, or of one map, which is read as that map."""
+        first = self._events.next()
+        if first.kind != "map":
+            self._add(pattern, name, _items(first, self._events, name), line)
+            return
+        self._parameters(pattern, name, listed=True)
+        if (more := self._events.next()).kind != "list end":
+            self._events.fail(more, name, "a list may hold scalars or one map, not more")
+
+    def _add(self, pattern: str, name: str, value: ParamValue, line: int) -> None:
+        self._found.append((pattern, name, value, Origin(self._events.source, line)))
 
     def _key(self, inside: str) -> _Event | None:
         event = self._events.next()

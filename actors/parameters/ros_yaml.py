@@ -5,6 +5,8 @@ General YAML differs: to it, ``1e3`` is a text, ``12:30`` a number and ``2001-01
 
 from __future__ import annotations
 
+import re
+from base64 import b64encode
 from functools import lru_cache
 from typing import Any, Final, cast
 
@@ -16,6 +18,8 @@ __all__ = ["PLAIN", "dump_yaml", "load_yaml", "loader"]
 PLAIN: Final = "tag:robactor,2026:plain"
 """The tag of the nodes that are scalars without quotes and without a tag of their own."""
 _TEXT: Final = "tag:yaml.org,2002:str"
+_BINARY: Final = "tag:yaml.org,2002:binary"
+_UNPRINTABLE: Final = re.compile("[\x7f-\x9f\u2028\u2029\ufeff]")
 _WIDE: Final = 2**31
 """No line is wrapped."""
 
@@ -78,8 +82,15 @@ def _dumper() -> Any:
 
     def text(writer: Any, value: str) -> Any:
         quoted = value == "" or not isinstance(cast("object", plain_scalar(value)), str)
-        return writer.represent_scalar(_TEXT, value, style="'" if quoted else None)
+        style = '"' if _UNPRINTABLE.search(value) else "'" if quoted else None  # in double quotes they are escaped
+        return writer.represent_scalar(_TEXT, value, style=style)
 
     Dumper.add_representer(str, text)
-    Dumper.add_representer(tuple, library.SafeDumper.represent_list)
+
+    def array(writer: Any, value: tuple[Any, ...]) -> Any:
+        if value and all(isinstance(item, bytes) for item in value):
+            return writer.represent_scalar(_BINARY, b64encode(b"".join(value)).decode())
+        return writer.represent_list(value)
+
+    Dumper.add_representer(tuple, array)
     return Dumper

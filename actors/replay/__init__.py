@@ -1,6 +1,5 @@
 """Replay: the journal of a node or of a subtree, and its replay into that alone. See docs/replay.md."""
 
-from actors.replay.by_topics import TopicsVerdict, replay_topics
 from actors.replay.comparison import Difference
 from actors.replay.errors import NoJournal, ReplayError
 from actors.replay.journal import Journal
@@ -14,13 +13,11 @@ __all__ = [
     "NoJournal",
     "ReplayError",
     "Tape",
-    "TopicsVerdict",
     "Verdict",
     "has_journal",
     "journals_in",
     "load",
     "replay",
-    "replay_topics",
     "tape_in",
     "tapes_in",
 ]

@@ -47,28 +47,24 @@ def shown(value: Any) -> str:
     return text if len(text) <= WIDTH else text[: WIDTH - 3] + "..."
 
 
-def first_difference(
-    recorded: Any, replayed: Any, field: str = "", *, ignored: type[Message] | None = None
-) -> tuple[str, Any, Any] | None:
+def first_difference(recorded: Any, replayed: Any, field: str = "") -> tuple[str, Any, Any] | None:
     """The first field in which two values differ, with its two values; None if they are bit for bit the same.
 
-    A NaN equals itself, and -0.0 is not 0.0. Two messages of the type `ignored` are taken for the same.
+    A NaN equals itself, and -0.0 is not 0.0.
     """
     if type(recorded) is not type(replayed):
         return (field, recorded, replayed)
-    if type(recorded) is ignored:
-        return None
     if isinstance(recorded, Message):
         for name in recorded.__struct_fields__:
             inner = f"{field}.{name}" if field else name
-            found = first_difference(getattr(recorded, name), getattr(replayed, name), inner, ignored=ignored)
+            found = first_difference(getattr(recorded, name), getattr(replayed, name), inner)
             if found is not None:
                 return found
         return None
     if isinstance(recorded, np.ndarray):
         return _in_array(recorded, replayed, field)
     if isinstance(recorded, (tuple, list)):
-        return _in_sequence(list(cast("Iterable[Any]", recorded)), list(replayed), field, ignored)
+        return _in_sequence(list(cast("Iterable[Any]", recorded)), list(replayed), field)
     alike = recorded.hex() == replayed.hex() if isinstance(recorded, float) else recorded == replayed
     return None if alike else (field, recorded, replayed)
 
@@ -85,12 +81,10 @@ def _in_array(recorded: Any, replayed: Any, field: str) -> tuple[str, Any, Any] 
     return (f"{field}[{place}]", recorded.ravel()[place].item(), replayed.ravel()[place].item())
 
 
-def _in_sequence(
-    recorded: list[Any], replayed: list[Any], field: str, ignored: type[Message] | None
-) -> tuple[str, Any, Any] | None:
+def _in_sequence(recorded: list[Any], replayed: list[Any], field: str) -> tuple[str, Any, Any] | None:
     if len(recorded) != len(replayed):
         return (f"len({field})", len(recorded), len(replayed))
     for index, (one, other) in enumerate(zip(recorded, replayed, strict=True)):
-        if (found := first_difference(one, other, f"{field}[{index}]", ignored=ignored)) is not None:
+        if (found := first_difference(one, other, f"{field}[{index}]")) is not None:
             return found
     return None

@@ -94,9 +94,6 @@ class Endpoints:
         self.standard: list[Server] = []
         """The standard services of the node that have been opened, because they were asked for."""
 
-    def __repr__(self) -> str:
-        return f"<endpoints of {self._life!r}>"
-
     # -- topics -------------------------------------------------------------------------------------------------------------
 
     def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:

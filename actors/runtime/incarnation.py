@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine
+from functools import partial
 from threading import get_ident
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
     from actors.runtime.sim_time import SimTime
+    from actors.runtime.stall import StallWatch
     from actors.runtime.timers import NodeTimer
     from actors.services.introspection import CallId
     from actors.supervision.declarations import Child
@@ -405,7 +407,7 @@ class Incarnation:
         """The node's timers; the part is made at its first use."""
         if self._timers is None:
             runtime = self.runtime
-            on_late = None if runtime.stalls is None else self._loop_late
+            on_late = None if runtime.stalls is None else partial(self._loop_late, runtime.stalls)
             self._timers = Timers(self.inbox, runtime.ticker, on_late)
         return self._timers
 
@@ -414,11 +416,10 @@ class Incarnation:
         if self.declarations.timers:
             self.timers.start(self.node, self.declarations, lambda: self.parameters, self.record.timers)
 
-    def _loop_late(self, timer: NodeTimer, seconds: float, lost: int) -> None:
+    def _loop_late(self, stalls: StallWatch, timer: NodeTimer, seconds: float, lost: int) -> None:
         """Report to the stall watch that the event loop was late for a tick by a period or more."""
-        if (stalls := self.runtime.stalls) is not None:
-            with outside():
-                stalls.delayed(self.fqn, 1.0 / timer.hz, seconds, lost)
+        with outside():
+            stalls.delayed(self.fqn, 1.0 / timer.hz, seconds, lost)
 
     # -- errors -------------------------------------------------------------------------------------------------------------
 

@@ -30,9 +30,6 @@ class Tasks:
     def __iter__(self) -> Iterator[asyncio.Task[Any]]:
         return iter(self.running)
 
-    def __reversed__(self) -> Iterator[asyncio.Task[Any]]:
-        return reversed(self.running)
-
     def __len__(self) -> int:
         return len(self.running)
 

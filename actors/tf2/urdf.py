@@ -18,6 +18,11 @@ __all__ = ["Joint", "JointKind", "Mimic", "joints_of"]
 JointKind: TypeAlias = Literal["fixed", "revolute", "continuous", "prismatic", "floating", "planar"]
 """The kinds of joints of a URDF. The last two have more than one position: whoever knows it publishes their transform."""
 
+SECOND = expat.errors.codes[expat.errors.XML_ERROR_JUNK_AFTER_DOC_ELEMENT]
+
+XACRO = frozenset(("arg", "if", "include", "insert_block", "macro", "property", "unless"))
+"""The elements of xacro that are expanded whatever macros there are."""
+
 MOVING = ("revolute", "continuous", "prismatic")
 
 
@@ -81,11 +86,17 @@ def _tree(urdf: str) -> ElementTree.Element:
     try:
         parser.Parse(urdf.lstrip(), True)
     except expat.ExpatError as error:
+        if error.code == SECOND:
+            return builder.close()  # the first one counts
         raise DescriptionError(f"the robot's description is no XML: {error}") from None
     return builder.close()
 
 
 def _is_xacro(robot: ElementTree.Element) -> bool:
+    """Whether a text has to be expanded: it defines what is expanded, or its links or joints hold expressions.
+
+    What xacro has left over in a finished description, such as a call of a macro that it did not know, means nothing to ROS 2 either.
+    """
     prefixes = {"xacro"}
     for element in robot.iter():
         prefixes.update(
@@ -93,10 +104,13 @@ def _is_xacro(robot: ElementTree.Element) -> bool:
             for name, value in element.items()
             if name.startswith("xmlns:") and value.rstrip("/").endswith("xacro")
         )
-    return any(
-        element.tag.partition(":")[0] in prefixes
-        or any("${" in text for text in (element.text or "", *element.attrib.values()))
-        for element in robot.iter()
+    names = [element.tag.partition(":") for element in robot.iter()]
+    called = {name for prefix, colon, name in names if colon and prefix in prefixes}
+    return bool(called & XACRO or (called and robot.find("link") is None)) or any(
+        "${" in text
+        for element in (*robot.findall("link"), *robot.findall("joint"))
+        for part in element.iter()
+        for text in part.attrib.values()
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from actors.suggest import did_you_mean
+from actors.transport.domain_id import domain_from_environment
 from actors.transport.protocol import WireUnavailable
 
 if TYPE_CHECKING:
@@ -22,9 +23,6 @@ IN_PROCESS: Final = "in_process"
 
 SECURITY: Final = "ROBACTOR_SECURITY"
 """The variable that names a security file."""
-
-MOST_DOMAIN: Final = 232
-"""The highest number of a domain in ROS 2."""
 
 
 def transport_from_environment(
@@ -85,11 +83,3 @@ def security_from_environment(environment: Mapping[str, str], file: str | None =
 
     named = file if file is not None else environment.get(SECURITY, "")
     return load_security(named) if named else None
-
-
-def domain_from_environment(environment: Mapping[str, str]) -> int:
-    """ROS_DOMAIN_ID, 0 if it is not set. Raises ValueError if it is no number of a domain."""
-    text = environment.get("ROS_DOMAIN_ID", "") or "0"
-    if not (text.isascii() and text.isdigit() and int(text) <= MOST_DOMAIN):
-        raise ValueError(f"ROS_DOMAIN_ID={text!r}: a domain is a number from 0 to {MOST_DOMAIN}")
-    return int(text)

@@ -1,4 +1,4 @@
-"""`graph`: who talks with whom, as text, for Graphviz, for Mermaid, or as a picture."""
+"""`graph`: who talks with whom, as text, for Graphviz or for Mermaid."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ STANDARD_SERVICES = frozenset({*PARAMETER_SERVICES, TYPE_DESCRIPTION})
 
 def _arguments(parser: Parser) -> None:
     parser.add_argument(
-        "--format", choices=("text", "dot", "mermaid", "svg"), default="text", help="text is the default"
+        "--format",
+        choices=("text", "dot", "mermaid"),
+        default="text",
+        help="text is the default; `dot -Tsvg` draws dot",
     )
     parser.add_argument("--all", action="store_true", help="also hidden names, and what every node has")
     parser.add_argument("-o", "--output", metavar="FILE", help="write it there")
@@ -38,7 +41,7 @@ async def _draw(options: argparse.Namespace) -> Exit:
     elif options.format == "text":
         drawn = "".join(f"{line}\n" for line in _lines(snapshot))
     else:
-        drawn = {"dot": snapshot.to_dot, "mermaid": snapshot.to_mermaid, "svg": snapshot.to_svg}[options.format]()
+        drawn = {"dot": snapshot.to_dot, "mermaid": snapshot.to_mermaid}[options.format]()
     _write(drawn, options.output)
     return Exit.DONE
 

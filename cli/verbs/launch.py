@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from actors import SupervisorGaveUp, execute, run
-from actors.launch import Launch, LaunchError, Packages, run_script, starts_itself
+from actors.launch import Launch, LaunchError, NotDone, Packages, run_script, starts_itself
 from actors.logs import DEBUG, INFO, console_sink
 from actors.suggest import did_you_mean
 from actors.transport import WireUnavailable, transport_from_environment
@@ -134,12 +134,13 @@ def _told(launch: Launch, *, check: bool) -> int:
     lines: dict[str, list[str]] = {}
     for problem in launch.problems:
         lines.setdefault(problem.problem, []).append(str(problem.line) if problem.line is not None else "")
+    wrong = launch.is_broken or any(not isinstance(problem, NotDone) for problem in launch.problems)
     for text, places in lines.items():
         more = f" (and {len(places) - 1} more)" if len(places) > 1 else ""
         print(f"{places[0]}{more}: {text}" if places[0] else text, file=sys.stderr)
-    if check and not lines:
-        print("nothing is wrong")
-    return 1 if check and lines else 0
+    if check and not wrong:
+        print("nothing else is wrong" if lines else "nothing is wrong")
+    return 1 if check and wrong else 0
 
 
 def _live(launch: Launch, options: argparse.Namespace) -> int:

@@ -71,10 +71,23 @@ class MapSaver:
         return COMMAND.main(argv)
 
 
+class Check:
+    """`check`: whether this machine and a map are good enough."""
+
+    name = "check"
+    help = "whether this machine can run the robot"
+
+    def main(self, argv: Sequence[str]) -> int | Exit:
+        """The exit code: 1 if there is a problem."""
+        from robot.commands.check import COMMAND
+
+        return COMMAND.main(argv)
+
+
 async def _serve_web(system: System, **options: Any) -> None:
     from cli.web.beside import serve_beside
 
     await serve_beside(system, **options)
 
 
-RUN, EVALUATE, PICTURE, MAP_SAVER = Run(), Evaluate(), Picture(), MapSaver()
+RUN, CHECK, EVALUATE, PICTURE, MAP_SAVER = Run(), Check(), Evaluate(), Picture(), MapSaver()

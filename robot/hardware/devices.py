@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 from robot.hardware.lens import HEIGHT, WIDTH
+from robot.model.robot import SPOT, RobotModel
 
 if TYPE_CHECKING:
     from robot.hardware.arm import ArmDevice
@@ -157,3 +158,5 @@ class Equipment:
     camera: CameraDevice | None = None
     depth: DepthDevice | None = None
     arm: ArmDevice | None = None
+    model: RobotModel = SPOT
+    """The figures of its body."""

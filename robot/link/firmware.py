@@ -8,6 +8,7 @@ from robot.control.fence import Fence
 from robot.control.safe_stop import SafeStop
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.actuators import SILENCE
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["PERIOD", "Drives"]
 
@@ -25,7 +26,8 @@ class Drives:
     - Instants never go back.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, model: RobotModel = SPOT) -> None:
+        self._model = model
         self._heard: float | None = None
         self._stop: SafeStop | None = None
         self._stepped = 0.0
@@ -72,7 +74,7 @@ class Drives:
         """The targets that they give themselves at `at`, when that is due."""
         first = self._stop is None
         if self._stop is None:
-            self._stop = SafeStop()
+            self._stop = SafeStop(self._model)
         dt = PERIOD if first else at - self._stepped
         self._stepped = at
         return self._stop.step(dt, joints, imu)

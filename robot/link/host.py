@@ -23,6 +23,7 @@ from robot.link.records import (
     state_record,
 )
 from robot.link.segment import Segment, attached
+from robot.model.robot import SPOT, RobotModel
 from robot.sim.charger import charger_connected
 from robot.sim.mjcf import obstacle_names
 from robot.sim.simulation import Simulation
@@ -64,6 +65,7 @@ class BodySpec:
     ground: Ground | None
     actuators: ActuatorDesign | None = None
     sensors: Sensors | None = None
+    model: RobotModel = SPOT
 
 
 class Pace:
@@ -118,7 +120,7 @@ class BodyHost:
     def __init__(self, body: Simulation, segment: Segment, began: float) -> None:
         self._body, self._segment, self._began = body, segment, began
         self._names = obstacle_names(body.scene)
-        self._drives = Drives()
+        self._drives = Drives(body.model)
         self._commands, self._calls = segment.commands.written, segment.calls.written
         self._hz = self._begin = 0.0
         self._asked: Command | None = None
@@ -242,6 +244,7 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
         ground=spec.ground,
         actuators=spec.actuators,
         sensors=spec.sensors,
+        model=spec.model,
     )
     host, pace = BodyHost(body, segment, time.monotonic()), Pace(segment)
     orphaned: float | None = None

@@ -15,6 +15,7 @@ from robot.link.host import BodySpec, serve
 from robot.link.remote import LinkedBody
 from robot.link.segment import create
 from robot.model.actuators import ActuatorDesign
+from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ground
 
@@ -42,16 +43,17 @@ class BodyProcess:
         ground: Ground | None = None,
         actuators: ActuatorDesign | None = None,
         sensors: Sensors | None = None,
+        model: RobotModel = SPOT,
     ) -> None:
         with held_back():  # a signal that ended this process in between would leave the memory behind
             self._segment = create(len(scene.things))
-            spec = BodySpec(scene, seed, delay, arm, ground, actuators, sensors)
+            spec = BodySpec(scene, seed, delay, arm, ground, actuators, sensors, model)
             self._process = get_context("spawn").Process(
                 target=serve, args=(spec, self._segment.name, os.getpid()), name="body", daemon=True
             )
             self._process.start()
             atexit.register(self.close)  # before that of multiprocessing, which would wait for its end
-        self.body = LinkedBody(self._segment.name, scene, seed=seed, arm=arm, sensors=sensors)
+        self.body = LinkedBody(self._segment.name, scene, seed=seed, arm=arm, sensors=sensors, model=model)
 
     @property
     def pid(self) -> int:

@@ -48,6 +48,7 @@ from robot.link.records import (
 )
 from robot.link.segment import CALL, Segment, attached
 from robot.model.arm import check_angles
+from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Obstacle, Scene, Thing
 from robot.sim.mjcf import obstacle_names
 from robot.sim.noise import LidarNoise
@@ -92,7 +93,9 @@ class LinkedBody(Simulated):
         arm: bool,
         epoch: int | None = None,
         sensors: Sensors | None = None,
+        model: RobotModel = SPOT,
     ) -> None:
+        self._model = model
         self._name, self._scene, self._seed, self._has_arm = name, scene, seed, arm
         self._sensors = sensors or Sensors.ideal()
         self._segment: Segment = attached(name, len(scene.things))
@@ -112,7 +115,16 @@ class LinkedBody(Simulated):
 
     def __reduce__(self) -> tuple[Any, ...]:
         epoch = self._segment.next_epoch()
-        return _linked, (self._name, self._scene, self._seed, self._has_arm, epoch, self._sensors, self.real_time)
+        return _linked, (
+            self._name,
+            self._scene,
+            self._seed,
+            self._has_arm,
+            epoch,
+            self._sensors,
+            self._model,
+            self.real_time,
+        )
 
     @property
     def backend(self) -> str:
@@ -126,6 +138,10 @@ class LinkedBody(Simulated):
     @property
     def scene(self) -> Scene:
         return self._scene
+
+    @property
+    def model(self) -> RobotModel:
+        return self._model
 
     @property
     def sensors(self) -> Sensors:
@@ -339,8 +355,10 @@ class LinkedArm(SimulationArm):
         raise BodySilent(f"{self._body!r}: its arm has not answered for {ANSWER:g} s")
 
 
-def _linked(name: str, scene: Scene, seed: int, arm: bool, epoch: int, sensors: Sensors, real_time: bool) -> LinkedBody:
+def _linked(
+    name: str, scene: Scene, seed: int, arm: bool, epoch: int, sensors: Sensors, model: RobotModel, real_time: bool
+) -> LinkedBody:
     """The other end, in the process that takes it out of its envelope."""
-    body = LinkedBody(name, scene, seed=seed, arm=arm, epoch=epoch, sensors=sensors)
+    body = LinkedBody(name, scene, seed=seed, arm=arm, epoch=epoch, sensors=sensors, model=model)
     body.real_time = real_time
     return body

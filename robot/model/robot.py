@@ -45,7 +45,7 @@ class RobotModel:
     sit_height: float
     """The same when sitting."""
     hip_limits: Pair
-    """Lowest and highest angle, rad, with the leg straight down at zero."""
+    """Lowest and highest angle of a left hip, rad, with the leg straight down at zero; right ones are mirrored."""
     shoulder_limits: Pair
     knee_limits: Pair
     mass: float
@@ -114,9 +114,11 @@ class RobotModel:
     @cached_property
     def joint_limits(self) -> tuple[Pair, ...]:
         """Of all 12 joints, rad."""
-        front = (self.hip_limits, self.shoulder_limits, self.knee_limits)
-        rear = (self.hip_limits, self.shoulder_rear_limits or self.shoulder_limits, self.knee_limits)
-        return front * 2 + rear * 2
+        left, right = self.hip_limits, (-self.hip_limits[1], -self.hip_limits[0])
+        front, rear = self.shoulder_limits, self.shoulder_rear_limits or self.shoulder_limits
+        return tuple(
+            pair for shoulder in (front, rear) for hip in (left, right) for pair in (hip, shoulder, self.knee_limits)
+        )
 
     @cached_property
     def length(self) -> float:

@@ -45,7 +45,7 @@ from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStat
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
 from robot.model.actuators import MOTOR_DELAY, SILENCE
 from robot.model.modes import ON_ITS_FEET, Mode
-from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
+from robot.model.robot import SPOT, RobotModel
 
 __all__ = ["Gait"]
 
@@ -115,10 +115,16 @@ class Gait(Node):
         0.1, unit="s", ge=0.05, le=1.0, description="Encoders or contacts that are silent for longer are lost."
     )
 
+    def __init__(self, model: RobotModel = SPOT) -> None:
+        self._model = model
+
     async def on_start(self) -> None:
         self._asked_gait = self.gait
         self._controller = GaitController(
-            gait=self._asked_gait, motor_delay=self.motor_delay, own_feet=self.commands == "motor_targets"
+            gait=self._asked_gait,
+            motor_delay=self.motor_delay,
+            own_feet=self.commands == "motor_targets",
+            model=self._model,
         )
         self._imu: ImuSample | None = None
         self._joints_heard = self._contacts_heard = self._commanded = self._sent = -1.0
@@ -320,7 +326,7 @@ class Gait(Node):
                 vx=vx,
                 vy=vy,
                 wz=wz,
-                height=SIT_HEIGHT if goal == Mode.SIT else STAND_HEIGHT,
+                height=self._model.sit_height if goal == Mode.SIT else self._model.stand_height,
                 mode=goal.value,
             )
         )

@@ -21,7 +21,7 @@ from robot.interfaces.robactor_msgs.msg import BatteryStatus, BodyDrive, MotorPo
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
 from robot.model.actuators import SILENCE
 from robot.model.modes import Mode
-from robot.model.parameters import SIT_HEIGHT
+from robot.model.robot import SPOT, RobotModel
 
 if TYPE_CHECKING:
     from actors import ExitReason
@@ -51,8 +51,8 @@ class Motors(Node):
 
     power = publishes(MOTOR_POWER)
 
-    def __init__(self, body: Hardware, charger: ChargerDevice | None = None) -> None:
-        self._body, self._charger = body, charger
+    def __init__(self, body: Hardware, charger: ChargerDevice | None = None, model: RobotModel = SPOT) -> None:
+        self._body, self._charger, self._model = body, charger, model
         self._stepping = body if isinstance(body, hardware.SteppingHardware) else None
         self._safe: SafeStop | None = None
         self._fence = Fence()
@@ -126,7 +126,7 @@ class Motors(Node):
         if not isinstance(reason, Stopped):
             return
         self.log.info("stopping: braking and sitting down")
-        self._safe = self._safe or SafeStop()
+        self._safe = self._safe or SafeStop(self._model)
         seconds = SAFE_STOP_SECONDS if self._stepping is None else STEPPING_SIT_SECONDS
         begun = self.clock.now()
         tick = 0
@@ -179,12 +179,12 @@ class Motors(Node):
 
     def _sit_down(self, dt: float) -> None:
         if self._safe is None:
-            self._safe = SafeStop()
+            self._safe = SafeStop(self._model)
             self.log.warning(
                 "no motor targets: sitting down", silence=round(self.clock.now() - max(self._heard, 0.0), 3)
             )
         if self._stepping is not None:
-            self._stepping.drive(0.0, 0.0, 0.0, SIT_HEIGHT, Mode.SIT)
+            self._stepping.drive(0.0, 0.0, 0.0, self._model.sit_height, Mode.SIT)
             self._safe.step(dt, self._body.joints())
         else:
             self._body.command(self._safe.step(dt, self._body.joints(), self._body.imu()))

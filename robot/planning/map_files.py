@@ -41,6 +41,9 @@ _ROUNDING = 1e-9
 _UNSURE = 99
 """The rank of an unknown place among places of 2 v, v being their per cent: worse than one of 49 %, better than one of 50 %."""
 
+LUMA = np.array([0.212656, 0.715158, 0.072186])
+"""What red, green and blue count in the shade of a picture, by ITU-R BT.709."""
+
 _WHITE, _GREY, _BLACK = 254, 205, 0
 """Shades of free, unknown and occupied cells that map_server's savers have always written."""
 
@@ -70,7 +73,7 @@ class Occupancy:
 @dataclass(frozen=True, slots=True)
 class _Picture:
     shade: Floats
-    """0 (black) to 1 (white), row 0 on top; the mean of the colours."""
+    """0 (black) to 1 (white), row 0 on top; of colours their luma."""
     alpha: Floats | None
     """0 (transparent) to 1, if it has that."""
 
@@ -128,24 +131,19 @@ def _turned(data: NDArray[np.int8], resolution: float, x: float, y: float, yaw: 
 
 
 def _cells(picture: _Picture, mode: str, negate: bool, occupied: float, free: float) -> NDArray[np.int8]:
-    """The values of the cells, row 0 on top, as map_server's documentation defines them."""
-    shade, alpha = picture.shade, picture.alpha
+    """The values of the cells, row 0 on top, as map_server of ROS 2 Lyrical has them: it computes in single precision."""
+    shade = picture.shade.astype(np.float32)
     if mode == "raw":
         value = np.round(shade * 255)
         return np.where(value <= OCCUPIED, value, UNKNOWN).astype(np.int8)
-    if mode == "trinary" and alpha is not None:
-        shade = (3 * shade + alpha) / 4  # map_server has always counted opacity as a fourth colour here
-    taken = shade if negate else 1.0 - shade
+    taken = shade if negate else np.float32(1.0) - shade
+    low, high = np.float32(free), np.float32(occupied)
     between = np.full(taken.shape, float(UNKNOWN))
-    if mode == "scale":
-        between = (
-            np.rint(100 * (taken - free) / (occupied - free))
-            if occupied > free
-            else np.full(taken.shape, float(OCCUPIED))
-        )
-        if alpha is not None:
-            taken, between = np.where(alpha < 1.0, np.nan, taken), np.where(alpha < 1.0, UNKNOWN, between)
-    cells = np.where(taken > occupied, OCCUPIED, np.where(taken < free, FREE, between))
+    if mode == "scale" and high > low:
+        between = np.floor(np.float32(100) * ((taken - low) / (high - low)) + np.float32(0.5))
+    cells = np.where(taken <= low, FREE, np.where(taken >= high, OCCUPIED, between))
+    if picture.alpha is not None:
+        cells = np.where(picture.alpha < 1.0, UNKNOWN, cells)
     return cells.astype(np.int8)
 
 
@@ -237,7 +235,8 @@ def _read_picture(path: Path) -> _Picture:
         raise
     except (UnidentifiedImageError, SyntaxError, ValueError, OSError, Image.DecompressionBombError) as error:
         raise InvalidMap(f"{path}: no picture: {error}") from None
-    return _Picture(channels[..., :3].mean(axis=2), channels[..., 3] if has_alpha else None)
+    grey = np.rint(channels[..., :3] @ LUMA * 255) / 255
+    return _Picture(grey, channels[..., 3] if has_alpha else None)
 
 
 def _read_pgm(path: Path, data: bytes) -> Floats:

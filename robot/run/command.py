@@ -97,9 +97,11 @@ class Session:
         from robot.assembly import Robot
         from robot.hardware.sensors import Sensors
         from robot.link.segment import SharedMemoryMissing
+        from robot.model.robot import ModelError
         from robot.run.mission import get_mission
         from robot.scenes.worlds import UnknownWorld, get_world
-        from robot.sim.physics import BackendMissing
+        from robot.sim.model_file import find_model
+        from robot.sim.physics import BackendMissing, check_engine
 
         options = self.options
         try:
@@ -108,12 +110,17 @@ class Session:
             raise UsageError(f"--world {options.world}: {error.args[0]}") from None
         grid = _grid(options.map, scene)
         try:
+            if options.robot != "spot":
+                check_engine()
+            model = find_model(options.robot)
             return Robot(
                 scene, map=grid, body=options.backend, mission=get_mission(options.goal, options.fetch, scene, grid), seed=options.seed,
                 battery=options.battery, arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, actuators=options.actuators,
                 sight=options.sight, sensors=Sensors.of(options.sensors), publish_clock=options.publish_clock, processes=options.processes,
-                hosts=None if options.machines is None else options.machines.hosts,
+                hosts=None if options.machines is None else options.machines.hosts, model=model,
             )  # fmt: skip
+        except ModelError as error:
+            raise UsageError(f"--robot: {error}") from None
         except (BackendMissing, SharedMemoryMissing) as error:
             raise UsageError(str(error)) from None
 

@@ -89,6 +89,8 @@ class Options:
     """The drives of the physical body as they are; None: with their torque limit at any speed and temperature."""
     map: str | None = None
     """The map file that the robot is given; None: its map is made of the world."""
+    robot: str = "spot"
+    """Its name, or the file of its figures."""
     sensors: SensorKind = "ideal"
     """How wrong the body's sensors are."""
     web: Web | None = None
@@ -147,6 +149,7 @@ def parse(argv: Sequence[str]) -> Options:
         map=given.map,
         sight=given.sight,
         actuators=ActuatorDesign() if real else None,
+        robot=given.robot,
         sensors=given.sensors,
         web=_web(given),
     )
@@ -172,6 +175,10 @@ def _check_together(given: argparse.Namespace) -> None:
         raise UsageError("--processes: processes live in real time; leave out --clock virtual")
     if given.processes and given.backend == "kinematic":
         raise UsageError("--processes: only the physics body has a process of its own; leave out --backend kinematic")
+    if given.robot != "spot" and (given.backend == "kinematic" or given.arm or given.fetch or given.sight):
+        raise UsageError(
+            "--robot: the kinematic body, the arm and the depth cameras are those of spot; leave out --backend kinematic, --arm, --fetch, --sight"
+        )
     if given.replay and (given.processes or given.host):
         other = "--processes" if given.processes else "--host"
         raise UsageError(f"--replay: journals are kept of nodes of this process; leave out {other}")

@@ -13,6 +13,7 @@ __all__ = ["declare"]
 def declare(add: Any) -> None:
     """Declare every word by `add`, the `add_argument` of a parser."""
     _add_circumstances(add)
+    _add_body(add)
     _add_ground(add)
     _add_network(add)
     _add_errand(add)
@@ -60,12 +61,6 @@ def _add_circumstances(add: Any) -> None:
         metavar="FILE",
         help="the map that the robot is given, a YAML file of map_server's, instead of one made of the world",
     )
-    add(
-        "--backend",
-        choices=("physics", "kinematic"),
-        default="physics",
-        help="MuJoCo, or numpy only, which cannot fall",
-    )
     add("--seed", type=parse_seed, default=0, metavar="N", help="of all noise and randomness (default 0)")
     add(
         "--sensors",
@@ -78,6 +73,22 @@ def _add_circumstances(add: Any) -> None:
         "--sight",
         action="store_true",
         help="depth cameras and an elevation map: walk round low things, holes and what hangs low, no faster than the floor is seen",
+    )
+
+
+def _add_body(add: Any) -> None:
+    """Which robot it is, and how it is simulated."""
+    add(
+        "--robot",
+        default="spot",
+        metavar="NAME|FILE",
+        help="spot, go2, a2, b2, or a MJCF or URDF file of a quadruped (default spot)",
+    )
+    add(
+        "--backend",
+        choices=("physics", "kinematic"),
+        default="physics",
+        help="MuJoCo, or numpy only, which cannot fall",
     )
 
 

@@ -156,4 +156,5 @@ def simulated(body: Simulation, battery: BatteryDevice, *, sight: bool = False, 
         camera=SimulatedCamera(body),
         depth=SimulatedDepth(body, seed) if sight else None,
         arm=SimulatedArm(body) if body.arm is not None else None,
+        model=body.model,
     )

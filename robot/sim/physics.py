@@ -118,6 +118,11 @@ class PhysicsBody(BodyShell):
         return "physics"
 
     @property
+    def model(self) -> RobotModel:
+        """The robot whose figures it has."""
+        return self._figures
+
+    @property
     def arm(self) -> PhysicsArm | None:
         return self._arm
 

@@ -14,6 +14,7 @@ from robot.geometry.vectors import Floats, Vector
 from robot.hardware.beams import BEAMS, MAX_RANGE
 from robot.hardware.body import NO_REPLAY, ActuatorState, Capabilities, ImuSample, JointSample, Sample, Sweep
 from robot.hardware.sensors import Sensors
+from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Obstacle, Scene, Thing
 from robot.sim.charger import charger_connected
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
@@ -65,6 +66,11 @@ class BodyShell(Simulated):
     @property
     def scene(self) -> Scene:
         return self._scene
+
+    @property
+    def model(self) -> RobotModel:
+        """Those of the reference body."""
+        return SPOT
 
     @property
     def sensors(self) -> Sensors:

@@ -17,6 +17,7 @@ from robot.hardware.arm import ArmDevice
 from robot.hardware.beams import BEAMS, MAX_RANGE
 from robot.hardware.body import Hardware, Sweep
 from robot.hardware.sensors import Sensors
+from robot.model.robot import RobotModel
 from robot.scenes.scene import Obstacle, Scene, Thing
 
 __all__ = ["Simulation", "SimulationArm", "Truth"]
@@ -71,6 +72,11 @@ class Simulation(Hardware, Protocol):
 
     @property
     def scene(self) -> Scene: ...
+
+    @property
+    def model(self) -> RobotModel:
+        """The figures that it has."""
+        ...
 
     @property
     def sensors(self) -> Sensors:

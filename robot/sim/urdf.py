@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element, SubElement
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Triple
 from robot.model.arm import JOINTS
-from robot.model.parameters import KNEE_TORQUE, TORQUE_LIMIT, TRUNK
+from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Scene
 from robot.sim.arm_mjcf import TORQUES
 from robot.sim.ground import Ground
@@ -33,41 +33,49 @@ FACE, OUTSIDE = 0.03, 0.006
 SHARE = 0.7
 """of the trunk's width and height that it covers."""
 COLORS = {"shell": "0.96 0.73 0.16 1", "limb": "0.16 0.18 0.22 1"}
-_KNEE = max(torque for _, torque in KNEE_TORQUE)
 _ARM: dict[str, float] = dict(zip(JOINTS, TORQUES, strict=True))
 
 
-def write_urdf(*, arm: bool = False) -> str:
+def write_urdf(*, arm: bool = False, model: RobotModel = SPOT) -> str:
     """The robot's description: links with masses, inertias and shapes, joints with limits; `arm` adds the arm."""
     nowhere = Scene("robot", (-1.0, -1.0, 1.0, 1.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
-    model = ElementTree.fromstring(write_model(nowhere, Ground(), 0.0025, arm=arm))
-    robot = Element("robot", name="spot")
+    mjcf = ElementTree.fromstring(write_model(nowhere, Ground(), 0.0025, arm=arm, model=model))
+    robot = Element("robot", name=model.name)
     for name, color in COLORS.items():
         SubElement(SubElement(robot, "material", name=name), "color", rgba=color)
-    trunk = _found(model, "worldbody/body[@name='body']")
-    _link(robot, trunk, ROOT, "shell").insert(2, _face())
+    trunk = _found(mjcf, "worldbody/body[@name='body']")
+    _link(robot, trunk, ROOT, "shell").insert(2, _face(model))
     for child in trunk.findall("body"):
-        _branch(robot, child, ROOT)
+        _branch(robot, child, ROOT, model)
     ElementTree.indent(robot)
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(robot, encoding="unicode") + "\n"
 
 
-def _branch(robot: Element, body: Element, parent: str) -> None:
+def _branch(robot: Element, body: Element, parent: str, model: RobotModel) -> None:
     """The link of a body, the joint that carries it, its sites, and all that hangs from it."""
     name = body.get("name", "")
     _link(robot, body, name, "limb")
     hinge = _found(body, "joint")
-    _joint(robot, hinge.get("name", ""), "revolute", (parent, name), _triple(body.get("pos", "0 0 0")), hinge)
+    joint = hinge.get("name", "")
+    knee = max(torque for _, torque in model.knee_torque)
+    effort = knee if joint.endswith("_knee") else _ARM.get(joint, model.torque_limit)
+    _joint(robot, joint, "revolute", (parent, name), _triple(body.get("pos", "0 0 0")), hinge, effort)
     for site in body.findall("site"):
         frame = site.get("name", "")
         SubElement(robot, "link", name=frame)
         _joint(robot, f"{frame}_fixed", "fixed", (name, frame), _triple(site.get("pos", "0 0 0")))
     for child in body.findall("body"):
-        _branch(robot, child, name)
+        _branch(robot, child, name, model)
 
 
 def _joint(
-    robot: Element, name: str, kind: str, links: tuple[str, str], place: Triple, hinge: Element | None = None
+    robot: Element,
+    name: str,
+    kind: str,
+    links: tuple[str, str],
+    place: Triple,
+    hinge: Element | None = None,
+    effort: float = 0.0,
 ) -> None:
     joint = SubElement(robot, "joint", name=name, type=kind)
     SubElement(joint, "parent", link=links[0])
@@ -76,7 +84,6 @@ def _joint(
     if hinge is not None:
         low, high = hinge.get("range", "").split()
         SubElement(joint, "axis", xyz=hinge.get("axis", ""))
-        effort = _KNEE if name.endswith("_knee") else _ARM.get(name, TORQUE_LIMIT)
         SubElement(joint, "limit", lower=low, upper=high, effort=f"{effort:g}", velocity=f"{FASTEST:g}")
 
 
@@ -98,9 +105,9 @@ def _link(robot: Element, body: Element, name: str, material: str) -> Element:
     return link
 
 
-def _face() -> Element:
+def _face(model: RobotModel) -> Element:
     """A dark plate on the trunk, so that one sees where ahead is."""
-    length, width, height = TRUNK
+    length, width, height = model.trunk
     half = (FACE / 2, SHARE * width / 2, SHARE * height / 2)
     place = ((length - FACE) / 2 + OUTSIDE, 0.0, 0.0)
     plate = Element("geom", type="box", size=_text(half), pos=_text(place))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
 from io import StringIO
 from pathlib import Path
@@ -19,7 +18,6 @@ from actors.replay.publishing import topic_of
 from cli.command import CommandFailed, UsageError
 from cli.verbs.bag import COMMAND
 from tests.actors.replay.story import NUMBERS, OTHERS, Hero, Visitor, lived, story
-from tests.actors.replay.test_by_topics import Adder, Twice
 from tests.actors.replay.test_subtree import TEAM, WORLD, Doubler, Source
 
 REFUSED = (CommandFailed, ReplayError)
@@ -43,7 +41,7 @@ async def bag_of(path: Path) -> None:
 
 async def plain_bag_of(path: Path) -> None:
     recorder = Child(Recorder, args=(path, RecordOptions(selection=Selection(all_topics=True))))
-    async with run(recorder, OTHERS, Adder, sinks=()) as system:
+    async with run(recorder, OTHERS, sinks=()) as system:
         await system.clock.sleep(0.3)
 
 
@@ -120,80 +118,19 @@ def test_a_slip_is_told_in_one_line(journal: Path, words: list[str], text: str) 
         COMMAND.main(["replay", str(journal), *words])
 
 
-BY_TOPICS = "tests.actors.replay.test_by_topics"
-TREE = Supervisor("all", children=[Supervisor("sums", children=[Child(Adder)]), Child(Twice, name="wrong")])
+def test_a_bag_without_a_journal_is_refused_in_one_line(plain: Path) -> None:
+    with pytest.raises(REFUSED, match="has no journal of adder; it has those of: no node"):
+        COMMAND.main(["replay", str(plain), "--node", "adder"])
 
 
-def test_a_bag_without_a_journal_is_played_by_topics_and_what_it_lacks_comes_first(
-    plain: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert COMMAND.main(["replay", str(plain), "--node", "adder", "--module", f"{BY_TOPICS}:Adder"]) == 0
-    first, most, state, played, verdict = capsys.readouterr().out.splitlines()
-    assert first == "inputs of the node that the bag lacks:"
-    assert (most, state) == (
-        "  parameters (most): their defaults are taken",
-        "  its state where the bag begins: it has just started",
-    )
-    assert re.fullmatch(r"played: \d+ of /numbers", played)
-    assert re.fullmatch(
-        r"/adder: no difference in \d+ of /sums, \d+ of /stamped, stamps left out; what the bag lacks is not compared \(.* s\)",
-        verdict,
-    )
-
-
-def test_a_node_of_a_tree_is_played_to_by_topics_and_a_difference_is_the_exit_code(
-    plain: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    tree = f"{__name__}:TREE"
-    assert COMMAND.main(["replay", str(plain), "--node", "/adder", "--module", tree, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["equal"] is True
-    assert COMMAND.main(["replay", str(plain), "--node", "adder", "--with", f"{BY_TOPICS}:Twice"]) == 1
-    out = capsys.readouterr().out
-    assert "publish /sums[" in out
-    assert "/adder: not equal; compared: " in out
-    with pytest.raises(REFUSED, match=r"has no node 'addre'; did you mean 'adder'\?"):
-        COMMAND.main(["replay", str(plain), "--node", "addre", "--module", tree])
-
-
-def test_a_node_that_fails_or_publishes_nothing_that_was_recorded_is_not_said_to_be_equal(
-    plain: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert COMMAND.main(["replay", str(plain), "--node", "adder", "--module", f"{BY_TOPICS}:Breaking"]) == 1
-    assert "the node ended with ZeroDivisionError: at the first number" in capsys.readouterr().out
-    assert COMMAND.main(["replay", str(plain), "--node", "flipped", "--module", f"{BY_TOPICS}:Flipped"]) == 1
-    out = capsys.readouterr().out
-    assert "played: nothing" in out
-    assert "/flipped: nothing to compare: the bag has no message of a topic on which the node has published" in out
-
-
-def test_the_class_of_a_node_is_found_by_its_name_or_asked_for(plain: Path) -> None:
-    assert (
-        COMMAND.main(["replay", str(plain), "--node", "safety_monitor"]) == 1
-    )  # robot.safety_monitor; nothing of it was recorded
-    with pytest.raises(REFUSED, match=r"no journal of ghost; it has those of: no node.*--module MODULE:NODE$"):
-        COMMAND.main(["replay", str(plain), "--node", "ghost"])
-    with pytest.raises(REFUSED, match=r"--module MODULE:NODE, one of .*robot.nodes.detector:Detector"):
-        COMMAND.main(["replay", str(plain), "--node", "detector"])
-    with pytest.raises(REFUSED, match="no module named 'nowhere'"):
-        COMMAND.main(["replay", str(plain), "--node", "adder", "--module", "nowhere:Adder"])
-    with pytest.raises(REFUSED, match="has no journal of adder"):
-        COMMAND.main(["replay", str(plain), "--node", "adder", "--cost"])
-
-
-@pytest.mark.parametrize("bag", ["journal", "plain"])
 def test_a_debugger_that_is_quit_leaves_no_verdict(
-    bag: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    journal: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("sys.breakpointhook", sys.__breakpointhook__)
     monkeypatch.delenv("PYTHONBREAKPOINT", raising=False)
     monkeypatch.setattr("sys.stdin", StringIO("up\nup\nquit\n"))
-    path = str(request.getfixturevalue(bag))
-    words = {
-        "journal": ["--break", "measured[3]"],
-        "plain": ["--node", "adder", "--module", f"{BY_TOPICS}:Adder", "--break", "sums[3]"],
-    }
     with pytest.raises(REFUSED, match="the debugger was quit, and the replay with it: there is no verdict"):
-        COMMAND.main(["replay", path, *words[bag]])
+        COMMAND.main(["replay", str(journal), "--break", "measured[3]"])
     assert "equal" not in capsys.readouterr().out
 
 

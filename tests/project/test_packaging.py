@@ -115,13 +115,24 @@ def later():
 def test_what_is_imported_is_declared() -> None:
     test = {"pytest", "pytest_asyncio"}
     extras = PROJECT["optional-dependencies"]
-    optional = declared(extras["security"]) | declared(extras["images"]) | declared(extras["plots"]) | {"opentelemetry"}
+    optional = (
+        declared(extras["security"])
+        | declared(extras["images"])
+        | declared(extras["plots"])
+        | declared(extras["dds"])
+        | {"opentelemetry"}
+    )
     assert imported("actors", "robot", "cli") - test - optional <= declared(PROJECT["dependencies"])
 
 
 def test_only_the_authority_imports_what_makes_certificates() -> None:
     assert importers("cryptography") == ["actors/transport/security/authority.py"]
     assert declared(PROJECT["optional-dependencies"]["security"]) == {"cryptography"}
+
+
+def test_only_the_library_of_dds_imports_cyclone() -> None:
+    assert importers("cyclonedds") == ["actors/transport/dds/library.py"]
+    assert declared(PROJECT["optional-dependencies"]["dds"]) == {"cyclonedds"}
 
 
 def test_only_spans_import_opentelemetry() -> None:
@@ -141,6 +152,7 @@ def test_what_is_declared_is_imported() -> None:
     assert declared(PROJECT["dependencies"]) == imported("actors", "robot", "cli", typing=False) - {
         "PIL",  # of the extra `images`
         "cryptography",  # of the extra `security`
+        "cyclonedds",  # of the extra `dds`
         "matplotlib",  # of the extra `plots`
         "opentelemetry",  # of the extra `otel`
         "pytest",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 from actors.launch.actions.nodes import Node, namespace_of, node_name_of, remaps_of
 from actors.launch.entity import Action
 from actors.launch.errors import LaunchError, user_line
-from actors.launch.parameters import effective, layers_of
+from actors.launch.parameters import effective, layers_of, own_layers
 from actors.launch.plan import Component, Load
 from actors.launch.substitution import Text, as_bool, normalized, perform
 
@@ -49,7 +49,7 @@ class ComposableNode:
     def component(self, context: LaunchContext) -> Component:
         """The component in this context. Raises `LaunchError`."""
         context.line = self.line or context.line
-        extra = [layer for layer in layers_of(context, self.extra_arguments) if layer.text is None]
+        extra = [layer for layer in own_layers(context, self.extra_arguments) if layer.text is None]
         return Component(
             perform(context, self.package),
             perform(context, self.plugin),

@@ -61,6 +61,9 @@ class DeclareLaunchArgument(Action):
         if known is None or (known.conditional and not conditional):
             context.declared[self.name] = Declared(self, conditional)
 
+    def note_arguments(self, context: LaunchContext) -> None:
+        self.remember(context, conditional=True)
+
     def plan(self, context: LaunchContext, scope: Scope) -> None:
         self.remember(context, conditional=False)
         known = context.launch_configurations

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.entity import Action, LaunchDescription, evaluate
 from actors.launch.errors import LaunchError
+from actors.launch.loading import load
 from actors.launch.substitution import Text, normalized, perform, shown
 
 if TYPE_CHECKING:
@@ -54,7 +56,6 @@ class IncludeLaunchDescription(Action):
         )
 
     def plan(self, context: LaunchContext, scope: Scope) -> None:
-        known = set(context.declared)
         for name, value in self.launch_arguments:
             context.launch_configurations[perform(context, name)] = perform(context, value)
         description = self.source.launch_description
@@ -62,16 +63,29 @@ class IncludeLaunchDescription(Action):
             evaluate([description], context, scope.inner("include", "include"))
             return
         include_file(Path(perform(context, self.source.location)), context, scope)
-        given = {perform(context, name) for name, _ in self.launch_arguments}
-        for name in set(context.declared) - known:
-            if name in given:  # this include decides about it, so it is no argument of the whole
-                del context.declared[name]
+
+    def note_arguments(self, context: LaunchContext) -> None:
+        """Remember the arguments of what would be included, if its condition held and as far as it can be read."""
+        problems = list(context.problems)
+        with suppress(LaunchError):
+            if self.source.launch_description is not None:
+                self.source.launch_description.note_arguments(context)
+            elif (path := Path(perform(context, self.source.location)).absolute()) not in context.noted:
+                context.noted.add(path)
+                with reading(path, context):
+                    load(path).note_arguments(context)
+        context.problems[:] = problems  # it is not used
 
 
 def include_file(path: Path, context: LaunchContext, scope: Scope) -> None:
     """Evaluate a launch file in a scope of its own below `scope`. Raises `LaunchError`."""
-    from actors.launch.loading import load
+    with reading(path, context):
+        evaluate([load(path)], context, scope.inner(_stem(path), path.name))
 
+
+@contextmanager
+def reading(path: Path, context: LaunchContext) -> Generator[None]:
+    """Make a launch file the one that is evaluated. Raises `LaunchError`."""
     if context.depth >= DEEPEST:
         raise LaunchError(f"{path} is included by itself: {DEEPEST} launch files include each other")
     if not path.is_file():
@@ -81,8 +95,7 @@ def include_file(path: Path, context: LaunchContext, scope: Scope) -> None:
     context.depth += 1
     context.packages.add_package_of(path)
     try:
-        description = load(path)
-        evaluate([description], context, scope.inner(_stem(path), path.name))
+        yield
     finally:
         context.file, context.line = outer, line
         context.depth -= 1

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from actors.launch.actions.configuration import joined_namespace
 from actors.launch.actions.processes import ExecuteProcess
 from actors.launch.entity import Action
 from actors.launch.errors import LaunchError
-from actors.launch.packages import Executable, Program
+from actors.launch.packages import Executable, NodeTarget, Program
 from actors.launch.parameters import layers_of
 from actors.launch.plan import NodeSpec, Transitions
 from actors.launch.substitution import Text, as_bool, normalized, perform
@@ -73,6 +74,9 @@ class Node(ExecuteProcess):
         name = None if self.given_name is None else node_name_of(perform(context, self.given_name))
         namespace = namespace_of(context, self.namespace)
         self.node_name = fully_qualified(namespace or "/", name) if name else ""
+        arguments = [perform(context, one) for one in self.arguments]
+        if arguments and isinstance(found, NodeTarget):
+            _check_arguments(context, found, arguments)
         spec = NodeSpec(
             package,
             executable,
@@ -80,7 +84,7 @@ class Node(ExecuteProcess):
             namespace,
             layers_of(context, self.parameters),
             [*context.scoped.remaps, *remaps_of(context, self.remappings)],
-            [perform(context, one) for one in self.arguments],
+            arguments,
             [perform(context, one) for one in self.ros_arguments],
             found,
             problem,
@@ -147,6 +151,23 @@ class LifecycleTransition(Action):
         scope.items.append(Transitions([perform(context, name) for name in self.names], ids))
 
 
+def _check_arguments(context: LaunchContext, found: NodeTarget, arguments: list[str]) -> None:
+    """Raise `LaunchError` for arguments that the class of a node does not take. One that cannot be imported says so when it starts."""
+    from importlib import import_module
+    from operator import attrgetter
+
+    from actors.running.arguments import parse
+
+    module, _, name = found.target.partition(":")
+    with suppress(ImportError, AttributeError):
+        reader = getattr(attrgetter(name)(import_module(module)), "arguments_as_parameters", None)
+        if reader is not None:
+            try:
+                reader(parse(arguments).user_args)
+            except ValueError as error:
+                context.stand_in(LaunchError(str(error)), "")
+
+
 def node_name_of(name: str) -> str | None:
     """The name of a node; None for an empty text. Raises `LaunchError` for one that ROS does not take."""
     if not name:
@@ -159,9 +180,11 @@ def node_name_of(name: str) -> str | None:
 
 
 def namespace_of(context: LaunchContext, namespace: Text | None) -> str:
-    """The namespace of a node, below that of its group; empty if there is none. Raises `LaunchError`."""
-    given = "" if namespace is None else perform(context, namespace)
-    whole = joined_namespace(context.launch_configurations.get("ros_namespace", ""), given)
+    """The namespace of a node, below that of its group; empty if none is given, not even an empty one. Raises `LaunchError`."""
+    base = context.launch_configurations.get("ros_namespace")
+    if namespace is None and base is None:
+        return ""
+    whole = joined_namespace(base or "", "" if namespace is None else perform(context, namespace)) or "/"
     try:
         normalize_namespace(whole)
     except ValueError as error:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.errors import SubstitutionFailure
+from actors.launch.errors import LaunchError, SubstitutionFailure
 from actors.launch.substitution import Substitution, Text, as_bool, normalized, perform, shown
 
 if TYPE_CHECKING:
@@ -103,6 +103,8 @@ class IfElseSubstitution(Substitution):
     """One of two texts, by a condition."""
 
     def __init__(self, condition: Text, if_value: Text = "", else_value: Text = "") -> None:
+        if not if_value and not else_value:
+            raise LaunchError("IfElseSubstitution needs if_value, else_value, or both")
         self.condition = normalized(condition)
         self.if_value, self.else_value = normalized(if_value), normalized(else_value)
 

@@ -30,6 +30,9 @@ __all__ = [
     "ThisLaunchFileDir",
 ]
 
+COMMAND = "$(command "
+"""How the text begins that stands for what a command would print."""
+
 COMMAND_SECONDS = 60.0
 """How long a command may take that is started to make a text."""
 
@@ -139,7 +142,7 @@ class FindExecutable(Substitution):
     def perform(self, context: LaunchContext) -> str:
         name = perform(context, self.name)
         found = shutil.which(name, path=context.environment.get("PATH"))
-        return found or context.stand_in(SubstitutionFailure(f"no program {name!r} on the PATH"), name)
+        return found or context.stand_in(_no_program([name]), name)
 
     def describe(self) -> str:
         return f"FindExec({shown(self.name)})"
@@ -194,11 +197,13 @@ class Command(Substitution):
         command, on_stderr = perform(context, self.command), perform(context, self.on_stderr)
         if on_stderr not in ("fail", "warn", "ignore", "capture"):
             raise SubstitutionFailure(f"on_stderr is fail, warn, ignore or capture, not {on_stderr!r}")
-        if context.only_shown:
-            return _sign(command)
         try:
+            words = shlex.split(command)
+            if context.lenient:  # which only looks: it does not run what could act
+                program = shutil.which(words[0], path=context.environment.get("PATH")) if words else None
+                return _sign(command) if program else context.stand_in(_no_program(words), _sign(command))
             ran = subprocess.run(
-                shlex.split(command),
+                words,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT if on_stderr == "capture" else subprocess.PIPE,
                 text=True,
@@ -219,5 +224,9 @@ class Command(Substitution):
         return f"Command({shown(self.command)})"
 
 
+def _no_program(words: list[str]) -> SubstitutionFailure:
+    return SubstitutionFailure(f"no program {(words or [''])[0]!r} on the PATH")
+
+
 def _sign(command: str) -> str:
-    return f"$(command '{command}')"
+    return f"{COMMAND}'{command}')"

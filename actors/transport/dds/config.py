@@ -9,7 +9,7 @@ from typing import Final, Literal, TypeAlias, cast, get_args
 from xml.sax.saxutils import quoteattr
 
 from actors.suggest import did_you_mean
-from actors.transport.environment import domain_from_environment
+from actors.transport.domain_id import domain_from_environment
 from actors.transport.protocol import WireUnavailable
 
 __all__ = ["DdsConfig", "Range", "domain_settings"]

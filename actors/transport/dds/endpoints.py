@@ -6,14 +6,12 @@ import ctypes as c
 import struct
 from collections import Counter, deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 from actors.transport.dds import library as native
 from actors.transport.dds.library import DATA_AVAILABLE, TIMEOUT, Library
 from actors.transport.dds.qos import POLICIES, EndpointQos, the_qos
-
-if TYPE_CHECKING:
-    from actors.transport.dds.participant import Within
+from actors.transport.dds.within import Within
 
 __all__ = ["KEEP_ALL", "Endpoint", "Kind", "Reader", "Sample", "Status", "Writer"]
 
@@ -109,6 +107,8 @@ class Endpoint:
         self._on_status = on_status
         self._closed = False
         self._matched = 0
+        self.received = Counter[bytes]()
+        """The bytes from each writer of others, by its GUID."""
         self._entity = self._created(create)
         guid, handle = (c.c_ubyte * 16)(), c.c_uint64()
         self._library.dds_get_guid(self._entity, guid)
@@ -131,6 +131,10 @@ class Endpoint:
         handles = (c.c_uint64 * count)()
         count = min(count, max(list_them(self._entity, handles, count), 0))
         return frozenset(self._guid_of(handle) for handle in handles[:count]) - {_NOBODY}
+
+    def sent(self) -> Counter[bytes]:
+        """The bytes for each reader of others, by its GUID."""
+        return Counter()
 
     def _created(self, create: Callable[[int, int, int, None], int]) -> int:
         library, participant = self._library, self._within.participant
@@ -404,8 +408,6 @@ class Reader(Endpoint):
         self._delivered_bytes = 0
         self.dropped = 0
         """Samples dropped on the way to the loop, which did not keep up."""
-        self.received = Counter[bytes]()
-        """Bytes from each writer of others, by its GUID."""
         self.lost = 0
         """Samples that the network has lost."""
         self._infos = bytearray(_AT_ONCE * _INFO.size)

@@ -8,7 +8,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from actors.transport.dds.config import DdsConfig, domain_settings
@@ -18,37 +18,14 @@ from actors.transport.dds.library import Library, load, reason
 from actors.transport.dds.qos import EndpointQos
 from actors.transport.dds.reading import Reading, Report
 from actors.transport.dds.sending import Sending
+from actors.transport.dds.within import Within
 from actors.transport.protocol import WireUnavailable
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
 
-__all__ = ["Participant", "Traffic", "Within"]
+__all__ = ["Participant", "Traffic"]
 
 _PRECONDITION: Final = -4
-
-
-@dataclass
-class Within:
-    """What the endpoints of a participant share."""
-
-    library: Library
-    participant: int
-    wakeup: Wakeup
-    reading: Reading
-    sending: Sending
-    worker: Worker
-    report: Report
-    guids: dict[int, bytes] = field(default_factory=dict)
-    """The GUID of each endpoint of others, by its instance handle."""
-    endpoints: set[Reader | Writer] = field(default_factory=set)
-
-    def forget(self, endpoint: Reader | Writer) -> None:
-        """It is being closed."""
-        self.endpoints.discard(endpoint)
-
-    def delete(self, entity: int) -> None:
-        """Delete an entity of the library, which may wait. From any thread."""
-        self.worker.do(lambda: self.library.dds_delete(entity))
 
 
 class Traffic(NamedTuple):
@@ -152,9 +129,9 @@ class Participant:
             return ()
         sent, received = Counter[bytes](), Counter[bytes]()
         for endpoint in self._within.endpoints:
-            into, counts = (sent, endpoint.sent()) if isinstance(endpoint, Writer) else (received, endpoint.received)
-            for guid, count in counts.items():
-                into[guid[:12]] += count
+            for into, counts in ((sent, endpoint.sent()), (received, endpoint.received)):
+                for guid, count in counts.items():
+                    into[guid[:12]] += count
         return tuple(
             Traffic(participant, sent[participant.guid[:12]], received[participant.guid[:12]])
             for participant in self._discovery.participants

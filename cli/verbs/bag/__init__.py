@@ -247,10 +247,9 @@ def _replay(parser: Parser) -> None:
     )
     parser.add_argument(
         "--with",
-        "--module",
         dest="node_class",
         metavar="MODULE:NODE",
-        help="play to this class instead, and go on behind differences; for a bag without a journal: the node's class, or a tree with it",
+        help="play to this class instead, and go on behind differences",
     )
     parser.add_argument(
         "--break", dest="pause", metavar="TOPIC[N]", help="stop in a debugger where message N (from 0) is sent on TOPIC"
@@ -346,8 +345,7 @@ def _recover(parser: Parser) -> None:
 
 REPLAY = """\
 Play the journal of one node to that node alone, on virtual time, and compare what it sends with the recording; or that of a subtree to its
-nodes together, and compare what they send to others. A bag without a journal is played to it by its topics: what the node takes beside them
-is listed, and the verdict is as weak."""
+nodes together, and compare what they send to others."""
 
 COMMAND = Group(
     "bag",

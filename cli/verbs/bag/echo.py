@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Callable
 from typing import Any
 
 from actors.bag import BagError, BagReader, BagTopic, type_of
-from actors.interfaces import Message, decode
+from actors.bag.schemas import decoder_of
+from actors.interfaces import Message
 from actors.interfaces.errors import CdrError
 from cli.graph.types import learn_folders
 from cli.parsing import TRUNCATED
@@ -28,22 +30,22 @@ def echo(options: argparse.Namespace) -> int:
 def _echo(bag: BagReader, options: argparse.Namespace) -> int:
     selection = selection_of(options)
     names = {topic.name for topic in bag.topics if selection.takes(topic.name, topic.type)}
-    types: dict[BagTopic, type[Message] | None] = {}
+    decoders: dict[BagTopic, Callable[[bytes], Message] | None] = {}
     start = bag.metadata.start_ns + round(options.start_offset * 1e9)
     failed = 0
     number = 0
     for one in bag.messages(names, start_ns=start):
-        if one.topic not in types:
-            types[one.topic] = _type(one.topic)
-        kind = types[one.topic]
-        if kind is None:
+        if one.topic not in decoders:
+            decoders[one.topic] = _decoder(one.topic)
+        decode = decoders[one.topic]
+        if decode is None:
             failed += 1
             continue
         if number == options.num_messages:
             break
         number += 1
         try:
-            message = decode(kind, one.data)
+            message = decode(one.data)
         except CdrError as error:
             failed += 1
             print(f"{one.topic.name} at {one.received_ns}: {error}", file=sys.stderr)
@@ -60,10 +62,10 @@ def _echo(bag: BagReader, options: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def _type(topic: BagTopic) -> type[Message] | None:
-    """The type of a topic; None, and a line that says why, if its messages cannot be decoded."""
+def _decoder(topic: BagTopic) -> Callable[[bytes], Message] | None:
+    """What decodes the messages of a topic; None, and a line that says why, if its messages cannot be decoded."""
     try:
-        return type_of(topic)
+        return decoder_of(topic, type_of(topic))
     except BagError as error:
         print(f"left out: {error}", file=sys.stderr)
         return None

@@ -1,26 +1,20 @@
-"""`bag replay`: play the journal of a node or subtree, or the topics of a bag, to that alone, and compare what it sends with the recording."""
+"""`bag replay`: play the journal of a node or subtree to that alone, and compare what it sends with the recording."""
 
 from __future__ import annotations
 
 import argparse
-import asyncio
 import importlib
 import json
 import re
 import sys
 import time
-from collections.abc import Iterator
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-from actors import Child, Node, Supervisor
-from actors.launch.packages import GROUP
+from actors import Node
 from actors.parameters.text import parse_parameter
-from actors.replay import NoJournal, Tape, TopicsVerdict, Verdict, load, replay, replay_topics, tape_in
+from actors.replay import Tape, Verdict, load, replay, tape_in
 from actors.replay.tape import is_subtree, named
-from actors.running.target import Unusable, find, grown
-from actors.suggest import did_you_mean
 from cli.command import CommandFailed
 from cli.graph.types import learn_folders
 
@@ -37,14 +31,7 @@ def run(options: argparse.Namespace) -> int:
         "pause": None if options.pause is None else _place(options.pause),
     }
     begun = time.perf_counter()
-    try:
-        tape = _tape(options)
-    except NoJournal as error:
-        if options.cost or options.subtree is not None:
-            raise
-        shown = replay_topics(options.path, _declared(options, str(error)), **given)
-        _tell_topics(shown, options.json, time.perf_counter() - begun)
-        return 0 if shown.equal else 1
+    tape = _tape(options)
     if options.cost:
         return _cost(tape)
     node = None if options.node_class is None else _node(options.node_class)
@@ -67,7 +54,7 @@ def _is_bag(path: Path) -> bool:
 
 
 def _tape(options: argparse.Namespace) -> Tape:
-    """The journal of the node or subtree. Raises `NoJournal` for a bag that has none, so that its topics are to be played."""
+    """The journal of the node or subtree. Raises `NoJournal` for a bag that has none."""
     path, asked = options.path, options.subtree or options.node
     if _is_bag(path):
         return tape_in(path, asked, trust=options.trust)
@@ -76,45 +63,6 @@ def _tape(options: argparse.Namespace) -> Tape:
     if meant is not None and named([tape.node], meant) is None:
         raise CommandFailed(f"{path} is the journal of {tape.node}, not of {meant}")
     return tape
-
-
-def _declared(options: argparse.Namespace, missing: str) -> Child:
-    """The declaration of the node, for a bag that does not have it; `missing` says which journals it has."""
-    target = options.node_class or _installed(options, missing)
-    namespace, _, name = options.node.rpartition("/")
-    try:
-        trees = asyncio.run(grown(find(target)))
-    except Unusable as error:
-        raise CommandFailed(str(error)) from error
-    if len(trees) == 1 and (isinstance(trees[0], (Child, type))):
-        only = trees[0] if isinstance(trees[0], Child) else Child(trees[0])
-        return only.replace(name=name, namespace=namespace or only.namespace)
-    nodes = [node for tree in trees for node in _nodes(tree)]
-    found = next((node for node in nodes if node.name == name), None)
-    if found is None:
-        near = did_you_mean(name, [node.name for node in nodes])
-        raise CommandFailed(f"{target} has no node {name!r}{near}")
-    return found
-
-
-def _installed(options: argparse.Namespace, missing: str) -> str:
-    """MODULE:NODE of the one installed executable that is called like the node."""
-    name = options.node.rpartition("/")[2]
-    found = [entry.value for entry in entry_points(group=GROUP) if entry.name.partition(".")[2] == name]
-    if len(set(found)) == 1:
-        return found[0]
-    remedy = "To play its topics to the node, say which class it is: --module MODULE:NODE"
-    raise CommandFailed(f"{missing}. {remedy}{f', one of {chr(44).join(sorted(set(found)))}' if found else ''}")
-
-
-def _nodes(tree: Any) -> Iterator[Child]:
-    if isinstance(tree, Supervisor):
-        for child in tree.children:
-            yield from _nodes(child)
-    elif isinstance(tree, Child):
-        yield tree
-    elif isinstance(tree, type):
-        yield Child(tree)
 
 
 def _node(text: str) -> type[Node]:
@@ -175,31 +123,6 @@ def _tell(verdict: Verdict, as_json: bool, seconds: float) -> None:
     print(
         f"{verdict.node}: {word}; {verdict.compared} messages, calls, answers and log lines compared in {seconds:.1f} s"
     )
-
-
-def _tell_topics(verdict: TopicsVerdict, as_json: bool, seconds: float) -> None:
-    differences = [*map(str, verdict.differences)]
-    if as_json:
-        facts = {
-            "node": verdict.node, "equal": verdict.equal, "lacking": verdict.lacking, "fed": verdict.fed, "compared": verdict.compared,
-            "failure": verdict.failure, "differences": differences, "seconds": round(seconds, 3),
-        }  # fmt: skip
-        print(json.dumps(facts))
-        return
-    print("inputs of the node that the bag lacks:", *verdict.lacking, sep="\n  ")
-    print("played:", ", ".join(f"{count} of {topic}" for topic, count in verdict.fed.items()) or "nothing")
-    for difference in differences:
-        print(difference)
-    if verdict.failure:
-        print(f"the node ended with {verdict.failure}")
-    compared = ", ".join(f"{count} of {topic}" for topic, count in verdict.compared.items())
-    if not compared and not differences:
-        word = "nothing to compare: the bag has no message of a topic on which the node has published"
-    elif verdict.equal:
-        word = f"no difference in {compared}, stamps left out; what the bag lacks is not compared"
-    else:
-        word = f"not equal; compared: {compared}, stamps left out"
-    print(f"{verdict.node}: {word} ({seconds:.1f} s)")
 
 
 def _cost(tape: Tape) -> int:

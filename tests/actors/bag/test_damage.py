@@ -123,6 +123,47 @@ def test_a_damaged_page_of_sqlite3_is_said_and_the_rest_is_recovered(tmp_path: P
     assert recover(bag, tmp_path / "odd").damaged == 1
 
 
+def test_a_damaged_text_time_or_index_of_sqlite3_is_said(tmp_path: Path) -> None:
+    bag = foreign_bag(tmp_path / "walk", WORDS, StoragePlugin.SQLITE3)
+    path = bag / "walk.db3"
+    whole = path.read_bytes()
+
+    def changed(*statements: str) -> None:
+        path.write_bytes(whole)
+        database = sqlite3.connect(path)
+        for statement in statements:
+            database.execute(statement)
+        database.commit()
+        database.close()
+
+    path.write_bytes(whole.replace(b"data BLOB", b"data B\xcc\xcfB").replace(b"CREATE TABLE", b"CREAT\xc5 TABLE"))
+    with pytest.raises(BagError, match=r"walk\.db3 is no sqlite3 file of a bag: "):
+        BagReader(bag)
+    changed("UPDATE messages SET timestamp = x'00' WHERE id = 3")
+    with pytest.raises(BagError, match=r"walk\.db3 is damaged: a message has no time; `bag recover"):
+        BagReader(bag)
+    assert recover(bag, tmp_path / "timeless").damaged == 1
+    changed()
+    database = sqlite3.connect(path)
+    database.execute("PRAGMA writable_schema = ON")
+    (index,) = database.execute("SELECT * FROM sqlite_master WHERE name = 'timestamp_idx'").fetchall()
+    database.execute("DELETE FROM sqlite_master WHERE name = 'timestamp_idx'")
+    database.commit()
+    database.close()
+    database = sqlite3.connect(path)  # which knows of no index
+    database.execute("INSERT INTO messages(topic_id, timestamp, data) SELECT topic_id, timestamp, data FROM messages")
+    database.execute("PRAGMA writable_schema = ON")
+    database.execute("INSERT INTO sqlite_master VALUES (?, ?, ?, ?, ?)", index)
+    database.commit()
+    database.close()
+    with (
+        BagReader(bag) as read,
+        pytest.raises(BagError, match="it holds 100 messages, and 50 are found by their times; `bag recover"),
+    ):
+        list(read.messages())
+    assert recover(bag, tmp_path / "lacking").metadata.message_count == 100
+
+
 def test_a_packed_file_is_recovered_as_far_as_it_can_be_unpacked(tmp_path: Path) -> None:
     bag = foreign_bag(tmp_path / "walk", [word * 400 for word in WORDS] * 20, compression=CompressionMode.FILE)
     assert recover(bag, tmp_path / "whole").metadata.message_count == 1000

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,6 +16,7 @@ from actors.interfaces import encode, type_hash
 from actors.interfaces.derived import event_message
 from actors.interfaces.geometry_msgs.msg import Point
 from actors.interfaces.lifecycle_msgs.msg import State, TransitionEvent
+from actors.interfaces.schemas import recorded_hash
 from actors.interfaces.sensor_msgs.msg import Range
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool
@@ -36,6 +38,7 @@ TURNED = BagTopic("/point", "geometry_msgs/msg/Point", "float64 z\nfloat64 y\nfl
 CHANGED = BagTopic("/changes", "lifecycle_msgs/msg/TransitionEvent", JAZZY)
 RANGED = BagTopic("/range", "sensor_msgs/msg/Range", HUMBLE)
 JSON = BagTopic("/json", "Pose", "{}", schema_encoding="jsonschema", serialization_format="json")
+EMPTY_POINT = recorded_hash("geometry_msgs/msg/Point", "ros2msg", "")
 UNKNOWN = BagTopic("/unknown", "field_msgs/msg/Furrow")
 
 
@@ -183,3 +186,34 @@ def test_a_definition_that_rosbag2_could_not_classify_is_read(tmp_path: Path) ->
     database.close()
     with BagReader(path) as bag:
         assert [field.name for field in type_of(bag.topics[0]).__ros_fields__] == ["info", "request", "response"]
+
+
+def test_an_empty_definition_counts_where_the_type_has_no_fields(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    point = encode(Point(x=1.0, y=2.0, z=3.0))
+    bare = BagTopic("/bare", "geometry_msgs/msg/Point", "\n", schema_encoding="ros2msg")
+    same = BagTopic("/same", bare.type, type_hash=type_hash(Point), schema_encoding="ros2msg")
+    was_empty = BagTopic("/was_empty", bare.type, type_hash=EMPTY_POINT, schema_encoding="ros2msg")
+    other = BagTopic("/other", bare.type, type_hash="RIHS01_" + "0" * 64, schema_encoding="ros2msg")
+    hoe = BagTopic("/hoe", "field_msgs/msg/Hoe", schema_encoding="ros2msg")
+    rake = BagTopic("/rake", "field_msgs/msg/Rake", type_hash="RIHS01_" + "0" * 64, schema_encoding="ros2msg")
+    assert type_of(bare) is type_of(same) is Point
+    assert not type_of(was_empty).__ros_fields__
+    for topic, said in ((other, "recorded with another definition"), (rake, "unknown message 'field_msgs/msg/Rake'")):
+        with pytest.raises(BagError, match=said):
+            type_of(topic)
+    messages = [(bare, point), (same, point), (hoe, b"\0\1\0\0\0"), (hoe, point), (was_empty, b"\0\1\0\0\0")]
+    bag = bag_of(tmp_path / "walk", messages)
+    assert COMMAND.main(["echo", str(bag), "--json"]) == 1
+    out, err = capsys.readouterr()
+    shown = [json.loads(line) for line in out.splitlines()]
+    assert [(one["topic"], one["message"].get("z")) for one in shown] == [
+        ("/bare", 3.0), ("/same", 3.0), ("/hoe", None), ("/was_empty", None),
+    ]  # fmt: skip
+    assert "the bag's definition of field_msgs/msg/Hoe is empty, and a message has 28 bytes" in err
+    rewrite([bag], tmp_path / "new")
+    with BagReader(tmp_path / "new") as read:
+        assert {topic.name: topic.schema.split()[-2:] for topic in read.topics} == {
+            "/bare": ["float64", "z"], "/same": ["float64", "z"], "/hoe": [], "/was_empty": [],
+        }  # fmt: skip

@@ -119,6 +119,32 @@ def test_flipped_bytes_are_seen_or_harmless(tmp_path: Path) -> None:
     assert min(outcomes.values()) > 50, outcomes
 
 
+@pytest.mark.parametrize(
+    ("places", "kept"),
+    [
+        ({9: 2}, 0),  # the header becomes longer, and all that follows is something else
+        ({25: 6 ^ 2}, 0),  # the chunk becomes a footer
+        ({25: 6 ^ 15}, 0),  # the chunk becomes the end of the data
+        ({25: 0x80}, 0),  # the chunk becomes a private record
+        ({}, 10),
+    ],
+)
+def test_a_chunk_that_became_another_record_is_missed_where_the_index_is_damaged_too(
+    tmp_path: Path, places: dict[int, int], kept: int
+) -> None:
+    data = bytearray(next(data for _, name, data in variants(ROS) if name == "Ros-ch-chx-rch-rsh-st"))
+    (start,) = struct.unpack("<Q", data[-8 - 20 : -8 - 12])
+    data[data.index(struct.pack("<BQ", 11, 46 + 10), start)] ^= 0x80  # the statistics
+    for at, flipped in places.items():
+        data[at] ^= flipped
+    path = tmp_path / "flipped.mcap"
+    path.write_bytes(data)
+    read, said = what_is_read(path)
+    assert len(read) == kept
+    assert "`bag recover" in said
+    assert recover(path, tmp_path / "recovered").metadata.message_count == kept
+
+
 def test_statistics_that_do_not_agree_with_the_file_are_said(tmp_path: Path) -> None:
     """The opcode of a message is damaged, so that it is none: that there are fewer than there should be is seen."""
     data = next(data for _, name, data in variants(ROS) if name == "Ros-rch-rsh-st")

@@ -158,6 +158,23 @@ async def test_a_publisher_that_offers_less_is_recorded_from_its_arrival_on(rig:
     assert texts(tmp_path / "walk") == ["reliable", "weak", "still", "strong"]
 
 
+async def test_what_was_lost_before_a_publisher_that_offers_less_came_stays_counted(rig: Rig, tmp_path: Path) -> None:
+    await rig.start(recorder(tmp_path / "walk", ONLY), Talker)
+    recording = rig.node(Recorder)
+    (subscription,) = rig.system.graph.topic("/words").subscriptions
+    subscription.count_lost(3)  # as a transport tells of a gap in the numbers of a publisher
+    assert recording.dropped == 3
+    rig.me.publisher(WORDS, qos=qos.SENSOR_DATA)
+    await rig.quiet()
+    (again,) = rig.system.graph.topic("/words").subscriptions
+    assert again is not subscription
+    assert recording.dropped == 3
+    again.count_lost(2)
+    assert recording.dropped == 5
+    await rig.stop()
+    assert recording.dropped == 5
+
+
 async def test_what_is_requested_of_a_topic_may_be_told(rig: Rig, tmp_path: Path) -> None:
     asked = qos.DEFAULT.replace(reliability=Reliability.BEST_EFFORT, depth=7)
     await rig.start(recorder(tmp_path / "walk", ONLY, qos={"/words": asked}), Talker)

@@ -89,11 +89,23 @@ def test_an_argument_that_is_met_without_its_condition_later_is_unconditional(tm
     assert "'a':\n" in launch(path).show_arguments()
 
 
-def test_an_argument_that_an_include_is_given_is_none_of_the_whole(tmp_path: Path) -> None:
+def test_the_arguments_of_included_files_are_listed_also_those_that_are_given_and_those_under_a_false_condition(
+    tmp_path: Path,
+) -> None:
     xml(tmp_path, '<arg name="a"/><arg name="b" default="1"/>', "inner.launch.xml")
-    path = xml(tmp_path, '<include file="$(dirname)/inner.launch.xml"><arg name="a" value="1"/></include>')
+    twice = '<arg name="c"/>' + '<include if="false" file="$(dirname)/other.launch.xml"/>' * 2
+    xml(tmp_path, twice + '<include file="$(dirname)/absent.launch.xml"/>', "other.launch.xml")
+    path = xml(
+        tmp_path,
+        '<include file="$(dirname)/inner.launch.xml"><arg name="a" value="1"/></include>'
+        '<include if="false" file="$(dirname)/other.launch.xml"/><include if="false" file="$(var absent)"/>',
+    )
 
-    assert launch(path).arguments == ["b"]
+    shown = launch(path, lenient=True)
+
+    assert shown.arguments == ["a", "b", "c"]
+    assert "'c': *" in shown.show_arguments()
+    assert shown.problems == []
 
 
 def test_a_default_may_be_a_truth_of_python(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from actors.launch import LaunchError, Packages
 from actors.launch.packages import Program
 from actors.launch.parameters import Layer
-from actors.launch.plan import NodeSpec
+from actors.launch.plan import NodeSpec, jobs
 from actors.launch.program import ros_arguments
 from actors.parameters.files import ParameterOverrides
 from actors.testing import Rig
@@ -211,3 +211,31 @@ def test_after_an_absent_module_there_are_no_problems_about_what_stands_in_for_i
     assert [problem.problem for problem in problems] == [
         "the Python module 'absent_module' is not installed; what it would give is left out"
     ]
+
+
+@pytest.mark.parametrize("given", ["''", "'/'", "LaunchConfiguration('x', default='')"])
+def test_an_empty_namespace_counts_as_given(tmp_path: Path, given: str) -> None:
+    path = python(
+        tmp_path,
+        f"Node(package='control', executable='motor_node', name='n', namespace={given}, parameters=[{{'a': 1}}])",
+    )
+    (job,) = jobs(launch(path)._plan)
+
+    assert job.node is not None
+    words = ros_arguments(job.node, tmp_path)
+    assert "__ns:=/" in words
+    assert Path(words[-1]).read_text().startswith("/n:")
+
+
+def test_an_empty_namespace_of_a_group_counts_as_given(tmp_path: Path) -> None:
+    path = python(tmp_path, "PushRosNamespace(''), Node(package='control', executable='motor_node', name='n')")
+
+    assert tree(path) == ["motor_node-1: control/motor_node as /n (robot.tutorials.motor_controller:MotorController)"]
+    (job,) = jobs(launch(path)._plan)
+    assert job.node is not None
+    assert job.node.namespace == "/"
+
+
+def test_one_of_two_texts_is_needed_to_choose(tmp_path: Path) -> None:
+    with pytest.raises(LaunchError, match="needs if_value"):
+        launch(python(tmp_path, "LogInfo(msg=IfElseSubstitution('true'))"))

@@ -12,6 +12,8 @@ from actors.interfaces.composition_interfaces.srv import ListNodes, UnloadNode
 from actors.launch import Packages
 from actors.launch.containers import component_of
 from actors.launch.packages import NodeTarget
+from actors.launch.parameters import effective
+from actors.launch.plan import Load
 from actors.testing import Rig
 from tests.actors.launch.files import launch, python, xml
 from tests.actors.launch.test_service import names, said
@@ -285,3 +287,21 @@ def test_transitions_and_late_parts_are_shown_in_the_tree(tmp_path: Path) -> Non
         "log info: x",
         f"managed-3: here/managed as /n ({HERE}:Managed)",
     ]
+
+
+def test_global_parameters_are_no_extra_arguments_of_a_component(tmp_path: Path) -> None:
+    path = python(
+        tmp_path,
+        """
+        SetParameter('use_sim_time', True),
+        LoadComposableNodes(target_container='/c', composable_node_descriptions=[
+            ComposableNode(package='p', plugin='p::C', name='n', extra_arguments=[{'use_intra_process_comms': True}])])
+        """,
+        before="from launch_ros.descriptions import ComposableNode",
+    )
+    (item,) = launch(path)._plan.items
+
+    assert isinstance(item, Load)
+    (component,) = item.components
+    assert component.extra == {"use_intra_process_comms": True}
+    assert effective("/n", component.layers) == {"use_sim_time": True}

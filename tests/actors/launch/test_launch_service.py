@@ -204,3 +204,44 @@ def test_a_service_can_run_beside_the_main_thread(tmp_path: Path, capfd: pytest.
     thread.join(30)
 
     assert codes == [0]
+
+
+TESTS = """
+from launch_testing.legacy import LaunchTestService
+description, tests = LaunchDescription(), LaunchTestService()
+process = lambda code, seconds=0: ExecuteProcess(cmd=['sh', '-c', f'sleep {seconds}; exit {code}'])
+for kind, allowed, *action in ACTIONS:
+    if kind == 'fixture':
+        tests.add_fixture_action(description, process(*action), allowed)
+    else:
+        tests.add_test_action(description, process(*action) if action else LogInfo(msg='x'))
+service = LaunchService()
+service.include_launch_description(description)
+sys.exit(tests.run(service))
+"""
+
+
+@pytest.mark.parametrize(
+    ("actions", "code"),
+    [
+        ([("test", 0, 0), ("test", 0, 0, 0.1), ("fixture", [0], 0, 60)], 0),
+        ([("test", 0, 3), ("test", 0, 0, 60)], 3),
+        ([("test", 0, 0, 60), ("fixture", [0], 0), ("fixture", [0], 4)], 4),
+        ([("test", 0, 0, 60), ("fixture", False, 0)], 1),
+        ([("test", 0, 0), ("fixture", True, 5)], 0),
+    ],
+)
+def test_the_legacy_test_service_gives_the_code_of_the_first_that_fails(
+    tmp_path: Path, actions: list[tuple[object, ...]], code: int
+) -> None:
+    assert ran(tmp_path, TESTS.replace("ACTIONS", repr(actions))) == code
+
+
+def test_a_test_action_without_a_process_passes_when_it_is_complete(tmp_path: Path) -> None:
+    text = TESTS.replace("ACTIONS", "[('fixture', [0], 0, 60)]").replace(
+        "service = Launch",
+        "tests.add_fixture_action(description, LogInfo(msg='x'))\n"
+        "tests.add_test_action(description, TimerAction(period=0.1, actions=[]))\nservice = Launch",
+    )
+
+    assert ran(tmp_path, text) == 0

@@ -88,12 +88,12 @@ def test_the_prefixes_of_ament_are_searched_in_their_order(tmp_path: Path) -> No
 
 
 def test_an_entry_point_comes_before_a_program_of_a_prefix_and_both_are_listed(tmp_path: Path) -> None:
-    installed(tmp_path, "my_package")
-    program(tmp_path / "lib" / "my_package" / "my_node")
+    installed(tmp_path, "actors")
+    program(tmp_path / "lib" / "actors" / "clock_publisher")
 
-    found = Packages(environment={"AMENT_PREFIX_PATH": str(tmp_path)}).executables("my_package")
+    found = Packages(environment={"AMENT_PREFIX_PATH": str(tmp_path)}).executables("actors")
 
-    assert isinstance(found["my_node"], NodeTarget)
+    assert isinstance(found["clock_publisher"], NodeTarget)
     assert isinstance(found["talker"], Program)
 
 
@@ -194,3 +194,18 @@ def test_modules_without_a_folder_have_none() -> None:
     assert folder_of_module("no_such_package.module") is None
     assert folder_of_module("sys") is None
     assert folder_of_module("robot.tutorials.ring") == folder_of_module("robot.tutorials")
+
+
+def test_a_package_of_the_user_in_a_prefix_goes_before_a_tutorial_of_its_name_but_not_before_our_nodes_of_ros_2(
+    tmp_path: Path,
+) -> None:
+    talker = installed(tmp_path, "my_package")
+    installed(tmp_path, "tf2_ros")
+    mine = program(tmp_path / "lib" / "my_package" / "my_node")
+    program(tmp_path / "lib" / "tf2_ros" / "static_transform_publisher")
+    packages = Packages(environment={"AMENT_PREFIX_PATH": str(tmp_path)})
+
+    assert packages.find("my_package", "talker") == Program("my_package", "talker", talker)
+    assert packages.find("my_package", "my_node") == Program("my_package", "my_node", mine)
+    assert packages.share("my_package") == tmp_path / "share" / "my_package"
+    assert isinstance(packages.find("tf2_ros", "static_transform_publisher"), NodeTarget)

@@ -49,7 +49,7 @@ def test_a_substitution_is_typed_by_the_rules_of_yaml(text: str, value: Any) -> 
         (True, True),
         (3, 3),
         (Path("/x"), "/x"),
-        (b"\x01\x02", [1, 2]),
+        (b"\x01\x02", (b"\x01", b"\x02")),
         ([1, 2], (1, 2)),
         ([1, 2.5], (1.0, 2.5)),
         (["a", 1, True], ("a", "1", "true")),

@@ -82,7 +82,11 @@ def test_nothing_is_left_in_python_after_a_launch_file_has_failed(tmp_path: Path
         ),
         ("from launch.events import zzzz", 1, "launch.events.zzzz is not supported here; there are: ExecutionComplete"),
         ("from launch_ros import zzzz", 1, "launch_ros.zzzz is not supported here"),
-        ("import launch.frontend.parser", 1, "launch.frontend is not supported here; did you mean 'launch"),
+        (
+            "import launch.frontend.parser",
+            1,
+            "launch.frontend.parser is not supported here; did you mean 'launch.frontend.expose'",
+        ),
         ("import no_such_module", 1, "ModuleNotFoundError: No module named 'no_such_module'"),
         ("x = 1\ndef f(:\n", 2, "invalid syntax: def f(:"),
         ("\n\nraise ValueError('no')", 3, "ValueError: no"),
@@ -251,3 +255,43 @@ def test_a_part_that_an_installed_package_lacks_is_not_stood_in_for(tmp_path: Pa
     found = launch(python(tmp_path, "", before="import actors.no_such_part"), lenient=True)
 
     assert "No module named 'actors.no_such_part'" in str(found.problems[0])
+
+
+def test_what_the_stand_in_for_a_module_cannot_do_is_no_further_problem(tmp_path: Path) -> None:
+    path = written(
+        tmp_path,
+        "a.launch.py",
+        "import no_such_module\ndef generate_launch_description():\n    return no_such_module.make() + 'x'\n",
+    )
+
+    found = launch(path, lenient=True)
+
+    assert found.is_broken
+    (problem,) = found.problems
+    assert "the Python module 'no_such_module' is not installed" in str(problem)
+
+
+def test_the_utilities_of_launch_and_launch_ros_are_there(tmp_path: Path) -> None:
+    path = python(
+        tmp_path,
+        "OpaqueFunction(function=shown)",
+        before="""
+        from launch.events.process import ProcessIO, ProcessStdout
+        from launch.frontend import expose
+        from launch.utilities.type_utils import *
+        from launch_ros.utilities import *
+        assert issubclass(ProcessStdout, ProcessIO)
+        assert [prefix_namespace(*pair) for pair in ((None, None), ('a', None), ('a', 'b'), ('/a', '/b'), ('/', 'b'), ('/a', ''), (None, '/'))] \\
+            == [None, 'a', 'a/b', '/b', '/b', '/a', '/']
+        assert [make_namespace_absolute(one) for one in (None, 'a', '/a')] == [None, '/a', '/a']
+        assert [len(one) for one in normalize_remap_rules([('a', ['b', 'c'])])[0]] == [1, 2]
+        def shown(context):
+            text = normalize_typed_substitution(['1', LaunchConfiguration('x', default='2')], int)
+            numbers = perform_typed_substitution(context, normalize_typed_substitution('[1, 2]', list[int]), list[int])
+            assert normalize_typed_substitution(3, int) == 3 and is_substitution(text) and not is_substitution('a')
+            given = normalize_parameters([{'a': LaunchConfiguration('x', default='2')}, '/nowhere.yaml'])
+            return [LogInfo(msg=f'{perform_typed_substitution(context, text, int)} {numbers} {evaluate_parameters(context, given)}')]
+        """,
+    )
+
+    assert tree(path) == ["log info: 12 [1, 2] ({'a': 2}, PosixPath('/nowhere.yaml'))"]

@@ -141,6 +141,17 @@ def test_an_empty_list_leaves_an_earlier_value_alone() -> None:
     assert EMPTY.with_rule("p:=[1]").with_rule("p:=[]").for_node("/n") == {"p": (1,)}
 
 
+def test_a_list_with_one_map_is_that_map_and_binary_data_are_bytes() -> None:
+    text = "/**:\n  ros__parameters:\n    io:\n      - names: [a]\n        deep: {x: [1, 2]}\n    rest: 1\n    key: !!binary AQID\n"
+
+    assert ParameterOverrides().with_text(text).for_node("/n") == {
+        "io.names": ("a",),
+        "io.deep.x": (1, 2),
+        "rest": 1,
+        "key": (b"\x01", b"\x02", b"\x03"),
+    }
+
+
 def test_keys_may_repeat_and_documents_may_follow() -> None:
     text = "n: {ros__parameters: {a: 1}}\nn: {ros__parameters: {b: 2, b: 3}}\n---\nn: {ros__parameters: {c: 4}}"
 
@@ -167,7 +178,10 @@ def test_overrides_never_change() -> None:
         ("n:\n  ros__parameters: 5", 2, "n", "must hold a map of parameters"),
         ("n:\n  ros__parameters:\n    a:", 3, "a", "has no value"),
         ("n:\n  ros__parameters:\n    a: {b: {c: }}", 3, "a.b.c", "has no value"),
-        ("n:\n  ros__parameters:\n    a:\n      - {b: 1}", 4, "a", "neither lists nor maps"),
+        ("n:\n  ros__parameters:\n    a:\n      - {b: 1}", 4, "a.b", "must be a list"),
+        ("n:\n  ros__parameters:\n    a:\n      - {b: [1]}\n      - {b: [2]}", 5, "a", "one map, not more"),
+        ("n:\n  ros__parameters:\n    a:\n      - [1]", 4, "a", "neither lists nor maps"),
+        ("n:\n  ros__parameters:\n    a: !!binary '?'", 3, "a", "no base64"),
         ("n:\n  ros__parameters:\n    [a]: 1", 3, "n", "a key must be a name"),
         ("/foo*:\n  ros__parameters:\n    a: 1", 2, "/foo*", "wildcards .* whole words"),
         ("a//b:\n  ros__parameters:\n    a: 1", 2, "a//b", "empty word"),

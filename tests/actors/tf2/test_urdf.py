@@ -61,6 +61,11 @@ def test_a_joint_without_origin_and_axis_has_those_of_the_urdf_specification() -
             r"is xacro, and has to be expanded first: run `xacro robot\.urdf\.xacro",
         ),
         ('<robot><link name="${prefix}leg"/></robot>', "is xacro"),
+        ('<robot><link name="a"/><xacro:macro name="leg"><link name="leg"/></xacro:macro></robot>', "is xacro"),
+        (
+            '<robot><link name="a"/><joint name="j" type="fixed"><parent link="a"/><child link="b"/><origin xyz="${x} 0 0"/></joint></robot>',
+            "is xacro",
+        ),
         (
             '<robot><joint name="j" type="revolute"><parent link="a"/><child link="b"/><mimic joint="k" offset="x"/></joint></robot>',
             "multiplier and offset of the mimic of 'j' are numbers",
@@ -110,6 +115,9 @@ def test_a_joint_may_mimic_another() -> None:
         f"<robot xmlns='http://drake.mit.edu'>{JOINED}</robot>",
         f"<robot xmlns:xacro='http://www.ros.org/wiki/xacro'>{JOINED}</robot>",
         f"<?xml version='1.0' encoding='utf-8'?><robot name='Käfer'>{JOINED}</robot>",
+        f"<robot xmlns:xacro='http://www.ros.org/wiki/xacro'>{JOINED}<xacro:camera side='left'/></robot>",
+        f"<robot>{JOINED}<ros2_control><param name='max'>${{2*pi}}</param><limit at='${{pi}}'/></ros2_control></robot>",
+        f"<robot>{JOINED}</robot><robot><link name='other'/></robot>",
     ],
     ids=[
         "a comment about xacro",
@@ -118,6 +126,9 @@ def test_a_joint_may_mimic_another() -> None:
         "a namespace",
         "what xacro leaves",
         "umlaut",
+        "a call that xacro left",
+        "an expression in what is not read",
+        "a second robot",
     ],
 )
 def test_a_urdf_is_read_as_urdfdom_reads_it(text: str) -> None:

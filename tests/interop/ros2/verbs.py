@@ -80,12 +80,17 @@ def checks() -> Iterator[tuple[str, Check]]:
     yield "robactor and ros2: topic hz", rate
 
 
+_NOISE: Final = ("Waiting for an action server", "TYPELOOKUP_SERVICE")
+"""Lines that only ``ros2`` writes; the second when Fast DDS of Kilted meets itself."""
+
+
 def masked(text: str) -> str:
     """The text without what differs from run to run, and without the nearest names, which only ours tells."""
     text = re.sub(r"\b[0-9a-f]{32}\b", "ID", text)
     text = re.sub(r"GID: [0-9a-f.]+", "GID: ...", text)
     text = re.sub(r"; did you mean .*", "", text)
-    return "\n".join(line.rstrip() for line in text.strip().splitlines() if "Waiting for an action server" not in line)
+    lines = [line.rstrip() for line in text.strip().splitlines() if not any(part in line for part in _NOISE)]
+    return "\n".join(lines).strip()
 
 
 async def peers(bench: Bench) -> None:

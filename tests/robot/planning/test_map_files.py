@@ -30,26 +30,28 @@ BOMB = "0.05\na0: &a0 [x, x]\n" + "".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}
 
 
 def by_the_book(file: Path) -> np.ndarray:
-    """The cells of a map by the formulas of map_server's documentation, pixel by pixel; row 0 is the lowest y."""
+    """The cells of a map by the formulas of ROS 2's map_server, pixel by pixel, in single precision; row 0 is the lowest y."""
     said = yaml.safe_load(file.read_text())
-    occupied, free = float(said["occupied_thresh"]), float(said["free_thresh"])
+    occupied, free = np.float32(said["occupied_thresh"]), np.float32(said["free_thresh"])
     picture = Image.open(file.parent / said["image"])
     width, height = picture.size
     cells = np.zeros((height, width), dtype=int)
     for row in range(height):
         for column in range(width):
             pixel = picture.getpixel((column, height - 1 - row))
-            x = pixel if isinstance(pixel, int) else sum(pixel[:3]) / 3  # type: ignore[arg-type, index, operator]
+            weights = (0.212656, 0.715158, 0.072186)
+            x = pixel if isinstance(pixel, int) else round(float(np.dot(pixel[:3], weights)))  # type: ignore[arg-type, index]
             opaque = isinstance(pixel, int) or len(pixel) < 4 or pixel[3] == 255  # type: ignore[arg-type, index]
-            p = x / 255 if said["negate"] else (255 - x) / 255
+            shade = np.float32(x) / np.float32(255)
+            p = shade if said["negate"] else np.float32(1) - shade
             if said["mode"] == "raw":
                 value = round(x) if x <= 100 else -1
-            elif said["mode"] == "scale" and not opaque:
+            elif not opaque:
                 value = -1
-            elif p > occupied:
-                value = 100
-            elif p < free:
+            elif p <= free:
                 value = 0
+            elif p >= occupied:
+                value = 100
             elif said["mode"] == "trinary":
                 value = -1
             else:
@@ -139,7 +141,19 @@ def test_what_nav2s_saver_writes_is_read(tmp_path: Path) -> None:
     assert found.data.tolist() == [[100, 0, 0]]  # its unknown cells read as free by its own threshold
 
 
-def test_transparency_is_unknown_in_mode_scale_and_a_fourth_colour_in_mode_trinary(tmp_path: Path) -> None:
+def test_a_shade_at_a_threshold_is_free_or_occupied_as_in_nav2(tmp_path: Path) -> None:
+    text = PLAIN.replace("0.65", "0.6").replace("0.196", "0.2")
+    found = read_map(written(tmp_path, b"P5 4 1 255\n\x66\x67\xcb\xcc", text))
+    assert found.data.tolist() == [[100, -1, -1, 0]]
+
+
+def test_the_shade_of_a_colour_is_its_luma(tmp_path: Path) -> None:
+    Image.fromarray(np.array([[[255, 0, 0], [0, 255, 0], [0, 0, 255]]], dtype=np.uint8)).save(tmp_path / "m.png")
+    (tmp_path / "m.yaml").write_text(PLAIN.replace("m.pgm", "m.png"))
+    assert read_map(tmp_path / "m.yaml").data.tolist() == [[100, -1, 100]]
+
+
+def test_what_is_transparent_is_unknown(tmp_path: Path) -> None:
     Image.fromarray(np.array([[[0, 0, 0, 255], [0, 0, 0, 0], [255, 255, 255, 255]]], dtype=np.uint8)).save(
         tmp_path / "m.png"
     )
@@ -147,7 +161,7 @@ def test_transparency_is_unknown_in_mode_scale_and_a_fourth_colour_in_mode_trina
     (tmp_path / "m.yaml").write_text(text + "mode: scale\n")
     assert read_map(tmp_path / "m.yaml").data.tolist() == [[100, -1, 0]]
     (tmp_path / "m.yaml").write_text(text + "mode: trinary\n")
-    assert read_map(tmp_path / "m.yaml").data.tolist() == [[100, 100, 0]]  # (3 * 0 + 1) / 4 is dark enough
+    assert read_map(tmp_path / "m.yaml").data.tolist() == [[100, -1, 0]]
 
 
 @pytest.mark.parametrize(

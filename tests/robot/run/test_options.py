@@ -24,7 +24,7 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "machines": None, "hangs": (), "security": None,
         "replay": (), "journals": None, "spans": False, "ground": None, "pushes": (), "web": Web(), "actuators": ActuatorDesign(), "map": None,
-        "sensors": "real", "sight": False,
+        "sensors": "real", "sight": False, "robot": "spot",
     }  # fmt: skip
 
 
@@ -185,3 +185,12 @@ def test_spans_ask_for_what_makes_them(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robot.run.options.find_spec", lambda name: None)
     with pytest.raises(UsageError, match=r"pip install \"robactor\[otel\]\""):
         parse(["--spans"])
+
+
+@pytest.mark.parametrize("also", [["--backend", "kinematic"], ["--arm"], ["--fetch", "cup"], ["--sight"]])
+def test_another_robot_has_none_of_what_only_the_reference_body_has(also: list[str]) -> None:
+    assert parse(["--robot", "go2"]).robot == "go2"
+    with pytest.raises(
+        UsageError, match="--robot: the kinematic body, the arm and the depth cameras are those of spot"
+    ):
+        parse(["--robot", "go2", *also])

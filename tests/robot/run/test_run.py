@@ -109,6 +109,16 @@ def test_one_goal_is_walked_to_and_ends_the_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no device that is always full")
+def test_a_go2_walks_to_a_goal_with_the_same_nodes_and_a_robot_that_nobody_knows_is_one_line(tmp_path: Path) -> None:
+    done, report = run(tmp_path, *VIRTUAL, "--robot", "go2", "--world", "empty", "--goal", "2", "1", "0", "--seed", "1")
+    assert done.returncode == 0, done.stderr
+    assert (report["falls"], [goal["outcome"] for goal in report["goals"]]) == (0, ["succeeded"])
+    wrong = robot("run", *VIRTUAL, "--robot", "go3")
+    assert (wrong.returncode, wrong.stdout) == (2, "")
+    assert wrong.stderr.startswith("robot run: --robot: no robot is called 'go3'")
+    assert wrong.stderr.count("\n") == 1
+
+
 def test_a_push_that_no_robot_survives_is_a_fall_and_exit_code_1(tmp_path: Path) -> None:
     done, report = run(
         tmp_path,

@@ -1,0 +1,52 @@
+"""What the endpoints of a participant share."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from actors.transport.dds.library import Library
+from actors.transport.dds.reading import Reading, Report
+from actors.transport.dds.sending import Sending
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
+
+__all__ = ["Open", "Within"]
+
+
+class Open(Protocol):
+    """A reader or writer that is open."""
+
+    received: Counter[bytes]
+    """Bytes from each writer of others, by its GUID."""
+
+    def sent(self) -> Counter[bytes]:
+        """Bytes for each reader of others, by its GUID."""
+        ...
+
+    def close(self) -> None: ...
+
+
+@dataclass
+class Within:
+    """What the endpoints of a participant share."""
+
+    library: Library
+    participant: int
+    wakeup: Wakeup
+    reading: Reading
+    sending: Sending
+    worker: Worker
+    report: Report
+    guids: dict[int, bytes] = field(default_factory=dict)
+    """The GUID of each endpoint of others, by its instance handle."""
+    endpoints: set[Open] = field(default_factory=set)
+
+    def forget(self, endpoint: Open) -> None:
+        """It is being closed."""
+        self.endpoints.discard(endpoint)
+
+    def delete(self, entity: int) -> None:
+        """Delete an entity of the library, which may wait. From any thread."""
+        self.worker.do(lambda: self.library.dds_delete(entity))

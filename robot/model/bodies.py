@@ -1,0 +1,111 @@
+"""Robots whose makers publish their figures: read by `robot.sim.model_file` from the descriptions that their makers give away, and rounded.
+
+Unitree Go2, A2 and B2: from unitreerobotics/unitree_mujoco, Copyright (c) 2016-2024 HangZhou YuShu TECHNOLOGY CO.,LTD. ("Unitree Robotics"),
+BSD-3-Clause. Stand and sit heights are ours, of the reference body's proportions.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+from robot.model.robot import SPOT, RobotModel
+
+__all__ = ["A2", "B2", "BODIES", "GO2"]
+
+GO2 = RobotModel(
+    name="go2",
+    thigh=0.213,
+    calf=0.213009,
+    abduction=0.0955,
+    foot_radius=0.022,
+    hips=((0.1934, 0.0465), (0.1934, -0.0465), (-0.1934, 0.0465), (-0.1934, -0.0465)),
+    stand_height=0.291565,
+    sit_height=0.0971885,
+    hip_limits=(-1.0472, 1.0472),
+    shoulder_limits=(-1.5708, 3.4907),
+    knee_limits=(-2.71331, -0.828371),
+    mass=15.2064,
+    hip_mass=0.678,
+    thigh_mass=1.152,
+    calf_mass=0.241352,
+    hip_com=(-0.0054, 0.00194, -0.000105),
+    thigh_com=(-0.00374, -0.0223, -0.0327),
+    calf_com=(0.00762347, -0.000622121, -0.141352),
+    body_inertia=(0.02448, 0.098077, 0.107),
+    hip_inertia=(0.00048, 0.000884, 0.000596),
+    thigh_inertia=(0.00584, 0.0058, 0.00103),
+    calf_inertia=(0.0014633, 0.00148999, 5.35057e-05),
+    trunk=(0.3762, 0.0935, 0.114),
+    torque_limit=23.7,
+    knee_torque=((-2.71331, 45.43), (-0.828371, 45.43)),
+    body_com=(0.021112, 0.0, -0.005366),
+    shoulder_rear_limits=(-0.5236, 4.5379),
+    damping=0.1,
+    armature=0.01,
+    friction=0.2,
+)
+A2 = RobotModel(
+    name="a2",
+    thigh=0.275,
+    calf=0.275,
+    abduction=0.12779,
+    foot_radius=0.032,
+    hips=((0.25944, 0.075113), (0.25944, -0.075113), (-0.25944, 0.075113), (-0.25944, -0.075113)),
+    stand_height=0.376426,
+    sit_height=0.125475,
+    hip_limits=(-1.01, 1.01),
+    shoulder_limits=(-2.34, 3.15),
+    knee_limits=(-2.77, -0.54),
+    mass=40.071,
+    hip_mass=1.62,
+    thigh_mass=3.078,
+    calf_mass=0.407,
+    hip_com=(-0.00285325, -0.01622, 0.00010575),
+    thigh_com=(-0.003262, -0.0311175, -0.0539085),
+    calf_com=(0.0102138, -1.77396e-05, -0.136496),
+    body_inertia=(0.141776, 0.407725, 0.472248),
+    hip_inertia=(0.00147324, 0.00162926, 0.00162977),
+    thigh_inertia=(0.0292635, 0.0268239, 0.00512343),
+    calf_inertia=(0.00501758, 0.00511119, 0.00018331),
+    trunk=(0.24, 0.28, 0.17),
+    torque_limit=120.0,
+    knee_torque=((-2.77, 180.0), (-0.54, 180.0)),
+    body_com=(0.00698259, -0.000712858, 0.0128895),
+    shoulder_rear_limits=(-1.56, 3.94),
+    damping=0.2,
+    armature=0.03,
+    friction=1.0,
+)
+B2 = RobotModel(
+    name="b2",
+    thigh=0.35,
+    calf=0.35,
+    abduction=0.119643,
+    foot_radius=0.032,
+    hips=((0.3285, 0.072), (0.3285, -0.072), (-0.3285, 0.072), (-0.3285, -0.072)),
+    stand_height=0.479087,
+    sit_height=0.159696,
+    hip_limits=(-0.87, 0.87),
+    shoulder_limits=(-0.94, 4.69),
+    knee_limits=(-2.82, -0.43),
+    mass=83.4983,
+    hip_mass=2.5294,
+    thigh_mass=7.4554,
+    calf_mass=0.679123,
+    hip_com=(-0.00829923, -0.00542378, 0.000235465),
+    thigh_com=(-0.00418663, -0.0366068, -0.0432737),
+    calf_com=(0.0096848, 9.4318e-06, -0.158987),
+    body_inertia=(0.354451, 1.66447, 1.72715),
+    hip_inertia=(0.00280872, 0.00483839, 0.0037261),
+    thigh_inertia=(0.0842404, 0.0828229, 0.0135318),
+    calf_inertia=(0.0161123, 0.0162494, 0.000403107),
+    trunk=(0.5, 0.28, 0.15),
+    torque_limit=200.0,
+    knee_torque=((-2.82, 300.0), (-0.43, 300.0)),
+    body_com=(0.0212868, 0.0045819, 0.0106169),
+    damping=1.0,
+    armature=0.1,
+    friction=0.547049,
+)
+BODIES = MappingProxyType({body.name: body for body in (SPOT, GO2, A2, B2)})
+"""Those that come with the package, by name."""
