@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from actors.launch import LaunchError, NotDone
-from cli.command import run_group
+from cli.command import run_command
 from tests.actors.launch.files import launch, python, tree, written, xml
 
 ACTS = {
@@ -108,7 +108,7 @@ def test_no_command_runs_and_what_depends_on_one_is_said(tmp_path: Path) -> None
 def test_check_finds_nothing_wrong_in_what_it_does_not_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = written(tmp_path, "a.launch.py", FILE.format(act=f"os.mkdir({str(tmp_path / 'logs')!r})"))
 
-    assert run_group("launch", ["--check", str(path)]) == 0
+    assert run_command("launch", ["--check", str(path)]) == 0
     out, err = capsys.readouterr()
     assert out == "nothing else is wrong\n"
     assert "os.mkdir(" in err
@@ -119,7 +119,7 @@ def test_check_refuses_the_old_words_of_a_static_transform(tmp_path: Path, capsy
     node = "<node pkg='tf2_ros' exec='static_transform_publisher' args='{}'/>"
     path = xml(tmp_path, node.format("1 0 0 0 0 0 map odom"))
 
-    assert run_group("launch", ["--check", str(path)]) == 1
+    assert run_command("launch", ["--check", str(path)]) == 1
     assert "write --x 1 --y 0 --z 0 --yaw 0 --pitch 0 --roll 0 --frame-id map" in capsys.readouterr().err
     with pytest.raises(LaunchError, match="words without names"):
         launch(path)
