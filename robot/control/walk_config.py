@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from robot.geometry.vectors import Triple
 from robot.model.robot import SPOT, RobotModel
@@ -132,7 +133,8 @@ class WalkConfig:
     def of(cls, model: RobotModel) -> WalkConfig:
         """These numbers of the reference body, for another one, that moves alike at the same Froude number (docs/control.md#other-bodies)."""
         own = cls()
-        return replace(own, **{name: _scaled(getattr(own, name), scale(model)) for name, scale in _LAWS.items()})
+        changes: dict[str, Any] = {name: _scaled(getattr(own, name), law(model)) for name, law in _LAWS.items()}
+        return replace(own, **changes)
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.crouch < self.height < self.reach:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from tests.project.imports import edges, modules
@@ -96,3 +97,15 @@ def test_what_controls_a_robot_knows_nothing_of_the_simulation() -> None:
     """A real robot brings hardware and devices of its own, and changes nothing else."""
     rooms = ("nodes", "control", "estimation", "planning", "hardware", "model")
     assert [edge for edge in edges(ROBOT) if room_of(edge.source) in rooms and room_of(edge.target) == "sim"] == []
+
+
+def test_controllers_and_estimators_take_the_robots_figures_from_its_model() -> None:
+    """What they import of the reference body would be wrong for another one; gravity is the same for all."""
+    for name, path in modules(ROBOT).items():
+        if room_of(name) in ("control", "estimation"):
+            taken = re.findall(
+                r"^from robot\.model\.(?:parameters|stance) import (.*)$",
+                path.read_text(encoding="utf-8"),
+                re.MULTILINE,
+            )
+            assert set(taken) <= {"GRAVITY", "nominal_feet"}, name

@@ -7,7 +7,6 @@ import ctypes as c
 import threading
 from collections import Counter
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -57,11 +56,14 @@ class Participant:
         """Enter the domain, and begin to tell `events` who is there. Raises WireUnavailable."""
         library = load()
         worker = Worker("dds worker")
+        entered: list[tuple[int, bytes]] = []
         try:
-            participant, self.guid = await worker.result(lambda: _entered(library, self._config, self._user_data))
-        except BaseException:
+            await worker.result(lambda: entered.append(_entered(library, self._config, self._user_data)))
+        except BaseException:  # also if the waiting is cancelled, and the worker enters nevertheless
+            worker.do(lambda: _leave(library, entered, self._config))
             worker.close()
             raise
+        participant, self.guid = entered[0]
         wakeup = Wakeup(asyncio.get_running_loop())
         report = self._report
         reading = Reading(library, participant, report)
@@ -83,11 +85,12 @@ class Participant:
         def leave() -> None:
             within.reading.close()
             within.sending.end()
-            within.worker.do(lambda: _leave(within.library, within.participant, self._config))
+            _leave(within.library, [(within.participant, self.guid)], self._config)
 
-        await within.worker.result(leave)
-        await within.worker.result(lambda: None)
-        within.worker.close()
+        try:
+            await within.worker.result(leave)
+        finally:  # also if the waiting is cancelled
+            within.worker.close()
 
     @property
     def unreadable(self) -> int:
@@ -190,12 +193,13 @@ def _opened_domain(library: Library, config: DdsConfig, settings: str) -> _Domai
     return domain
 
 
-def _leave(library: Library, participant: int, config: DdsConfig) -> None:
-    with _lock, suppress(KeyError):
-        library.dds_delete(participant)
-        _domains[config.domain].users -= 1
-        if not _domains[config.domain].users:
-            _close_domain(library, config.domain)
+def _leave(library: Library, participants: list[tuple[int, bytes]], config: DdsConfig) -> None:
+    for participant, _ in participants:
+        with _lock:
+            library.dds_delete(participant)
+            _domains[config.domain].users -= 1
+            if not _domains[config.domain].users:
+                _close_domain(library, config.domain)
 
 
 def _close_domain(library: Library, number: int) -> None:

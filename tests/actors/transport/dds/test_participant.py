@@ -112,6 +112,20 @@ async def test_opening_and_closing_again_and_again_leaves_nothing() -> None:
     assert kibibytes < before[2] + 2000
 
 
+async def test_an_opening_that_is_cancelled_leaves_nothing() -> None:
+    peer = Peer(7, "cancelled")
+    opening = asyncio.create_task(peer.participant.open(peer))
+    await asyncio.sleep(0)  # it has begun
+    assert threads()
+    opening.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await opening
+    await until(lambda: not threads())
+    another = Peer(7, "another")  # it could not enter a domain that somebody has entered by other settings
+    await another.participant.open(another)
+    await another.participant.close()
+
+
 async def test_two_settings_for_one_domain_of_a_process_are_refused_in_one_line() -> None:
     async with two_peers():
         with pytest.raises(WireUnavailable, match="domain 7 with another") as refused:
