@@ -244,7 +244,7 @@ class Bridge:
         """See `Events.lost`."""
         self._topics.lost(taker, messages)
 
-    def unreadable(self, what: str, place: str, error: Exception, **fields: object) -> None:
+    def unreadable(self, what: str, place: str, error: Exception, **fields: Any) -> None:
         """See `Events.unreadable`."""
         self._side.unreadable.note(what, place, error, **fields)
 

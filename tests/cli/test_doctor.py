@@ -10,7 +10,7 @@ from actors import QoS, qos
 from actors.interfaces import encode
 from actors.transport.figures import LeaseFigures, ProcessFigures
 from actors.transport.protocol import RemoteEndpoint
-from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION
+from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, Endpoint
 from cli.verbs.doctor import Result, examined, lines, tally
 from cli.verbs.doctor.clocks import offsets, simulated_time
 from cli.verbs.doctor.delays import ages, blocked, queues, restarts, timers
@@ -418,6 +418,18 @@ def test_an_empty_rmw_implementation_is_the_default_transport_and_no_error() -> 
     (found,) = transport(Observation())
     assert found.level == "info"
     assert (found.cause, found.measured) == ("rmw_zenoh_cpp, the default transport", "RMW_IMPLEMENTATION is empty")
+
+
+def test_nodes_of_fast_dds_are_told_with_the_remedy_where_their_services_cannot_be_called() -> None:
+    ends = tuple(
+        Endpoint(RemoteEndpoint(node(name), SERVER, f"{name}/add", "pkg/srv/Add", "RIHS01_0", QoS(depth=10), gid))
+        for name, gid in (("/fast", b"\x01\x0f" + bytes(14)), ("/cyclone", b"\x01\x10" + bytes(14)))
+    )
+    _, found = transport(Observation(implementation="rmw_cyclonedds_cpp", ends=ends))
+    assert (found.level, found.measured) == ("note", "1 node: /fast")
+    assert "RMW_IMPLEMENTATION=rmw_cyclonedds_cpp" in found.remedy
+    assert len(list(transport(Observation(implementation="rmw_zenoh_cpp", ends=ends)))) == 1
+    assert len(list(transport(Observation(implementation="rmw_cyclonedds_cpp", ends=ends[1:])))) == 1
 
 
 def test_the_transport_in_use_is_told() -> None:

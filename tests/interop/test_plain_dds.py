@@ -26,8 +26,10 @@ PEERS = (
 
 
 @pytest.fixture
-def domain() -> str:
-    return str(random.randrange(1, 100))
+def domain(monkeypatch: pytest.MonkeyPatch) -> str:
+    number = str(random.randrange(1, 100))
+    monkeypatch.setenv("ROS_DOMAIN_ID", number)
+    return number
 
 
 @pytest_asyncio.fixture

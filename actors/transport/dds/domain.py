@@ -207,8 +207,8 @@ class Domain:
                 self.events.unreadable("the nodes of a participant cannot be read", "", error)
                 continue
             if told.gid[:12] != sample.writer[:12]:
-                error = WireFormatError("it names another participant than that which has sent it")
-                self.events.unreadable("the nodes of a participant cannot be read", "", error)
+                lie = WireFormatError("it names another participant than that which has sent it")
+                self.events.unreadable("the nodes of a participant cannot be read", "", lie)
                 continue
             self.known.told(told)
         self._fit_gids()

@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from actors.names.names import is_hidden
+from actors.transport.environment import CYCLONE, FAST_DDS
 from actors.transport.figures import ProcessFigures
+from cli.graph.view import CLIENT, SERVER
 from cli.parsing import count
 from cli.verbs.doctor.observation import Finding, Observation
 
 __all__ = ["domain", "leases", "packages", "processes", "security", "transport"]
 
 ZENOH = "rmw_zenoh_cpp"
+FAST_DDS_GIDS = b"\x01\x0f"
+"""How the GIDs of Fast DDS begin."""
 
 
 def domain(seen: Observation) -> Iterator[Finding]:
@@ -46,6 +50,18 @@ def transport(seen: Observation) -> Iterator[Finding]:
     else:
         cause, measured = f"{ZENOH}, the default transport", "RMW_IMPLEMENTATION is empty"
     yield Finding("transport", cause, measured, level="info")
+    if seen.implementation in (CYCLONE, FAST_DDS):
+        fast = sorted(
+            {end.node for end in seen.ends if end.about.kind in (SERVER, CLIENT) and end.about.gid[:2] == FAST_DDS_GIDS}
+        )
+        if fast:
+            yield Finding(
+                "transport",
+                "nodes of rmw_fastrtps share topics with this library, but no services and actions",
+                f"{count(len(fast), 'node')}: {', '.join(fast[:5])}{', ...' if fast[5:] else ''}",
+                "start them with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp, or all with rmw_zenoh_cpp",
+                level="note",
+            )
 
 
 def security(seen: Observation) -> Iterator[Finding]:
