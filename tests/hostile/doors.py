@@ -56,8 +56,6 @@ class Door:
     seeds: list[bytes]
     read: Callable[[bytes], object]
     refuses: tuple[type[Exception], ...]
-    share: float = 1.0
-    """Of the inputs that the others get: less where one takes long."""
 
 
 @dataclass(slots=True)
@@ -188,9 +186,9 @@ def doors(folder: Path) -> dict[str, Door]:
         ),
         "parameter files": Door([_PARAMETERS], _parameters, (InvalidParams,)),
         "maps": Door([_MAP, *_PICTURES], lambda data: _map(folder, data), (InvalidMap, OSError)),
-        "launch files": Door(launch, lambda data: _launch(folder, data), (LaunchError,), 0.3),
+        "launch files": Door(launch, lambda data: _launch(folder, data), (LaunchError,)),
         "journals": Door(_journals(), lambda data: _journal(folder, data), (ReplayError,)),
-        "bags": Door(_bags(folder), lambda data: _bag(folder, data), (BagError,), 0.3),
+        "bags": Door(_bags(folder), lambda data: _bag(folder, data), (BagError,)),
     }
 
 
