@@ -48,6 +48,8 @@ PARAMETERS: Final = "ros__parameters"
 """The key between the name of a node and its parameters."""
 
 _INT64: Final = range(-(2**63), 2**63)
+_DIGITS: Final = 4000
+"""As many digits as Python makes a number of."""
 _TRUE: Final = frozenset(["Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"])
 _FALSE: Final = frozenset(["N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"])
 _SPECIAL: Final = re.compile(r"(?:\.(?:nan|NaN|NAN)|[+-]?\.(?:inf|Inf|INF))\Z")
@@ -241,7 +243,7 @@ def plain_scalar(text: str) -> bool | int | float | str:
         return True
     if text in _FALSE:
         return False
-    if found := _INTEGER.match(text):
+    if (found := _INTEGER.match(text)) and len(text) < _DIGITS:
         sign, hexadecimal, octal, decimal = found.groups()
         number = int(hexadecimal, 16) if hexadecimal else int(octal, 8) if octal else int(decimal)
         if sign == "-":
