@@ -66,7 +66,7 @@ class BoundedUnpickler(_Unpickler):  # type: ignore[misc]  # a class that no stu
 
     def _check_keys(self, keys: Iterable[Any]) -> None:
         for key in keys:
-            kind = cast("type[Any]", type(key))
+            kind: Any = type(key)
             if kind in _STRONG or (kind is int and abs(key) < _MODULUS) or kind.__hash__ is _OF_ENUMERATIONS:
                 continue
             self._weak += 1
@@ -83,9 +83,10 @@ class BoundedUnpickler(_Unpickler):  # type: ignore[misc]  # a class that no stu
         self._call_with(function, arguments, keywords)
 
     def _call_with(self, function: Any, arguments: Any, keywords: Any) -> None:
-        if type(arguments) is not tuple or type(keywords) is not dict:
+        kinds: tuple[Any, ...] = type(arguments), type(keywords)
+        if kinds != (tuple, dict):
             raise UnreadablePickle("it calls something with what are no arguments")
-        self.append(self.call(function, cast("tuple[Any, ...]", arguments), cast("dict[str, Any]", keywords)))
+        self.append(self.call(function, arguments, keywords))
 
     def _byte_array(self) -> None:
         self.append(bytearray(self.read(int.from_bytes(self.read(8), "little"))))
@@ -171,7 +172,7 @@ def _check_key(key: Any) -> None:
         if not waiting:
             return
         one = waiting.pop()
-        kind = cast("type[Any]", type(one))
+        kind: Any = type(one)
         if kind.__hash__ in (tuple.__hash__, frozenset.__hash__):
             waiting.extend(one)
         elif kind.__hash__ is _OF_STRUCTURES and isinstance(one, msgspec.Struct):
@@ -216,7 +217,8 @@ def _parts(value: Any) -> list[Any]:
         if isinstance(value, base):
             return list(base.__iter__(value))
     if isinstance(value, dict):
-        return [*dict.keys(cast("dict[Any, Any]", value)), *dict.values(cast("dict[Any, Any]", value))]
+        known: dict[Any, Any] = value
+        return [*dict.keys(known), *dict.values(known)]
     if isinstance(value, msgspec.Struct):
         return [getattr(value, name) for name in value.__struct_fields__]
     if isinstance(value, (type, enum.Enum)) or type(value).__module__ == "numpy":

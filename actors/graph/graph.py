@@ -93,7 +93,16 @@ class TopicEntry:
     def _meant(self) -> str:
         if self.writers:
             return ""
-        return near_name(self.name, [name for name, entry in self.graph.topics.items() if entry.writers])
+        here = {one.node.fqn for one in self.subscriptions}
+        last = self.name.rpartition("/")[2]
+
+        def known(name: str, entry: TopicEntry) -> bool:
+            """Whether a node subscribes here that uses it, too, under the same last name: it means both."""
+            users = (one.node.fqn for one in (*entry.publishers, *entry.subscriptions))
+            return name.rpartition("/")[2] == last and not here.isdisjoint(users)
+
+        others = [name for name, entry in self.graph.topics.items() if entry.writers and not known(name, entry)]
+        return near_name(self.name, others)
 
     def forget(self, node: str) -> None:
         """Forget `node`, which has ended for good. A topic without endpoints leaves the graph."""

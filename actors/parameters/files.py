@@ -48,12 +48,14 @@ PARAMETERS: Final = "ros__parameters"
 """The key between the name of a node and its parameters."""
 
 _INT64: Final = range(-(2**63), 2**63)
+_DIGITS: Final = 4000
+"""As many digits as Python makes a number of."""
 _TRUE: Final = frozenset(["Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"])
 _FALSE: Final = frozenset(["N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"])
 _SPECIAL: Final = re.compile(r"(?:\.(?:nan|NaN|NAN)|[+-]?\.(?:inf|Inf|INF))\Z")
 _INTEGER: Final = re.compile(r"([+-]?)(?:(0[xX][0-9a-fA-F]+)|(0[0-7]*)|([1-9][0-9]*))\Z")
-_DOUBLE: Final = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|(?i:inf(?:inity)?|nan))\Z")
-_HEX_DOUBLE: Final = re.compile(r"[+-]?0[xX](?:[0-9a-fA-F]+\.?[0-9a-fA-F]*|\.[0-9a-fA-F]+)(?:[pP][+-]?[0-9]+)?\Z")
+_DOUBLE: Final = re.compile(r"[+-]?(?:(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|(?i:inf(?:inity)?|nan))\Z")
+_HEX_DOUBLE: Final = re.compile(r"[+-]?0[xX](?:[0-9a-fA-F]+(?:\.[0-9a-fA-F]*)?|\.[0-9a-fA-F]+)(?:[pP][+-]?[0-9]+)?\Z")
 _WORD: Final = r"(?:[A-Za-z][A-Za-z0-9]*+|_(?!_)[A-Za-z0-9]*+)(?:_[A-Za-z0-9]++)*+_?+"
 _PART: Final = rf"(?:/|{_WORD})++"
 _RULE: Final = re.compile(rf"(?:({_WORD}):(?!=))?({_PART}(?:\.{_PART})*+):=(.*)\Z", re.DOTALL)
@@ -241,7 +243,7 @@ def plain_scalar(text: str) -> bool | int | float | str:
         return True
     if text in _FALSE:
         return False
-    if found := _INTEGER.match(text):
+    if (found := _INTEGER.match(text)) and len(text) < _DIGITS:
         sign, hexadecimal, octal, decimal = found.groups()
         number = int(hexadecimal, 16) if hexadecimal else int(octal, 8) if octal else int(decimal)
         if sign == "-":

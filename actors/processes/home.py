@@ -12,6 +12,7 @@ from actors.processes.messages import Line, News, NodeFacts, Order, Packed, Told
 from actors.processes.pickling import pack
 from actors.supervision.declarations import Child, Supervisor
 from actors.transport.protocol import WireUnavailable
+from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     from actors.processes.life import Process
@@ -27,8 +28,6 @@ KNOWN_SECONDS: Final = 2.0
 """A child that is ready waits until its nodes are known to its parent's transport; after so many seconds a line says so,"""
 UNMET_SECONDS: Final = 20.0
 """and after so many the start has failed. A machine that is busy needs a while."""
-_LOOKING: Final = 0.002
-"""Seconds between two looks for them."""
 
 
 class TreeHome:
@@ -52,6 +51,8 @@ class TreeHome:
         self._path = path
         self._states: dict[tuple[str, ...], ChildState] = {}
         """The state of each node that the process has told of, by path."""
+        self._looking = Waiters()
+        """Who waits for another state of a node, or of the graph."""
         self._running = running
         self._process: Process | None = None
         if isinstance(spec, Child):
@@ -103,6 +104,7 @@ class TreeHome:
             for path in event.gone:
                 del self._states[path]
                 self._runtime.gone(path, False)
+            self._looking.wake_all()
 
     def _line(self, line: Line) -> None:
         journal, now = self._runtime.journal, line.at - self._runtime.clock.loop_time(0.0)
@@ -151,27 +153,31 @@ class TreeHome:
         Raises `WireUnavailable` if it does not after `UNMET_SECONDS`. Of a process on another machine it waits for `KNOWN_SECONDS` only: the
         network between them may come later.
         """
-        loop = self._runtime.loop
-        begun, said = loop.time(), False
-        while missing := self._missing():
-            waited = loop.time() - begun
-            if waited >= KNOWN_SECONDS:
-                if self._spec.hosts:
-                    return
-                if not said:
-                    said = True
-                    self._runtime.log.warning(
-                        "waiting for a process that is ready, and not reached yet",
-                        process=self._id,
-                        nodes=sorted(missing),
-                    )
-                if waited >= UNMET_SECONDS:
-                    raise WireUnavailable(
-                        f"process {self._id} is ready, but the transport has not reached {', '.join(sorted(missing))} for "
-                        f"{UNMET_SECONDS:g} s: the processes of a machine meet on its loopback interface, at the port of ROBACTOR_GOSSIP_PORT "
-                        "(7446): is the interface up, is the port not 0, and does no other program listen there? (docs/wire.md)"
-                    )
-            await asyncio.sleep(_LOOKING)
+        if await self._met(KNOWN_SECONDS) or self._spec.hosts:
+            return
+        named = sorted(self._missing())
+        self._runtime.log.warning(
+            "waiting for a process that is ready, and not reached yet", process=self._id, nodes=named
+        )
+        if not await self._met(UNMET_SECONDS - KNOWN_SECONDS):
+            raise WireUnavailable(
+                f"process {self._id} is ready, but the transport has not reached {', '.join(named)} for "
+                f"{UNMET_SECONDS:g} s: the processes of a machine meet on its loopback interface, at the port of ROBACTOR_GOSSIP_PORT "
+                "(7446): is the interface up, is the port not 0, and does no other program listen there? (docs/wire.md)"
+            )
+
+    async def _met(self, within: float) -> bool:
+        """Wait until no node is missing, at most so many seconds; whether none is."""
+        leave = self._runtime.graph.on_change(self._looking.wake_all)
+        try:
+            async with asyncio.timeout(within):
+                while self._missing():
+                    await self._looking.wait()
+        except TimeoutError:
+            return False
+        finally:
+            leave()
+        return True
 
     def _missing(self) -> set[str]:
         records = self._runtime.directory.records

@@ -19,7 +19,6 @@ from types import MemberDescriptorType, ModuleType
 from typing import Any, Final, cast
 
 import msgspec
-from msgspec._utils import rebuild  # type: ignore[import-untyped]
 
 from actors.errors import described
 from actors.interfaces.message import Message
@@ -43,6 +42,7 @@ CALLED: Final = frozenset({
 """What may be called while a journal is read: MODULE:NAME. Classes that a journal names are not among it; see `class_named`."""
 _PLAIN: Final = (bool, int, float, str, bytes, tuple, list, dict, type(None), timedelta, timezone)
 """The types of what is given to what stands in `CALLED` and is not of this module: no methods of other classes are called by it."""
+rebuild: Final[Any] = getattr(importlib.import_module("msgspec._utils"), "rebuild")  # noqa: B009  # by which structures are pickled
 _HELD: Final = frozenset((bool, int, float, str, bytes, type(None)))
 _NUMBERS: Final = frozenset("?bBhHiIlLqQefdgFDGSUmM")
 """The kinds of elements of arrays that are kept, by `numpy.dtype.char`: none is, or holds, a pointer."""
@@ -155,8 +155,9 @@ def _check_contents(kind: type[Any], values: tuple[Any, ...]) -> None:
 
 def _may_be_held(value: Any) -> bool:
     """Whether it is what fields of messages hold."""
-    if type(value) is tuple:
-        return all(map(_may_be_held, cast("tuple[Any, ...]", value)))
+    kind: Any = type(value)
+    if kind is tuple:
+        return all(map(_may_be_held, value))
     return type(value) in _HELD or isinstance(value, Message) or type(value).__module__ == "numpy"
 
 
@@ -248,10 +249,10 @@ def object_filled(value: object, state: Any) -> None:
     """Set the attributes of an object that `object_made` has made."""
     if not _is_plain(type(value)):
         raise ReplayError(f"{type(value).__name__} is no class of plain objects")
-    parts = cast("tuple[Any, ...]", state if isinstance(state, tuple) else (state, None))  # what has slots has two
+    parts: Any = state if isinstance(state, tuple) else (state, None)  # what has slots has two
     if len(parts) != 2 or any(type(part) not in (dict, type(None)) for part in parts):
         raise ReplayError(f"the journal has no attributes of a {type(value).__name__:.100}")
-    attributes, slots = cast("tuple[dict[str, Any] | None, dict[str, Any] | None]", parts)
+    attributes, slots = parts
     if attributes:
         vars(value).update(attributes)
     for name, one in (slots or {}).items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final
 
 from actors.pickle_bounds import Steps
 from actors.replay.encoding import frozen, steps_for, thawed
@@ -180,7 +180,8 @@ def unpack(part: bytes, *, trust: bool = False, allowance: _Allowance | None = N
         raise ReplayError(f"this is no part of a journal of this version: {error}") from error
     steps = allowance.steps
     found: Any = thawed(plain, trust=trust, steps=steps)
-    if not (isinstance(found, tuple) and len(cast("tuple[Any, ...]", found)) == 3):
+    kind: Any = type(found)
+    if kind is not tuple or len(found) != 3:
         raise ReplayError("this is no part of a journal")
     if found[0] != FORMAT:
         raise ReplayError(

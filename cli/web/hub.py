@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from cli.web.client_nodes import ClientNodes
 from cli.web.conversion import Conversions
 from cli.web.foxglove.catalog import Catalog
-from cli.web.guests import Guests
 from cli.web.parameters import Parameters
 from cli.web.types import Types
 
@@ -32,7 +32,7 @@ class Hub:
     types: Types
     feeds: Feeds | RecordedFeeds
     catalog: Catalog
-    guests: Guests
+    client_nodes: ClientNodes
     parameters: Parameters
     conversions: Conversions
     clients: dict[int, Client]
@@ -55,6 +55,6 @@ def make_hub(
     types = Types(node, system)
     return Hub(
         node=node, system=system, overview=overview, types=types, feeds=feeds, catalog=Catalog(node, system, types),
-        guests=Guests(system), parameters=Parameters(node, system), conversions=Conversions(), clients=clients,
+        client_nodes=ClientNodes(system), parameters=Parameters(node, system), conversions=Conversions(), clients=clients,
         bags=bags, playback=playback,
     )  # fmt: skip

@@ -87,7 +87,7 @@ class WebServer(Node):
         self._recordings = Recordings(self, self._bags, self._clients)
         self._audience = Audience(make_hub(self, system, Feeds(self, system), self._clients, self._bags, overview))
         self._ends.push_async_callback(self._bags.stop)
-        self._ends.push_async_callback(self._audience.hub.guests.close)
+        self._ends.push_async_callback(self._audience.hub.client_nodes.close)
         self._ends.callback(await self._audience.begin())
         self._server = await self._open()
         self._ends.push_async_callback(self._server.wait_closed)

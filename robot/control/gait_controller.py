@@ -124,7 +124,7 @@ class GaitController:
     @property
     def fallen(self) -> bool:
         """Whether it lies on its side or back, as far as it knows: no legs lift it from there."""
-        return self._estimate.rotation[2][2] < UPRIGHT
+        return self._estimate.attitude.levelled and self._estimate.rotation[2][2] < UPRIGHT
 
     @property
     def lost(self) -> tuple[str, ...]:

@@ -47,6 +47,11 @@ class AttitudeFilter:
         """Sum of the specific forces of the first moments."""
 
     @property
+    def levelled(self) -> bool:
+        """Whether it has had the time to find the horizon: the first samples are those of a body that still settles."""
+        return self.age >= LEVEL_TIME
+
+    @property
     def yaw(self) -> float:
         return atan2(self.rotation[1][0], self.rotation[0][0])
 

@@ -167,6 +167,7 @@ class Holder:
 
 class Slots:
     __slots__ = ("held",)
+    held: Any
 
 
 def test_depth_and_circles() -> None:

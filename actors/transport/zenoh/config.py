@@ -166,6 +166,9 @@ _COMMON: Final[_Settings] = {
 }
 _THIN: Final = 16 * 1024
 """Bytes that the kernel takes from Zenoh before they can be sent; it doubles the number. What is in its queue can be overtaken by nothing."""
+_OPENING: Final = 2000
+"""Milliseconds in which a process of this host answers the opening of a link, which is then tried again. To close a session takes as long as what it
+is just opening: a program that holds the gossip port and says nothing would hold up every end for 10 s."""
 _RETRY: Final = {"period_init_ms": 100, "period_max_ms": 200, "period_increase_factor": 1.3}
 
 
@@ -179,6 +182,7 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
             {
                 "mode": config.mode,
                 "transport/unicast/compression/enabled": config.thin_links,
+                **({} if connect or listen or client else {"transport/unicast/open_timeout": _OPENING}),
                 **({f"transport/link/{link}/so_sndbuf": _THIN for link in ("tcp", "tls")} if config.thin_links else {}),
                 "listen/endpoints": listen or ([] if client else [f"{_protocol(config.security)}/127.0.0.1:0"]),
                 "connect/endpoints": [*config.meeting_points, *connect],

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from actors.interfaces import CdrError
 from actors.interfaces.errors import InterfaceError
+from cli.web.client_nodes import Publications
 from cli.web.errors import BadRequest, Refused
 from cli.web.fields import entries, number, objects, text
-from cli.web.guests import Publications
 from cli.web.names import interface
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Publishing:
 
     def __init__(self, hub: Hub) -> None:
         self._hub = hub
-        self._publications = Publications(hub.guests)
+        self._publications = Publications(hub.client_nodes)
         self._channels: dict[int, ClientChannel] = {}
 
     async def advertise(self, request: dict[str, Any]) -> None:

@@ -11,10 +11,10 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors import Aborted, Done, GoalStatus, Node
+from cli.web.client_nodes import MOST
 from cli.web.conversion import plain
 from cli.web.errors import BadRequest, Refused
 from cli.web.fields import flag, text
-from cli.web.guests import MOST
 from cli.web.names import absolute, interface
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ class ServicesServed:
         async def answer(message: Any) -> Any:
             return await self._ask(name, kind, message)
 
-        node = await self._hub.guests.join(service_node(Service(kind, name), answer))
+        node = await self._hub.client_nodes.join(service_node(Service(kind, name), answer))
         self._served[name] = _Served(node, kind)
 
     async def unadvertise(self, request: dict[str, Any]) -> None:
@@ -123,7 +123,7 @@ class ServicesServed:
         served = self._served.pop(name, None)
         if served is None:
             raise Refused(f"this client does not serve {name}")
-        await self._hub.guests.leave(served.node)
+        await self._hub.client_nodes.leave(served.node)
 
     async def respond(self, request: dict[str, Any]) -> None:
         """The client's answer to a request. Raises `BadRequest` if there is no such request."""
@@ -150,7 +150,7 @@ class ServicesServed:
                 waiting.set_exception(BrowserFailed("the client that serves it has gone"))
         served, self._served = list(self._served.values()), {}
         for one in served:
-            await self._hub.guests.leave(one.node)
+            await self._hub.client_nodes.leave(one.node)
 
     async def _ask(self, name: str, kind: Any, message: Any) -> Any:
         id = f"service_request:{name}:{next(self._numbers)}"
@@ -198,7 +198,7 @@ class ActionsServed:
         _refuse_second(self._hub.system.graph.actions.get(name))
         kind = await self._hub.types.action(name, interface(text(request, "type"), "action"))
         node = action_node(Action(kind, name), lambda goal: self._carry_out(name, kind, goal))
-        self._served[name] = await self._hub.guests.join(node)
+        self._served[name] = await self._hub.client_nodes.join(node)
 
     async def unadvertise(self, request: dict[str, Any]) -> None:
         """Carry out no more of them. Raises `Refused` if it is not served."""
@@ -206,7 +206,7 @@ class ActionsServed:
         node = self._served.pop(name, None)
         if node is None:
             raise Refused(f"this client does not serve {name}")
-        await self._hub.guests.leave(node)
+        await self._hub.client_nodes.leave(node)
 
     async def feedback(self, request: dict[str, Any]) -> None:
         """The client's feedback about a goal."""
@@ -229,7 +229,7 @@ class ActionsServed:
             goal.steps.put_nowait(Aborted(goal.type.Result(), "the client that serves it has gone"))
         served, self._served = list(self._served.values()), {}
         for node in served:
-            await self._hub.guests.leave(node)
+            await self._hub.client_nodes.leave(node)
 
     def _goal(self, request: dict[str, Any]) -> _Execution:
         goal = self._open.get(text(request, "id"))

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 from actors import ActorError, Publisher, Service
 from actors.interfaces import InterfaceError
 from actors.interfaces.action_msgs.srv import CancelGoal
+from cli.web.client_nodes import Publications
 from cli.web.conversion import plain, write_json
 from cli.web.errors import BadRequest, Refused
 from cli.web.fields import by_name, flag, optional_number, text
-from cli.web.guests import Publications
 from cli.web.names import absolute, interface
 from cli.web.operations import Op, perform
 from cli.web.outbox import Frame
@@ -50,7 +50,7 @@ class RosbridgeSession:
         """The id of the request that is being handled."""
         self._fragments = Fragments()
         self._subscriptions = Subscriptions(hub, client, self)
-        self._publications = Publications(hub.guests)
+        self._publications = Publications(hub.client_nodes)
         self._publishers: dict[str, Publisher[Any]] = {}
         self._rosapi = Rosapi(hub)
         self._services = ServicesServed(hub, self._say)

@@ -6,6 +6,7 @@ import contextlib
 import math
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,14 @@ def test_a_value_on_the_command_line_is_typed_as_in_a_file(text: str, value: Par
     assert got == value
     assert type(got) is type(value)
     assert EMPTY.with_text(f"n:\n  ros__parameters:\n    p: {text}\n").for_node("/n") == {"p": value}
+
+
+def test_a_long_number_takes_time_in_proportion_to_its_length() -> None:
+    begun = time.process_time()
+    assert parse_value("9" * 30_000 + "x") == "9" * 30_000 + "x"
+    assert parse_value("9" * 30_000) == "9" * 30_000
+    assert parse_value("0x" + "f" * 30_000 + "y") == "0x" + "f" * 30_000 + "y"
+    assert time.process_time() - begun < 2.0
 
 
 def test_not_a_number_is_a_double() -> None:

@@ -171,11 +171,17 @@ async def test_a_process_whose_nodes_are_not_reached_is_told_and_then_has_not_st
 @virtual
 async def test_a_process_of_another_machine_is_not_waited_for_longer_than_two_seconds() -> None:
     loop = asyncio.get_running_loop()
-    home = SimpleNamespace(
-        _runtime=SimpleNamespace(loop=loop), _missing=lambda: {"/far"}, _spec=Child(Counter, name="far", host="far")
+    graph = SimpleNamespace(on_change=lambda listener: lambda: None)
+    home: Any = TreeHome(
+        cast("Any", SimpleNamespace(graph=graph, enter=lambda spec, path: None)),
+        cast("Any", None),
+        Child(Counter, name="far", host="far"),
+        ("far",),
+        cast("Any", None),
     )
+    home._missing = lambda: {"/far"}
     begun = loop.time()
-    await TreeHome.known(cast("TreeHome", home))
+    await home.known()
     assert loop.time() - begun == pytest.approx(KNOWN_SECONDS, abs=0.1)
 
 

@@ -14,6 +14,7 @@ import time
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -116,6 +117,19 @@ async def test_a_child_that_must_not_hang_for_long_beats_more_often_than_it_tell
             await until(parent.beats)
         parent.channel.send(StopAsked("enough"))
         await until(lambda: parent.events[-1] == "lost")
+
+
+def test_a_beat_that_is_due_tells_of_the_nodes() -> None:
+    period, most = 0.05, mains.MOST_BEAT_SECONDS
+    told: list[float] = []
+    for now in (0.0, most - 0.5 * period, most):
+        one: Any = SimpleNamespace(
+            _loop=SimpleNamespace(time=lambda now=now: now, call_at=lambda *_: None), _period=period, _beat=None, _told=0.0, _notes=-1,
+            _guard=SimpleNamespace(turned=lambda: None), _hosted=SimpleNamespace(tell_nodes=lambda now=now: told.append(now)),
+            _tell_lost=lambda: None,
+        )  # fmt: skip
+        mains.Served._beat(one)
+    assert told == [most - 0.5 * period, most]  # a beat that comes half a period early is due
 
 
 async def test_log_lines_are_counted_instead_of_sent_while_the_parent_does_not_read(

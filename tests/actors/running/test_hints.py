@@ -90,3 +90,27 @@ async def test_nothing_is_said_where_all_is_well_or_in_process_is_meant() -> Non
         await asyncio.sleep(0.2)
         assert [stream.publisher_count for stream in heard] == [1, 0, 0, 0]
     assert lines == []
+
+
+class Arbiter(Node):
+    """Takes commands of three sources, of which one is there, and publishes what it has chosen."""
+
+    out = publishes(Topic(Int32, "/cmd_vel"))
+
+    @Topic(Int32, "/joy/cmd_vel").on()
+    async def joy(self, message: Int32) -> None: ...
+
+    @Topic(Int32, "/autonomy/cmd_vel").on()
+    async def autonomy(self, message: Int32) -> None: ...
+
+
+class Navigation(Node):
+    """One of the sources."""
+
+    out = publishes(Topic(Int32, "/autonomy/cmd_vel"))
+
+
+async def test_a_topic_that_the_subscriber_uses_itself_is_not_what_it_meant() -> None:
+    lines: list[LogRecord] = []
+    async with run(Arbiter, Navigation, Ear, Talker, sinks=(lines.append,)):
+        assert await said(lines) == [("nobody publishes /nubmers; did you mean '/numbers'?", "/ear")]

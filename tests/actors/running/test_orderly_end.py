@@ -182,7 +182,7 @@ async def test_D2_a_start_that_is_canceled_by_a_scope_is_taken_back_in_order() -
     assert asyncio.all_tasks() == {asyncio.current_task()}
 
 
-# -- D11: guests ------------------------------------------------------------------------------------------------------
+# -- D11: nodes beside the tree ------------------------------------------------------------------------------------------------------
 
 
 async def visits(name: str) -> None:

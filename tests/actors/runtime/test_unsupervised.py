@@ -36,7 +36,7 @@ async def joined(system: System, name: str) -> Node:
     return (await system.join(Child(Part, name=name))).node
 
 
-async def test_guests_end_before_the_tree_the_newest_first_and_one_after_the_other() -> None:
+async def test_nodes_beside_the_tree_end_before_the_tree_the_newest_first_and_one_after_the_other() -> None:
     async with run(Supervisor("system", children=[Child(Part, name="tree")]), sinks=()) as system:
         for name in ("first", "second", "third"):
             await joined(system, name)

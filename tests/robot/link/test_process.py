@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from robot.hardware.body import BodySilent, MotorTargets
+from robot.link import segment
 from robot.link.process import BodyProcess
 from robot.link.segment import PREFIX
 from robot.scenes.worlds import get_world
@@ -90,6 +91,7 @@ def test_a_body_that_cannot_be_made_is_said_and_leaves_nothing() -> None:
 
 MAKER = """
 import sys, time
+from robot.link import segment
 from robot.link.process import BodyProcess
 from robot.scenes.worlds import get_world
 if __name__ == "__main__":
@@ -141,3 +143,11 @@ def test_targets_reach_the_drives_of_a_real_process() -> None:
         assert until(lambda: process.body.truth().position[2] < 0.2, 5.0)  # and without any the drives sit it down
     finally:
         process.close()
+
+
+def test_shared_memory_that_the_machine_does_not_have_is_refused_and_not_left_behind() -> None:
+    free = os.statvfs("/dev/shm")
+    things = 2 * free.f_frsize * free.f_bavail // (segment.THING * segment.STATE_SLOTS)
+    with pytest.raises(segment.SharedMemoryMissing, match="No space left on device"):
+        segment.create(things)
+    assert segments(os.getpid()) == []

@@ -7,9 +7,11 @@ import threading
 
 import pytest
 
-from actors import GoalAborted
+from actors import GoalAborted, execute, open_node, run
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
+from actors.logs import WARN, LogRecord
 from actors.testing import Rig
+from robot import Robot
 from robot.contracts import (
     EMERGENCY_STOP,
     ENABLE,
@@ -70,3 +72,20 @@ async def test_after_the_end_no_task_and_no_thread_is_left(rig: Rig) -> None:
     await rig.close()  # raises Leak for whatever outlives it: tasks, threads, endpoints, goals
     assert asyncio.all_tasks() == tasks
     assert {thread for thread in set(threading.enumerate()) - threads if "asyncio" not in thread.name} == set()
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_healthy_start_warns_of_nothing(seed: int) -> None:
+    lines: list[LogRecord] = []
+    answers: list[Trigger.Response] = []
+
+    async def start() -> None:
+        async with run(Robot("warehouse", seed=seed).tree, sinks=(lines.append,)) as system:
+            await system.clock.sleep(0.05)
+            async with open_node("asker", system=system) as asker:
+                answers.append(await asker.call(STAND, Trigger.Request()))
+            await system.clock.sleep(7.0)
+
+    execute(start, clock="virtual")
+    assert [line.event for line in lines if line.level >= WARN] == []
+    assert [answer.message for answer in answers] == ["Robot is standing up"]

@@ -43,6 +43,20 @@ def test_the_default_stays_on_the_loopback_interface_and_has_the_lease_of_ros2()
     assert found["transport"]["shared_memory"]["enabled"] is False
 
 
+@pytest.mark.parametrize(
+    ("config", "limit"),
+    [
+        (ZenohConfig(), "2000"),
+        (ZenohConfig(connect=("tcp/192.168.1.2:7447",)), None),
+        (ZenohConfig(listen=("tcp/0.0.0.0:0",)), None),
+    ],
+    ids=["this host", "connects", "listens"],
+)
+def test_a_link_within_this_host_opens_soon_or_is_tried_again(config: ZenohConfig, limit: str | None) -> None:
+    found = {one.path: one.value for one in session_settings(config, "a1")}
+    assert found.get("transport/unicast/open_timeout") == limit
+
+
 def test_shared_memory_is_used_if_it_is_wanted() -> None:
     found = settings(ZenohConfig(shared_memory=20))["transport"]["shared_memory"]
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from actors.interfaces import Message
     from actors.runtime.unsupervised import UnsupervisedNode
 
-__all__ = ["Guests", "Publications"]
+__all__ = ["ClientNodes", "Publications"]
 
 MOST: Final = 256
 """The topics that a client may publish on, and the services and actions that it may serve."""
@@ -34,7 +34,7 @@ class _Offer(NamedTuple):
     depth: int
 
 
-class Guests:
+class ClientNodes:
     """Lets nodes join a system beside its tree, each under a name of its own, and publishes for clients.
 
     A node for each client that publishes would cost 0.1 MB that no transport gives back. Invariant: `_publishers` holds the publishers of which
@@ -98,8 +98,8 @@ class Publications:
     Invariant: a topic of one type has at most one publisher, latched or not, which stays until `close`, as the client may come back to it.
     """
 
-    def __init__(self, guests: Guests) -> None:
-        self._guests = guests
+    def __init__(self, nodes: ClientNodes) -> None:
+        self._nodes = nodes
         self._publishers: dict[tuple[str, str, bool], tuple[_Offer, Publisher[Any]]] = {}
 
     async def open(self, topic: str, kind: type[Message], *, latch: bool = False, depth: int = 10) -> Publisher[Any]:
@@ -109,11 +109,11 @@ class Publications:
             if len(self._publishers) >= MOST:
                 raise Refused(f"a client publishes on at most {MOST} topics")
             offer = _Offer(*key, 0 if latch else depth)
-            self._publishers[key] = offer, await self._guests.publisher(offer, kind)
+            self._publishers[key] = offer, await self._nodes.publisher(offer, kind)
         return self._publishers[key][1]
 
     def close(self) -> None:
         """Stop publishing."""
         for offer, _ in self._publishers.values():
-            self._guests.release(offer)
+            self._nodes.release(offer)
         self._publishers.clear()
