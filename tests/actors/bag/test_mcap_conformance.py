@@ -162,7 +162,7 @@ def test_a_message_received_at_0_is_read_though_the_statistics_tell_of_a_later_s
     with BagReader(path) as bag:
         assert bag.metadata.start_ns == 1
         assert len(list(bag.messages(start_ns=1))) == 10
-    assert echo("echo", [str(path), "--field", "data"]) == 0
+    assert COMMAND.main(["echo", str(path), "--field", "data"]) == 0
     assert len(capsys.readouterr().out.split()) == 20
 
 
