@@ -95,6 +95,8 @@ class BagReader:
 
     def messages(self, topics: Collection[str] | None = None, *, start_ns: int = 0) -> Iterator[BagMessage]:
         """The messages received from `start_ns` on, in order of receipt; of `topics`, or of all."""
+        if start_ns <= self.metadata.start_ns:
+            start_ns = 0  # rosbag2 tells of a later start where a message was received at 0
         passes = [reading.messages(start_ns, topics) for reading in self._readings]
         for message in passes[0] if len(passes) == 1 else merge(*passes, key=_received):
             yield self._unpack(message)

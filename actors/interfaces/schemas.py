@@ -21,6 +21,7 @@ from actors.interfaces.message import Message, make_message
 from actors.interfaces.naming import KINDS, full_name
 from actors.interfaces.parse import (
     PARTS,
+    SEPARATOR,
     DefinitionError,
     FieldDefinition,
     MessageDefinition,
@@ -132,8 +133,9 @@ def _read(name: str, encoding: str, text: str) -> dict[str, _Recorded]:
         for kind, each, part in sections:
             if kind == "IDL":
                 found |= {one.name: _Recorded(one, as_written(one)) for one in parse_idl(part)}
-            elif kind == "SRV":
-                found |= {one.name: _Recorded(one, as_written(one)) for one in parse_recorded(part, each, PARTS["srv"])}
+            elif kind == "SRV" or (each.endswith("_Event") and SEPARATOR in part.splitlines()):
+                parts = parse_recorded(part, each.removesuffix("_Event"), PARTS["srv"])
+                found |= {one.name: _Recorded(one, as_written(one)) for one in parts}
             else:
                 (message,) = parse_recorded(part, each)
                 found.setdefault(each, _Recorded(message, part))

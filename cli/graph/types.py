@@ -39,14 +39,14 @@ def learn_folders(options: argparse.Namespace) -> None:
         if prefix:
             add_folder(os.path.join(prefix, "share"))
     for folder in getattr(options, "interfaces", ()):
-        from actors.interfaces import DefinitionError, load_folder
+        from actors.interfaces import load_folder
 
         try:
             load_folder(folder)
-        except DefinitionError as error:
+        except InterfaceError as error:  # of one type, such as another version of one that ships
             complain(f"--interfaces {folder}: {error}; the other types are read when they are needed")
             add_folder(folder)
-        except (InterfaceError, OSError) as error:
+        except OSError as error:
             raise CommandFailed(f"--interfaces {folder}: {error}") from error
 
 

@@ -105,6 +105,16 @@ async def test_types_of_a_folder_are_known_without_a_build(command: Command, tmp
     shown = await command("interface", "show", "garden_msgs/msg/Gnome", "--interfaces", str(tmp_path))
     assert (shown.code, shown.out) == (0, "string name\nfloat64 height\n"), "one bad file does not hide the others"
     assert "Leftover.msg, line 1: type absent_msgs/Thing is not known" in shown.err
+    for bad, content, said in (
+        ("garden_msgs/msg/Leftover.msg", b"# gr\xfc\xdfe\n", "Leftover.msg: this is no UTF-8 text"),
+        ("garden_msgs/msg/Leftover.msg", b"int32 x\n", ""),
+        ("sensor_msgs/msg/Range.msg", b"float32 range\n", "Range is known already with other fields"),
+    ):
+        (tmp_path / bad).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / bad).write_bytes(content)
+        shown = await command("interface", "show", "garden_msgs/msg/Gnome", "--interfaces", str(tmp_path))
+        assert (shown.code, shown.out) == (0, "string name\nfloat64 height\n"), bad
+        assert said in shown.err
     missing = await command("interface", "list", "--interfaces", str(tmp_path / "nothing"))
     assert missing.code == 1
     assert missing.err.startswith("--interfaces ")

@@ -145,6 +145,27 @@ def test_a_chunk_that_became_another_record_is_missed_where_the_index_is_damaged
     assert recover(path, tmp_path / "recovered").metadata.message_count == kept
 
 
+def test_a_message_received_at_0_is_read_though_the_statistics_tell_of_a_later_start(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As in rosbag2's own test data: its writer takes a time of 0 for none."""
+    data = next(data for _, name, data in variants(ROS) if name == "Ros-ch-chx-rch-rsh-st")
+    (start,) = struct.unpack("<Q", data[-8 - 20 : -8 - 12])
+    summary = bytearray(data[start : -8 - 29])
+    at = summary.index(struct.pack("<BQ", 11, 46 + 10)) + 9 + 8 + 2 + 4 * 4
+    assert summary[at : at + 8] == bytes(8), "the first message was received at 0"
+    summary[at : at + 8] = struct.pack("<Q", 1)
+    footer = data[-8 - 29 : -8 - 4]
+    path = tmp_path / "zero.mcap"
+    crc = zlib.crc32(summary + footer) if struct.unpack("<I", data[-12:-8])[0] else 0
+    path.write_bytes(data[:start] + summary + footer + struct.pack("<I", crc) + data[-8:])
+    with BagReader(path) as bag:
+        assert bag.metadata.start_ns == 1
+        assert len(list(bag.messages(start_ns=1))) == 10
+    assert COMMAND.main(["echo", str(path), "--field", "data"]) == 0
+    assert len(capsys.readouterr().out.split()) == 20
+
+
 def test_statistics_that_do_not_agree_with_the_file_are_said(tmp_path: Path) -> None:
     """The opcode of a message is damaged, so that it is none: that there are fewer than there should be is seen."""
     data = next(data for _, name, data in variants(ROS) if name == "Ros-rch-rsh-st")

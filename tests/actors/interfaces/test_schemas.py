@@ -138,6 +138,19 @@ def test_a_service_in_idl_is_read_too() -> None:
     assert [field.name for field in kind.__ros_fields__] == ["info", "request", "response"]
 
 
+def test_the_definition_of_a_service_alone_is_that_of_its_events() -> None:
+    """As rosbag2 has written it: without a line that says so."""
+    kind = recorded_type("yard_msgs/srv/Shut_Event", "ros2msg", "int64 a\n---\nstd_msgs/String b\n")
+    assert [field.name for field in kind.__ros_fields__] == ["info", "request", "response"]
+    (request, response) = (field.message for field in kind.__ros_fields__[1:])
+    assert request is not None
+    assert response is not None
+    assert [str(field) for field in (*request.__ros_fields__, *response.__ros_fields__)] == [
+        "int64 a",
+        "std_msgs/String b",
+    ]
+
+
 def box(members: str) -> str:
     return f"module yard_msgs {{ module msg {{ struct Bad {{ {members} }}; }}; }};"
 
