@@ -73,6 +73,9 @@ def _audit(event: str, arguments: tuple[Any, ...]) -> None:
     raise NotDone(f"{event}({about!r:.80}) is not done while the launch file is only looked at")
 
 
+_audit.__cantrace__ = True  # type: ignore[attr-defined]  # else debuggers and coverage do not see what is called here
+
+
 def _is_written(path: object, mode: object, flags: object) -> bool:
     if isinstance(path, int) or path == os.devnull or not isinstance(flags, int):
         return False

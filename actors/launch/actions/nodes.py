@@ -152,7 +152,7 @@ class LifecycleTransition(Action):
 
 
 def _check_arguments(context: LaunchContext, found: NodeTarget, arguments: list[str]) -> None:
-    """Raise `LaunchError` for arguments that the class of a node does not take. One that cannot be imported says so when it starts."""
+    """Note arguments that the class of a node does not take: it will not start, and the others do."""
     from importlib import import_module
     from operator import attrgetter
 
@@ -165,7 +165,7 @@ def _check_arguments(context: LaunchContext, found: NodeTarget, arguments: list[
             try:
                 reader(parse(arguments).user_args)
             except ValueError as error:
-                context.stand_in(LaunchError(str(error)), "")
+                context.note(LaunchError(str(error)))
 
 
 def node_name_of(name: str) -> str | None:

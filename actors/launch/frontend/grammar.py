@@ -192,7 +192,7 @@ class _Parser:
         plain: list[str] = []
         while self.at < len(self.text):
             character = self.text[self.at]
-            if self.text.startswith(_OPEN, self.at):
+            if self.opens():
                 _flush(plain, parts)
                 parts.append(self.substitution())
             elif quote and character == quote:
@@ -205,6 +205,10 @@ class _Parser:
                 raise SubstitutionFailure(f"a quotation mark {quote} is missing at the end of {self.text!r}")
         _flush(plain, parts)
         return parts
+
+    def opens(self) -> bool:
+        """Whether a substitution begins here. As in ROS 2, none does behind a backslash, not even one that stands for itself."""
+        return self.text.startswith(_OPEN, self.at) and self.text[self.at - 1 : self.at] != "\\"
 
     def character(self) -> str:
         """The next character, without the backslash before it: who wants one writes two."""
@@ -245,7 +249,7 @@ class _Parser:
         parts: list[Substitution] = []
         plain: list[str] = []
         while self.at < len(self.text) and not (self.text[self.at].isspace() or self.text[self.at] == ")"):
-            if self.text.startswith(_OPEN, self.at):
+            if self.opens():
                 _flush(plain, parts)
                 parts.append(self.substitution())
             else:

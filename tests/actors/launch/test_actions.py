@@ -101,8 +101,16 @@ def test_the_arguments_of_included_files_are_listed_also_those_that_are_given_an
         '<include if="false" file="$(dirname)/other.launch.xml"/><include if="false" file="$(var absent)"/>',
     )
 
+    given = python(
+        tmp_path,
+        """IncludeLaunchDescription(LaunchDescriptionSource(launch_description=LaunchDescription([DeclareLaunchArgument('d')])),
+           condition=IfCondition('false'))""",
+        before="from launch import LaunchDescriptionSource",
+    )
+
     shown = launch(path, lenient=True)
 
+    assert launch(given).arguments == ["d"]
     assert shown.arguments == ["a", "b", "c"]
     assert "'c': *" in shown.show_arguments()
     assert shown.problems == []

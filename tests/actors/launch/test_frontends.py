@@ -346,6 +346,7 @@ def test_a_value_in_yaml_has_the_type_that_yaml_gives_it(tmp_path: Path, written
         ("end\\", "end\\"),
         (r"$(eval ' \&quot;x\&quot; == \&quot;x\&quot; ')", "True"),
         (r"$(var no '\'a\'')", "'a'"),
+        (r"a\\$(var x)", r"a\$(var x)"),
     ],
 )
 def test_a_backslash_is_removed_and_keeps_what_follows_it(tmp_path: Path, text: str, shown: str) -> None:

@@ -121,6 +121,5 @@ def test_check_refuses_the_old_words_of_a_static_transform(tmp_path: Path, capsy
 
     assert run_command("launch", ["--check", str(path)]) == 1
     assert "write --x 1 --y 0 --z 0 --yaw 0 --pitch 0 --roll 0 --frame-id map" in capsys.readouterr().err
-    with pytest.raises(LaunchError, match="words without names"):
-        launch(path)
+    assert "words without names" in str(launch(path).problems[0])  # the other nodes start, as in ROS 2
     assert launch(xml(tmp_path, node.format("--x 1 --frame-id map --child-frame-id odom"))).problems == []

@@ -91,3 +91,11 @@ def test_a_tag_says_the_type(text: str, value: Any) -> None:
 def test_a_tag_that_does_not_fit_is_an_error(text: str) -> None:
     with pytest.raises(InvalidParams, match="has the tag"):
         parse_value(text)
+
+
+def test_an_array_of_bytes_is_written_as_binary_data() -> None:
+    data = (b"\x01", b"\xff")
+
+    assert ParameterOverrides().with_text(dump_yaml({"n": {"ros__parameters": {"a": data}}})).for_node("/n") == {
+        "a": data
+    }
