@@ -50,3 +50,13 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     if any(argument.partition("::")[0].endswith(".py") for argument in config.args):
         return 0
     return max(2, len(os.sched_getaffinity(0)) * 3 // 2) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 2
+
+
+@pytest_asyncio.fixture
+async def hosts() -> AsyncIterator[Hosts]:
+    """Systems that are joined by one network in memory."""
+    from tests.actors.transport.hosts import Hosts
+
+    hosts = Hosts()
+    yield hosts
+    await hosts.close()

@@ -300,9 +300,9 @@ def jacobian_error(seed: int) -> float:
     for side, q in _poses(seed):
         rows = leg_jacobian(side, *q)
         for joint in range(3):
-            shift = [step if index == joint else 0.0 for index in range(3)]
-            high = leg_forward(side, *(a + b for a, b in zip(q, shift, strict=True)))
-            low = leg_forward(side, *(a - b for a, b in zip(q, shift, strict=True)))
+            one, two, three = (step if index == joint else 0.0 for index in range(3))
+            high = leg_forward(side, q[0] + one, q[1] + two, q[2] + three)
+            low = leg_forward(side, q[0] - one, q[1] - two, q[2] - three)
             for axis in range(3):
                 worst = max(worst, abs((high[axis] - low[axis]) / (2 * step) - rows[axis][joint]))
     return worst

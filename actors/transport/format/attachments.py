@@ -74,7 +74,7 @@ def attached(data: bytes) -> tuple[int, int, bytes]:
         raise refuse(
             data, "an attachment", f"it has at least {ATTACHMENT_SIZE} bytes, of which number 16 is {GID_SIZE}"
         )
-    return _WITHOUT_SIZE.unpack_from(data)  # type: ignore[return-value]
+    return _WITHOUT_SIZE.unpack_from(data)
 
 
 def parse_attachment(data: bytes) -> Attachment:
