@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from actors.launch import events
-from actors.launch.entity import Action, LaunchDescriptionEntity
+from actors.launch.entity import Action, LaunchDescriptionEntity, one_or_more
 from actors.launch.errors import LaunchError
 from actors.launch.plan import Deferred, Handler, Message, Signal, Timer, Unregister
 from actors.launch.substitution import Text, normalized, perform
@@ -124,7 +124,7 @@ class RegisterEventHandler(Action):
         self.event_handler = event_handler
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        return list(self.event_handler.entities or ()) if not callable(self.event_handler.entities) else []
+        return [] if callable(self.event_handler.entities) else one_or_more(self.event_handler.entities)
 
     def plan(self, context: LaunchContext, scope: Scope) -> None:
         scope.items.append(Handler(self.event_handler, context.fork(), self.line))

@@ -103,9 +103,12 @@ def test_the_arguments_of_included_files_are_listed_also_those_that_are_given_an
 
     given = python(
         tmp_path,
-        """IncludeLaunchDescription(LaunchDescriptionSource(launch_description=LaunchDescription([DeclareLaunchArgument('d')])),
+        """IncludeLaunchDescription(LaunchDescriptionSource(launch_description=LaunchDescription(inside)),
            condition=IfCondition('false'))""",
-        before="from launch import LaunchDescriptionSource",
+        before="""
+        from launch import LaunchDescriptionSource
+        inside = [DeclareLaunchArgument('d'), RegisterEventHandler(OnShutdown(on_shutdown=LogInfo(msg='x')))]
+        """,
     )
 
     shown = launch(path, lenient=True)
