@@ -7,6 +7,7 @@ import sys
 import time
 
 import pytest
+import pytest_asyncio
 
 _FOREIGN = ("ROS_", "RMW_", "RCUTILS_", "RCL_", "ZENOH_", "AMENT_", "COLCON_", "ROBACTOR_", "LC_")
 """What the shell of a ROS user has, and tests do not rest on,"""
@@ -53,8 +54,8 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 
 @pytest_asyncio.fixture
-async def hosts() -> AsyncIterator[Hosts]:
-    """Systems that are joined by one network in memory."""
+async def hosts():
+    """Systems that are joined by one network in memory; a `tests.actors.transport.hosts.Hosts`."""
     from tests.actors.transport.hosts import Hosts
 
     hosts = Hosts()

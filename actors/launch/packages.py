@@ -24,8 +24,6 @@ from actors.suggest import did_you_mean
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-__all__ = ["GROUP", "Executable", "NodeTarget", "Packages", "Program", "UnknownExecutable", "UnknownPackage"]
-
 GROUP = "robactor.nodes"
 """The group of entry points in which a distribution names its nodes."""
 

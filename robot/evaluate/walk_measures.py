@@ -23,29 +23,6 @@ from robot.model.power import HOTEL_LOAD
 from robot.scenes.scene import Box, Scene
 from robot.testing import PERIOD, Conditions, Trial
 
-__all__ = [
-    "YARD",
-    "Command",
-    "Place",
-    "box_field",
-    "control_cost",
-    "cost_of_transport",
-    "falls",
-    "in_yard",
-    "inverse_error",
-    "jacobian_error",
-    "largest_push",
-    "low_boxes",
-    "odometry_error",
-    "off",
-    "point_error",
-    "rough_odometry_error",
-    "speed_error",
-    "steepest",
-    "step_up",
-    "top_speed",
-]
-
 Command: TypeAlias = tuple[float, float, float]
 """Forward and to the left, m/s, and turning, rad/s."""
 Place: TypeAlias = tuple[float, float, float]

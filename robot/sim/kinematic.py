@@ -41,8 +41,6 @@ from robot.sim.simulation import Truth
 from robot.sim.stepping import Footwork
 from robot.sim.touch import Outline
 
-__all__ = ["KinematicBody", "NotAchievable"]
-
 LONGEST = 10
 """Ticks of the longest step: the 200 Hz of the sensors."""
 LAG = 0.15

@@ -22,8 +22,6 @@ from typing import Final, NamedTuple
 from actors.transport.format.errors import refuse
 from actors.transport.format.gids import GID_SIZE
 
-__all__ = ["ATTACHMENT_SIZE", "Attachment", "attached", "attaching", "parse_attachment", "write_attachment"]
-
 _LAYOUT: Final = struct.Struct("<qqB16s")
 _NUMBERS: Final = struct.Struct("<qq")
 _WITHOUT_SIZE: Final = struct.Struct("<qqx16s")
