@@ -92,12 +92,12 @@ from actors.runtime.declarations import background, every, publishes, subscribes
 from actors.runtime.node import ErrorVerdict, Node
 from actors.runtime.retry import retry
 from actors.runtime.timers import Rate, Tick, TickMissed, Timer
-from actors.supervision.declarations import (
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
+from actors.supervision.errors import StartFailed, SupervisorGaveUp
+from actors.supervision.policy import (
     Backoff,
-    Child,
-    DynamicSupervisor,
     Intensity,
-    Supervisor,
     all_significant,
     any_significant,
     never,
@@ -108,7 +108,6 @@ from actors.supervision.declarations import (
     temporary,
     transient,
 )
-from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.system import System, graph_of, system_of
 from actors.time.clock import Clock

@@ -8,29 +8,6 @@ from typing import Final
 
 from actors.suggest import did_you_mean
 
-__all__ = [
-    "ActionUnavailable",
-    "ActorError",
-    "CallCycle",
-    "CallTimeout",
-    "DeclarationError",
-    "Ended",
-    "GoalAborted",
-    "GoalCanceled",
-    "GoalFailed",
-    "GoalRejected",
-    "NodeRestarting",
-    "NotRunning",
-    "NotStarted",
-    "ProgramExit",
-    "Reject",
-    "ServiceFailed",
-    "ServiceUnavailable",
-    "WrongThread",
-    "WrongType",
-]
-
-
 _UNEXPECTED: Final = re.compile(r"Unexpected keyword argument '(\w+)'")
 _POSITIONAL: Final = "Extra positional arguments provided"
 

@@ -11,8 +11,6 @@ from typing import Any, Final, NoReturn, cast
 
 import msgspec
 
-__all__ = ["BoundedUnpickler", "Steps", "UnreadablePickle", "check_extent"]
-
 DEEPEST: Final = 100
 """Levels of nesting: what shows or compares a value recurses once and more for each."""
 WEAK_KEYS: Final = 10_000

@@ -22,22 +22,6 @@ if TYPE_CHECKING:
     import asyncio
     from types import CodeType, FrameType, TracebackType
 
-__all__ = [
-    "Place",
-    "awaited_in",
-    "chain_of",
-    "claim",
-    "error_fields",
-    "line_of",
-    "origin_of",
-    "owner_of",
-    "parked",
-    "place_of",
-    "traceback_of",
-    "users_own",
-    "users_trace",
-]
-
 USER, PACKAGE, PYTHON, ACTORS = range(4)
 """The owners of files, the one nearest to the user first."""
 

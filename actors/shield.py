@@ -6,8 +6,6 @@ import asyncio
 import sys
 from contextlib import AbstractContextManager, nullcontext
 
-__all__ = ["see_through", "shield"]
-
 
 def shield() -> AbstractContextManager[object]:
     """A context manager that shields its block from canceled scopes of anyio around it.

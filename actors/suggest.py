@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-__all__ = ["did_you_mean", "near_name", "nearest"]
-
 
 def nearest(name: str, known: Iterable[str], *, most: int = 1, cutoff: float = 0.6) -> list[str]:
     """The known names that resemble `name`, the best first, at most `most`; `cutoff` is the least resemblance, 0 to 1."""

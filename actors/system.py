@@ -21,7 +21,8 @@ from actors.runtime.open_systems import OpenSystems
 from actors.runtime.placement import HERE, Placement
 from actors.runtime.runtime import OtherProcesses, Runtime
 from actors.runtime.standard import StandardEndpoints
-from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.time.lockstep import Simulated
 
 if TYPE_CHECKING:
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
     from actors.supervision.running import RunningSupervisor
-
-__all__ = ["System", "graph_of", "keep_step", "system_here", "system_of"]
 
 N = TypeVar("N", bound="Node")
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-__all__ = ["DEEPEST", "check_yaml"]
-
 MOST: Final = 100_000
 """Values that a document with aliases may hold when each alias is replaced by what it stands for."""
 DEEPEST: Final = 100

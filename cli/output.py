@@ -12,17 +12,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from typing import IO
 
-__all__ = [
-    "clear_screen",
-    "control",
-    "print_json",
-    "print_names",
-    "print_of_type",
-    "print_types",
-    "safe_output",
-    "table",
-]
-
 
 def print_json(value: Any) -> None:
     """One JSON value on one line. Numbers that JSON does not know (nan, inf) are null, bytes are lists of numbers."""

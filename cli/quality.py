@@ -12,8 +12,6 @@ from cli.parsing import natural
 if TYPE_CHECKING:
     from actors import QoS
 
-__all__ = ["add_qos_options", "fitting_qos", "objections", "stated_qos"]
-
 _PROFILES = (
     "default",
     "sensor_data",

@@ -9,8 +9,6 @@ import atexit
 import os
 import signal
 
-__all__ = ["end_at_signals", "interruptible"]
-
 LONGEST = 3
 """Seconds that what is registered with `atexit` may take; then SIGALRM ends the program."""
 

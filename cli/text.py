@@ -9,8 +9,6 @@ from actors.interfaces import Field, Message, to_plain
 from actors.interfaces.fields import STRINGS
 from cli.parsing import TRUNCATED
 
-__all__ = ["TRUNCATED", "Style", "message_csv", "message_json", "message_repr", "message_yaml", "plain", "yaml_of"]
-
 _WIDE = 2**31
 """No line is wrapped."""
 

@@ -18,8 +18,6 @@ from cli.command import CommandFailed
 if TYPE_CHECKING:
     from actors.interfaces.builtin_interfaces.msg import Time
 
-__all__ = ["Values", "read_documents", "read_stdin", "read_values"]
-
 M = TypeVar("M", bound=Message)
 
 TIME, HEADER = "builtin_interfaces/msg/Time", "std_msgs/msg/Header"

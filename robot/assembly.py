@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from robot.planning.grid import Grid
     from robot.sim.ground import Ground
 
-__all__ = ["BodyKind", "Mission", "Robot", "default_tree", "make_body"]
-
 BodyKind: TypeAlias = Literal["physics", "kinematic"]
 Mission: TypeAlias = Literal["patrol"] | Sequence[Pose2] | Delivery | None
 

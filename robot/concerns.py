@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-__all__ = ["ELSEWHERE", "HERE"]
-
 ELSEWHERE: Final = ("perception", "navigation", "mission")
 """Those that may: while one of them is away, the robot stands still."""
 HERE: Final[Mapping[str, str]] = MappingProxyType(

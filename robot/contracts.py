@@ -19,7 +19,8 @@ from actors.interfaces.sensor_msgs.msg import BatteryState, CameraInfo, Image, I
 from actors.interfaces.std_msgs.msg import Float64, String
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from actors.interfaces.visualization_msgs.msg import MarkerArray
-from actors.tf2 import TF, TF_STATIC
+from actors.tf2 import TF as TF
+from actors.tf2 import TF_STATIC as TF_STATIC
 from robot.interfaces.robactor_msgs.action import Dock, FetchAndCarry
 from robot.interfaces.robactor_msgs.msg import (
     BatteryStatus,
@@ -48,17 +49,6 @@ from robot.interfaces.tutorials.robot_arm_control.action import MoveArm
 from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition
 from robot.interfaces.tutorials.your_package.action import HumanoidNav
 from robot.interfaces.tutorials.your_package.srv import SensorCalibration
-
-__all__ = [
-    "ARM_JOINT_STATES", "AUTONOMY_CMD", "BATTERY_STATE", "BATTERY_STATUS", "BODY_DRIVE", "CALIBRATE_ARM", "CALIBRATE_GRIPPER", "CALIBRATE_SENSOR",
-    "CAMERA_DEPTH", "CAMERA_INFO", "CAMERA_POINTS", "CAMERA_RGB", "CAPTURE_PHOTO", "CMD_VEL", "CONFIRM_OBJECT", "CONTACTS", "DEPTH_POINTS", "DETECTIONS",
-    "DIAGNOSTICS", "DOCK", "DOCK_STATUS", "DRIVE_STATUS", "ELEVATION_POINTS", "EMERGENCY_STOP", "ENABLE", "FETCH_AND_CARRY", "GAIT_STATUS",
-    "GET_BATTERY_STATUS", "GET_CURRENT_POSITION", "GET_PLACE", "GET_ROBOT_POSE", "GET_STATUS", "GOAL_REPORT", "GRIPPER", "GRIPPER_STATE", "HEADING_ERROR",
-    "HUMANOID_NAVIGATE", "IMU", "IMU_CALIBRATION", "IMU_RAW", "INITIAL_POSE", "JOINT_STATES", "JOY_CMD", "LIDAR_POINTS", "LOCALIZATION", "MAP", "MARKERS",
-    "MOTOR_POWER", "MOTOR_TARGETS", "MOVE_ARM", "MOVE_TO_POSITION", "NAVIGATE_AND_GRAB", "NAVIGATE_TO_GOAL", "ODOMETRY", "PATH", "PLAN_PATH", "POSE",
-    "RELIEF", "RELOCALIZE", "RESTORE_CONFIG", "ROBOT_DESCRIPTION", "SAFETY_STATE", "SAVE_CONFIG", "SCAN", "SCAN_RAW", "SENSOR_DATA", "SIT", "STAND",
-    "TELEOP_CMD", "TF", "TF_STATIC", "UNDOCK", "VOICE", "WALK",
-]  # fmt: skip
 
 # -- the robot's own ---------------------------------------------------------------------------------------------------------------
 

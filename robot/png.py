@@ -8,8 +8,6 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Image", "encode"]
-
 Image = NDArray[np.uint8]
 """Shape (height, width, 3), rows from the top."""
 

@@ -72,8 +72,6 @@ from robot.sim.urdf import write_urdf
 if TYPE_CHECKING:
     from robot.nodes.carrier import Delivery
 
-__all__ = ["Site", "in_sight", "robot_tree", "tree_of"]
-
 CONTROL_HANG = 0.1
 """Seconds for which the event loop of the control process may stand still before it is killed."""
 HANG = 5.0

@@ -7,6 +7,7 @@ import sys
 import time
 
 import pytest
+import pytest_asyncio
 
 _FOREIGN = ("ROS_", "RMW_", "RCUTILS_", "RCL_", "ZENOH_", "AMENT_", "COLCON_", "ROBACTOR_", "LC_")
 """What the shell of a ROS user has, and tests do not rest on,"""
@@ -50,3 +51,13 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     if any(argument.partition("::")[0].endswith(".py") for argument in config.args):
         return 0
     return max(2, len(os.sched_getaffinity(0)) * 3 // 2) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 2
+
+
+@pytest_asyncio.fixture
+async def hosts():
+    """Systems that are joined by one network in memory; a `tests.actors.transport.hosts.Hosts`."""
+    from tests.actors.transport.hosts import Hosts
+
+    hosts = Hosts()
+    yield hosts
+    await hosts.close()

@@ -9,8 +9,6 @@ from actors.testing import VirtualLoop  # noqa: F401
 
 # pytester forgets what its suites import first: half of a package would stay, and numpy can be loaded only once
 
-__all__ = ["run_pytest"]
-
 
 def run_pytest(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
     """Run the suite that is in `pytester`'s folder."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from actors.contracts.contracts import ArrivalPolicy
 
-__all__ = ["places", "refusal"]
-
 
 def places(arrivals: ArrivalPolicy) -> int:
     """The number of goals that may run at once."""

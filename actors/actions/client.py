@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action
     from actors.interfaces.message import Message
 
-__all__ = ["FEEDBACK_DEPTH", "Goal"]
-
 G = TypeVar("G", bound="Message")
 R = TypeVar("R", bound="Message")
 F = TypeVar("F", bound="Message")

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action
     from actors.time.clock import Clock
 
-__all__ = ["GoalDriver", "GoalHandlers", "GoalObservers", "Host"]
-
 IGNORED: Final = 3
 """The number of errors, cancellations included, thrown into a body that goes on yielding, before it is closed and reported."""
 

@@ -21,21 +21,6 @@ if TYPE_CHECKING:
     from actors.actions.peers import GoalFollower
     from actors.contracts.contracts import Aborted, Done
 
-__all__ = [
-    "DEFAULT_RESULT_TIMEOUT_NS",
-    "NO_GOAL_ID",
-    "CancelCode",
-    "CancelOutcome",
-    "CancelSelection",
-    "DuplicateGoal",
-    "GoalEvent",
-    "GoalRecord",
-    "GoalStatus",
-    "GoalTable",
-    "InvalidGoalTransition",
-    "next_status",
-]
-
 DEFAULT_RESULT_TIMEOUT_NS: Final = 10_000_000_000
 """How long a result is kept after its goal has ended, by default: 10 s, as in ROS 2."""
 

@@ -16,8 +16,6 @@ from actors.services.peers import Answering, OpenCall
 if TYPE_CHECKING:
     from actors.actions.goals import GoalStatus
 
-__all__ = ["CLEANUP_SECONDS", "ActionPeer", "GoalFollower", "Outcome"]
-
 CLEANUP_SECONDS: Final = 5.0
 """How long, in seconds, a canceled body may go on yielding feedback while it cleans up, and how long a client that leaves its goal's block
 waits for that."""

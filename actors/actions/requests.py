@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from actors.actions.peers import GoalFollower
     from actors.services.peers import Caller
 
-__all__ = ["CancelRequest", "Considering", "GoalRequest"]
-
 
 class Considering(Protocol):
     """The server that answers the requests."""

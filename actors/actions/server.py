@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, ArrivalPolicy
     from actors.services.peers import Registration
 
-__all__ = ["ActionServer"]
-
 _EVENTS: Final = {
     GoalStatus.SUCCEEDED: GoalEvent.SUCCEED,
     GoalStatus.CANCELED: GoalEvent.CANCELED,

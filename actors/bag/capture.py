@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
     from actors.topics.peers import PublisherPeer, Target, TopicRegistry
 
-__all__ = ["Capture", "Taker", "fitting"]
-
 DEPTH: Final = 1000
 """What the network holds for a recorder that is busy, in messages, if nothing larger is offered."""
 

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
 
-__all__ = ["BagError", "BagMessage", "BagTopic", "topic_of"]
-
 
 class BagError(Exception):
     """A bag cannot be read or written; the text is one line that says why and what to do."""

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from actors.interfaces.fields import Field
     from actors.interfaces.message import Message
 
-__all__ = ["Here", "here"]
-
 KINDS: Final = {
     **dict.fromkeys(INTEGER_RANGES, "number"),
     **dict.fromkeys(FLOATS, "number"),

@@ -13,8 +13,6 @@ from actors.time.values import stamp_of
 if TYPE_CHECKING:
     from actors.supervision.report import Report
 
-__all__ = ["SUPERVISOR_EVENTS", "SupervisorEvent", "event_message"]
-
 SUPERVISOR_EVENTS = "/supervisor_events"
 """The topic of a recording that holds the reports of the supervisors."""
 

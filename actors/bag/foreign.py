@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-__all__ = ["SQLITE", "ZSTD", "begin_of", "named"]
-
 SQLITE: Final = b"SQLite format 3\0"
 ZSTD: Final = b"\x28\xb5\x2f\xfd"
 LENGTH: Final = 64

@@ -10,13 +10,10 @@ from typing import TYPE_CHECKING
 
 from actors.bag.contents import topic_of
 from actors.bag.mcap_stream import McapStream
-from actors.bag.qos_text import qos_profiles_text
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
-
-__all__ = ["McapFile", "qos_profiles_text"]
 
 
 class McapFile:

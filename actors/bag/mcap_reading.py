@@ -24,8 +24,6 @@ from actors.bag.metadata import BagFile, BagMetadata
 if TYPE_CHECKING:
     from actors.bag.newest import Newest
 
-__all__ = ["McapReading", "Salvage"]
-
 FOOTER: Final = struct.Struct("<BQQQI")
 """The last record: opcode, length, where the summary and its offsets begin, checksum of the summary."""
 

@@ -8,12 +8,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
-__all__ = [
-    "CHANNEL", "CHUNK", "CHUNK_INDEX", "DATA_END", "FOOTER", "HEAD", "LARGEST", "MESSAGE", "MESSAGE_HEAD", "METADATA", "SCHEMA", "STATISTICS",
-    "ChannelRecord", "ChunkIndex", "Damaged", "SchemaRecord", "Statistics", "channel", "chunk_index", "chunk_times", "mapping", "records",
-    "schema", "statistics", "unpacked",
-]  # fmt: skip
-
 HEAD: Final = struct.Struct("<BQ")
 """The head of a record: opcode and length."""
 

@@ -19,8 +19,6 @@ from actors.bag.contents import BagError, BagTopic
 if TYPE_CHECKING:
     from mcap.records import Channel, ChunkIndex, McapRecord, MetadataIndex, Schema
 
-__all__ = ["CHUNK_BYTES", "COMPRESSIONS", "MAGIC", "McapStream"]
-
 MAGIC: Final = b"\x89MCAP0\r\n"
 CHUNK_BYTES: Final = 1024 * 1024
 """A chunk is written when it is this large, before compression."""

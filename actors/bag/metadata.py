@@ -11,18 +11,6 @@ from typing import Any, Final
 from actors.bag.contents import BagError, BagTopic
 from actors.bag.yaml_text import dump_yaml, load_yaml
 
-__all__ = [
-    "METADATA",
-    "NOTE",
-    "BagFile",
-    "BagMetadata",
-    "merged",
-    "note_of",
-    "noted",
-    "read_metadata",
-    "write_metadata",
-]
-
 METADATA: Final = "metadata.yaml"
 VERSION: Final = 9
 ROOT: Final = "rosbag2_bagfile_information"

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from actors.bag.contents import BagMessage
 
-__all__ = ["Newest", "Place"]
-
 Place = tuple[int, int, int]
 """Where a message is in a bag: its file, and two numbers that rise within the file. Of messages of one time, the last one is the newest."""
 

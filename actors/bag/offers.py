@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant
 
-__all__ = ["Offer", "known_type", "offers"]
-
 STANDARD = {ROSOUT: "rcl_interfaces/msg/Log", PARAMETER_EVENTS: "rcl_interfaces/msg/ParameterEvent"}
 """The topics of every system of this process, which have no publisher before the first subscription."""
 

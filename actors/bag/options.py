@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from actors.qos.policies import QoS
 
-__all__ = ["PlayOptions", "RecordOptions", "qos_overrides"]
-
 CACHE_BYTES: Final = 100 * 1024 * 1024
 
 

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from actors.bag.writer import BagWriter, Split
     from actors.topics.arrival import Arrival
 
-__all__ = ["Outbox", "Taken"]
-
 
 class Taken(NamedTuple):
     """One message as it was received. Times are in nanoseconds since 1970."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["PlayClock"]
-
 
 class PlayClock:
     """Maps the time of a clock that always runs, in seconds, to the time of a bag, in nanoseconds.

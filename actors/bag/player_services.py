@@ -11,8 +11,6 @@ from actors.time.values import nanoseconds_of
 if TYPE_CHECKING:
     from actors.bag.playing import Player
 
-__all__ = ["serve_player"]
-
 
 def serve_player(player: Player) -> None:
     """Let the player answer its services from now on."""

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.topics.publisher import Publisher
 
-__all__ = ["Player"]
-
 TURN: Final = 64
 """How many messages are played at most before others have their turn."""
 

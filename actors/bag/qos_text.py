@@ -9,8 +9,6 @@ from actors.bag.yaml_text import load_yaml
 from actors.qos import InvalidQoS, resolve_publisher
 from actors.qos.policies import Durability, History, Liveliness, Policy, QoS, Reliability
 
-__all__ = ["parse_qos_profiles", "qos_from_mapping", "qos_profiles_text"]
-
 P = TypeVar("P", bound=Policy)
 
 FOREVER: Final = (9_223_372_036, 854_775_807)

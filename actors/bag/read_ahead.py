@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from actors.bag.contents import BagMessage
     from actors.bag.reader import BagReader
 
-__all__ = ["ReadAhead"]
-
 
 class ReadAhead:
     """A position in a bag.

@@ -23,8 +23,6 @@ from actors.bag.sqlite_reading import SqliteReading
 if TYPE_CHECKING:
     from types import TracebackType
 
-__all__ = ["BagReader", "Files", "Unpack", "files_of"]
-
 Reading = McapReading | SqliteReading
 
 READINGS: Final[dict[str, tuple[bytes, Callable[[Path, Path], Reading]]]] = {

@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from actors.system import System
     from actors.topics.peers import PublisherPeer
 
-__all__ = ["Channel", "Entry", "FlightRecord", "FlightRecorder", "Source"]
-
 SECONDS: Final = 30.0
 MAX_BYTES: Final = 64 * 1024 * 1024
 PROCESS_BYTES: Final = 8 * 1024 * 1024

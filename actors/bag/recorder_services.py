@@ -11,8 +11,6 @@ from actors.time.values import nanoseconds_of
 if TYPE_CHECKING:
     from actors.bag.recording import Recorder
 
-__all__ = ["serve_recorder"]
-
 LATER = "this recorder {} at once: leave {} zero"
 OVER = "recording has ended already"
 

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.topics.peers import PublisherPeer
 
-__all__ = ["Recorder"]
-
 T = TypeVar("T")
 
 CADENCE: Final = 0.05

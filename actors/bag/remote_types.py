@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from actors.graph.graph import Graph
     from actors.runtime.node import Node
 
-__all__ = ["RemoteTypes"]
-
 _EVENT, _ACTION = "_Event", "/_action/"
 
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from actors.bag.options import PlayOptions
     from actors.runtime.node import Node
 
-__all__ = ["Requests", "nothing"]
-
 SENT, RECEIVED = 0, 1
 """The kinds of events that hold a request: as its client and its server have recorded it."""
 

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from actors.bag.contents import BagMessage
 
-__all__ = ["Recovered", "recover", "reindex", "rewrite"]
-
 
 def rewrite(
     sources: Sequence[str | os.PathLike[str]],

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
 
-__all__ = ["Channel", "Entry", "Ring", "Source", "placed"]
-
 
 class Channel:
     """One topic of one type, with the QoS offered by its publishers. `latched` maps a publisher's node to its latched messages that have

@@ -17,8 +17,6 @@ from actors.interfaces.schemas import ENCODINGS, recorded_hash, recorded_type, r
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
 
-__all__ = ["decoder_of", "identity", "type_of"]
-
 HASH: Final = re.compile(r"RIHS01_[0-9a-f]{64}")
 
 EMPTY: Final = 8

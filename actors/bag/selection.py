@@ -9,8 +9,6 @@ from typing import Final
 
 from actors.names.names import is_hidden
 
-__all__ = ["EVERYTHING", "Selection", "action_of", "service_of"]
-
 EVENT: Final = "/_service_event"
 ACTION: Final = "/_action/"
 

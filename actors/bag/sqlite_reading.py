@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from actors.bag.mcap_reading import Salvage
     from actors.bag.newest import Newest
 
-__all__ = ["SqliteReading"]
-
-
 ROWS: Final = "SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ? ORDER BY id"
 DAMAGE: Final = (sqlite3.Error, OverflowError, TypeError, ValueError)
 """What reading a damaged file raises: also for a text, in an error of sqlite3 too, that is not in UTF-8."""

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from actors.system import System
     from actors.topics.peers import PublisherPeer
 
-__all__ = ["Trace"]
-
 ADDRESS: Final = re.compile(r" at 0x[0-9a-fA-F]+")
 """The address in the default `repr` of an object. It differs between runs."""
 

@@ -11,8 +11,6 @@ from actors.interfaces.fields import STRINGS
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
 
-__all__ = ["weight_of"]
-
 OBJECT, SCALAR, TEXT, ARRAY, ELEMENT = 64, 32, 56, 112, 8
 """The bytes of a message object with its place in a recording, a boxed number, an empty text, an empty array, and a place in a tuple."""
 

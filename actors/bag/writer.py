@@ -15,8 +15,6 @@ from actors.bag.metadata import BagFile, BagMetadata, note_of, write_metadata
 if TYPE_CHECKING:
     from types import TracebackType
 
-__all__ = ["BagWriter", "Split", "WriterOptions"]
-
 FLUSH_NS: Final = 1_000_000_000
 """A chunk is written when it spans this time, in nanoseconds, so that a killed recorder loses no more."""
 

@@ -6,8 +6,6 @@ from typing import Any
 
 from actors.yaml_bounds import check_yaml
 
-__all__ = ["dump_yaml", "load_yaml"]
-
 
 def load_yaml(text: str) -> Any:
     """The value that the text stands for. Raises `ValueError` for text that is no YAML."""

@@ -23,14 +23,8 @@ its nodes in order, also if a block was entered by hand and never left.
 
 from __future__ import annotations
 
-from actors.blocking.node import (
-    BlockingGoal,
-    BlockingNode,
-    BlockingStream,
-    InsideEventLoop,
-    OpenBlockingNode,
-    open_node,
-)
+from actors.blocking.handles import BlockingGoal, BlockingStream
+from actors.blocking.node import BlockingNode, InsideEventLoop, OpenBlockingNode, open_node
 
 __all__ = [
     "BlockingGoal",

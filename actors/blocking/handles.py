@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from actors.runtime.node import Node
     from actors.topics.stream import Stream
 
-__all__ = ["BlockingGoal", "BlockingStream", "Do"]
-
 M = TypeVar("M", bound="Message")
 R = TypeVar("R", bound="Message")
 F = TypeVar("F", bound="Message")

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
 
-__all__ = ["BlockingGoal", "BlockingNode", "BlockingStream", "InsideEventLoop", "OpenBlockingNode", "open_node"]
-
 M = TypeVar("M", bound="Message")
 G = TypeVar("G", bound="Message")
 R = TypeVar("R", bound="Message")

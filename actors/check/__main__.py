@@ -14,9 +14,8 @@ from collections.abc import Sequence
 from actors.check.checker import check_tree
 from actors.errors import DeclarationError
 from actors.running.target import Unusable, find, grown
-from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
-
-__all__ = ["main"]
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -18,13 +18,12 @@ from actors.qos import compatible
 from actors.runtime.node import Node
 from actors.runtime.options import identity_of
 from actors.suggest import did_you_mean
-from actors.supervision.declarations import Child, Spec, Supervisor
+from actors.supervision.child import Child
+from actors.supervision.declarations import Spec, Supervisor
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Topic
     from actors.qos.policies import QoS
-
-__all__ = ["Finding", "check_node", "check_tree"]
 
 
 class Finding(msgspec.Struct, frozen=True, order=True):

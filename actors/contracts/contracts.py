@@ -27,22 +27,6 @@ if TYPE_CHECKING:
 
     from actors.interfaces.message import ActionType, Message, ServiceType
 
-__all__ = [
-    "Aborted",
-    "Action",
-    "ActionHandler",
-    "Arrivals",
-    "Done",
-    "GoalHook",
-    "Service",
-    "ServiceHandler",
-    "Steps",
-    "Topic",
-    "TopicHandler",
-    "parallel",
-    "queue",
-]
-
 M = TypeVar("M", bound="Message")
 Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")

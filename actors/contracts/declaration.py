@@ -9,8 +9,6 @@ from typing import Any, cast
 
 from actors.errors import DeclarationError
 
-__all__ = ["Declaration", "declarations_of", "positional"]
-
 
 class Declaration:
     """A declaration attached to a method by a decorator. `Node` collects it when the class of the method is created."""

@@ -14,8 +14,6 @@ from typing import Annotated, Any, Final, Union, get_args, get_origin
 from actors.contracts.contracts import Aborted, Done
 from actors.errors import DeclarationError
 
-__all__ = ["check_argument", "check_nothing_returned", "check_response", "check_steps"]
-
 _UNKNOWN: Final = object()
 """Stands for an annotation that is missing or cannot be resolved."""
 

@@ -13,8 +13,6 @@ from actors.parameters.declare import parameter
 from actors.runtime.declarations import every, publishes
 from actors.runtime.node import Node
 
-__all__ = ["Aggregator"]
-
 TOPLEVEL: Final = Topic(DiagnosticStatus, "/diagnostics_toplevel_state")
 
 

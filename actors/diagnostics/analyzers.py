@@ -11,8 +11,6 @@ from actors.errors import DeclarationError
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from actors.suggest import did_you_mean
 
-__all__ = ["GENERIC", "Analyzer", "analyzers_of"]
-
 GENERIC: Final = "diagnostic_aggregator/GenericAnalyzer"
 _OPTIONS: Final = frozenset(
     {

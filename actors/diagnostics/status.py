@@ -8,8 +8,6 @@ from typing import Final, TypeAlias
 from actors.contracts.contracts import Topic
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-__all__ = ["DIAGNOSTICS", "DIAGNOSTICS_AGG", "LEVELS", "Status", "Task"]
-
 DIAGNOSTICS: Final = Topic(DiagnosticArray, "/diagnostics")
 """The topic on which every node publishes its own diagnostics."""
 DIAGNOSTICS_AGG: Final = Topic(DiagnosticArray, "/diagnostics_agg")

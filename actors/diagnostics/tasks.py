@@ -9,8 +9,6 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.time.clock import Clock
 from actors.time.values import nanoseconds_of
 
-__all__ = ["FrequencyStatus", "TimeStampStatus"]
-
 
 class FrequencyStatus:
     """A task that checks how often `tick` is called: ``updater.add("scan rate", scans)``, and ``scans.tick()`` at each scan.

@@ -12,8 +12,6 @@ from actors.parameters.descriptor import ParameterDescriptor
 from actors.runtime.node import Node
 from actors.suggest import did_you_mean
 
-__all__ = ["Updater"]
-
 PERIOD: Final = "diagnostic_updater.period"
 FQN: Final = "diagnostic_updater.use_fqn"
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-__all__ = ["Graph", "Interceptor", "Tap", "TopicEntry"]
-
 DEPARTED: Final = 256
 
 Tap: TypeAlias = "Callable[[PublisherPeer], Callable[[Any], None]]"

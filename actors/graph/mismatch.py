@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
-__all__ = ["QosMismatch", "TypeMismatch", "mismatch_of", "remedy", "verdict_on"]
-
 verdict_on: Final = lru_cache(maxsize=1024)(compatible)
 """`compatible`, cached: a topic has many pairs of endpoints but few pairs of profiles."""
 

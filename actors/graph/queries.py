@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from actors.names.identity import Identity
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
-__all__ = ["Endpoint", "NodeGraph"]
-
 LOOK_EVERY = 0.1
 """How often `wait_for_node` looks, seconds: a node without endpoints does not change the graph."""
 

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from actors.graph.graph import Graph
     from actors.services.peers import ServicePeer  # in a quoted base class
 
-__all__ = ["ActionEntry", "ServerEntry", "ServiceEntry"]
-
 S = TypeVar("S")
 
 

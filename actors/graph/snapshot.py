@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from actors.names.identity import Identity
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
-__all__ = ["Edge", "KnownNode", "LinkView", "NodeView", "ServiceView", "Snapshot", "TopicView", "take"]
-
 Places: TypeAlias = "dict[str, tuple[str, int]]"
 """Node of another process -> its host and process."""
 

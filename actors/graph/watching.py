@@ -8,8 +8,6 @@ if TYPE_CHECKING:
     from actors.graph.servers import ServerEntry
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-__all__ = ["GraphWatcher", "KnownElsewhere", "KnownLink", "TopicBorder"]
-
 
 class GraphWatcher(Protocol):
     """Is told of every endpoint that joins or leaves the graph, after the graph has changed. Its methods must not raise."""

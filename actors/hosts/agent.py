@@ -29,8 +29,6 @@ from actors.processes.life import Process
 from actors.processes.messages import Event, Line, Opaque, Request, StopAsked
 from actors.processes.pickling import pack
 
-__all__ = ["MOST_UNSENT", "Agent", "Launcher", "Running", "Session"]
-
 MOST_UNSENT: Final = 1_000_000
 """While so many bytes of a session wait to be sent, log lines are counted instead."""
 

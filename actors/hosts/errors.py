@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from actors.errors import ActorError
 
-__all__ = ["HostLost"]
-
 
 class HostLost(ActorError):
     """The agent of `host` did not renew its lease for `seconds`: the machine is down, cut off or too slow, or its agent has ended.

@@ -25,8 +25,6 @@ from actors.supervision.policy import Backoff
 from actors.supervision.refs import ChildRef
 from actors.supervision.report import Report
 
-__all__ = ["UnreadableEvent", "read_event"]
-
 _EVENTS: Final = (messages.Ready, messages.Over, messages.Line, messages.Told, messages.Nodes)
 STEPS: Final = 1_000_000
 """Values in an event: more than a tree of 10,000 nodes has."""

@@ -36,8 +36,6 @@ from actors.processes.pickling import pack
 from actors.runtime.runtime import HostLease
 from actors.waiting import wake
 
-__all__ = ["CONNECTING_SECONDS", "Dial", "Host"]
-
 CONNECTING_SECONDS: Final = 1.0
 """How long an attempt to connect to an agent may take."""
 PAUSE_SECONDS: Final = 0.2

@@ -23,8 +23,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["ASKING", "LEASE_SECONDS", "STEP_DOWN", "Granting", "Holding"]
-
 LEASE_SECONDS: Final = 3.0
 """The length of a lease, unless said otherwise, seconds."""
 STEP_DOWN: Final = 0.75

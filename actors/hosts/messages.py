@@ -13,26 +13,6 @@ import msgspec
 from actors.errors import described
 from actors.processes.errors import ProcessDied, ProcessHung
 
-__all__ = [
-    "Asked",
-    "Ended",
-    "FromAgent",
-    "Granted",
-    "Hello",
-    "Launch",
-    "Launched",
-    "Leaving",
-    "Renew",
-    "Said",
-    "Signaled",
-    "ToAgent",
-    "Watched",
-    "Wire",
-    "for_agent",
-    "from_agent",
-    "written",
-]
-
 
 class Wire(Protocol):
     """One end of the connection between a tree and an agent. What is sent arrives in its order; at the end of the connection the rest is lost."""

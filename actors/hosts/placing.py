@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from actors.processes.life import Launch
     from actors.runtime.runtime import Runtime
 
-__all__ = ["Hosts", "Placing", "elsewhere"]
-
 LOOKING_SECONDS: Final = 0.05
 """Seconds between two looks for a host that takes a child."""
 

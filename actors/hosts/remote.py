@@ -10,8 +10,6 @@ from actors.processes.errors import ProcessDied
 from actors.processes.messages import Event, Order, Over, Request, StopAsked
 from actors.supervision.reasons import Stopped
 
-__all__ = ["RemoteProcess", "There"]
-
 
 class There(Protocol):
     """A process at an agent, or the way to it."""

@@ -8,8 +8,6 @@ from typing import BinaryIO
 
 from actors.errors import DeclarationError
 
-__all__ = ["count_run"]
-
 
 def count_run(path: Path) -> int:
     """The number of a run that begins now: larger than each before, also if several begin at once, or the machine loses its power meanwhile.

@@ -21,8 +21,6 @@ from actors.transport.simulated.link import Message, Stream
 from actors.transport.simulated.network import Network
 from actors.waiting import wake
 
-__all__ = ["HERE", "SimulatedHosts", "hosts_of", "simulate_hosts"]
-
 HERE: Final = "(here)"
 """The machine of a tree for which nobody has made a network."""
 

@@ -21,8 +21,6 @@ from actors.transport.protocol import WireUnavailable
 if TYPE_CHECKING:
     from actors.transport.protocol import Transport
 
-__all__ = ["CONNECT", "LISTEN", "Launcher", "transport_here"]
-
 LISTEN: Final = "ROBACTOR_AGENT_LISTEN"
 CONNECT: Final = "ROBACTOR_AGENT_CONNECT"
 """The variables with the endpoints of the processes of an agent, separated by commas."""

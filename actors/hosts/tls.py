@@ -21,8 +21,6 @@ from actors.hosts.there import Launcher
 from actors.processes.channel import Channel
 from actors.transport.security import Security, SecurityError
 
-__all__ = ["ALARM_SECONDS", "PORT", "TlsHosts", "address_of", "serve"]
-
 PORT: Final = 7450
 """Where an agent is found unless said otherwise."""
 MOST_BYTES: Final = 1 << 28

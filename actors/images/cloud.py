@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from actors.interfaces.sensor_msgs.msg import PointCloud2, PointField
 from actors.interfaces.std_msgs.msg import Header
 
-__all__ = ["array_of_cloud", "cloud_of"]
-
 _NUMBERS: Final = {
     PointField.INT8: "i1", PointField.UINT8: "u1", PointField.INT16: "i2", PointField.UINT16: "u2", PointField.INT32: "i4",
     PointField.UINT32: "u4", PointField.FLOAT32: "f4", PointField.FLOAT64: "f8", PointField.INT64: "i8", PointField.UINT64: "u8",

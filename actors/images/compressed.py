@@ -13,8 +13,6 @@ from actors.interfaces.sensor_msgs.msg import CompressedImage, Image
 if TYPE_CHECKING:
     from types import ModuleType
 
-__all__ = ["compress", "decompress"]
-
 _WRITTEN: Final = {
     "rgb8": "rgb8", "bgr8": "rgb8", "rgba8": "rgb8", "bgra8": "rgb8", "mono8": "mono8", "mono16": "mono16", "16UC1": "16UC1",
 }  # fmt: skip

@@ -11,8 +11,6 @@ from actors.images.encodings import converted, encoding_of
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import Header
 
-__all__ = ["array_of", "image_of"]
-
 
 def array_of(image: Image, encoding: str = "") -> NDArray[Any]:
     """The pixels of an image: shape (height, width), or (height, width, channels) for more than one channel, rows from the top.

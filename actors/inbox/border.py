@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from actors.time.ticker import Ticking
 
-__all__ = ["INSIDE", "Border", "Timed", "asked", "outside"]
-
 T = TypeVar("T")
 
 

@@ -7,8 +7,6 @@ from typing import cast
 
 from actors.errors import ProgramExit
 
-__all__ = ["Failure", "StopRequest", "StopServing", "Unwinding", "blame", "in_task", "stray_cancel"]
-
 
 class Unwinding(BaseException):
     """Base of the exceptions that the framework throws through a node's code. They are not a handler's fault, and answer no caller."""

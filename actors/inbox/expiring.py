@@ -6,8 +6,6 @@ import math
 from collections.abc import Callable
 from typing import Generic, TypeVar, cast
 
-__all__ = ["ExpiringMessage", "TimedMessage"]
-
 M = TypeVar("M")
 
 

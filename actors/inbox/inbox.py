@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from actors.inbox.expiring import TimedMessage
     from actors.inbox.load import Load, Meter
 
-__all__ = ["HOLDING_SECONDS", "STEP_SECONDS", "Inbox", "Item"]
-
 HOLDING_SECONDS = 0.5
 """A handler that keeps other items waiting for longer than this, in seconds, is reported once (docs/concepts.md)."""
 

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import msgspec
 
-__all__ = ["HandlerLoad", "Load", "Meter"]
-
 
 class HandlerLoad(msgspec.Struct, frozen=True):
     """The measured time of one handler, from its call to its end: the number of samples, their mean and the longest, in seconds."""

@@ -191,10 +191,10 @@ def main(arguments: Sequence[str] | None = None, command: str = COMMAND) -> int:
     folder: Path = options.folder
     out: Path = options.out or folder.resolve().parent
     home: str = home_of(out) if options.home is None else options.home
-    if (wrong := _wrong_usage(folder, out, home)) is not None:
-        parser.error(wrong)
+    if (misuse := _wrong_usage(folder, out, home)) is not None:
+        parser.error(misuse)
+    wrong: list[InterfaceError] = []
     try:
-        wrong: list[InterfaceError] = []
         modules = generate(folder, home, Path(os.path.relpath(folder, out)).as_posix(), wrong)
         left = left_out(folder, home)
     except InterfaceError as error:

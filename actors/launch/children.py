@@ -19,20 +19,9 @@ from actors.running.options import with_arguments, with_own_arguments
 from actors.running.target import Unusable, find, grown
 from actors.runtime.members import has_fixed_parameters
 from actors.runtime.node import Node
-from actors.supervision.declarations import (
-    Backoff,
-    Child,
-    DynamicSupervisor,
-    Intensity,
-    Spec,
-    Supervisor,
-    any_significant,
-    one_for_all,
-    permanent,
-    temporary,
-)
-
-__all__ = ["Warn", "job_supervisor", "named", "nodes_of", "program_of", "scope_supervisor"]
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
+from actors.supervision.policy import Backoff, Intensity, any_significant, one_for_all, permanent, temporary
 
 Warn = Callable[[str], None]
 """Takes a sentence for the log."""

@@ -12,15 +12,6 @@ from actors.launch.substitutions.paths import COMMAND
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
 
-__all__ = [
-    "Condition",
-    "IfCondition",
-    "LaunchConfigurationEquals",
-    "LaunchConfigurationNotEquals",
-    "UnlessCondition",
-    "evaluate_condition_expression",
-]
-
 
 class Condition:
     """Whether an action applies. A subclass defines `evaluate`, or gives a `predicate`."""

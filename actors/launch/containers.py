@@ -28,14 +28,14 @@ from actors.parameters.values import Parameter
 from actors.running.target import find, grown
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import Node
-from actors.supervision.declarations import Child, Spec, Supervisor, temporary
+from actors.supervision.child import Child
+from actors.supervision.declarations import Spec, Supervisor
+from actors.supervision.policy import temporary
 from actors.supervision.running import RunningSupervisor
 from actors.system import system_of
 
 if TYPE_CHECKING:
     from actors.launch.plan import Component, Load
-
-__all__ = ["COMPONENTS", "ComponentContainer", "component_of", "load"]
 
 COMPONENTS: Final = "components"
 """The name of the supervisor of the nodes that have been loaded, beside their container."""

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from actors.launch.actions.configuration import DeclareLaunchArgument
     from actors.launch.substitution import Text
 
-__all__ = ["Declared", "LaunchContext", "Scoped"]
-
 
 @dataclass
 class Scoped:

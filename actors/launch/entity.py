@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from actors.launch.conditions import Condition
     from actors.launch.context import LaunchContext
 
-__all__ = ["Action", "LaunchDescription", "LaunchDescriptionEntity", "evaluate", "listed", "one_or_more"]
-
 
 class LaunchDescriptionEntity:
     """A part of a launch description."""

@@ -6,8 +6,6 @@ import os
 from inspect import currentframe
 from typing import Final, NamedTuple
 
-__all__ = ["ConditionError", "LaunchError", "Line", "SubstitutionFailure", "user_line"]
-
 _OURS: Final = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
 
 

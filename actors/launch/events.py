@@ -5,29 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-__all__ = [
-    "ChangeState",
-    "Event",
-    "ExecutionComplete",
-    "IncludeLaunchDescription",
-    "ProcessExited",
-    "ProcessIO",
-    "ProcessStarted",
-    "ProcessStderr",
-    "ProcessStdout",
-    "ReadyToTest",
-    "Shutdown",
-    "ShutdownProcess",
-    "SignalProcess",
-    "StateTransition",
-    "TimerEvent",
-    "matches_action",
-    "matches_executable",
-    "matches_name",
-    "matches_node_name",
-    "matches_pid",
-]
-
 Matcher = Callable[[Any], bool]
 """Whether an action is meant: it is given the action of each job."""
 

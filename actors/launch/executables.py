@@ -10,8 +10,6 @@ from actors.launch.plan import Item, Job, Process, Scope
 from actors.launch.program import ProcessDied
 from actors.logs import LogRecord, ros_console_sink
 
-__all__ = ["Running", "console_line", "flattened", "shows_stdout"]
-
 SHOWN = ("screen", "both", "full")
 """The values of `output` with which what a process writes to stdout is shown. What it writes to stderr is always shown."""
 

@@ -12,18 +12,6 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.entity import LaunchDescriptionEntity
 
-__all__ = [
-    "EventHandler",
-    "OnExecutionComplete",
-    "OnIncludeLaunchDescription",
-    "OnProcessExit",
-    "OnProcessIO",
-    "OnProcessStart",
-    "OnShutdown",
-    "OnStateTransition",
-    "event_named",
-]
-
 
 class EventHandler:
     """Answers the events for which `matcher` is true by `entities`, or by what that function returns, called with event and context."""

@@ -39,7 +39,8 @@ from actors.logs import INFO, LogRecord
 from actors.names.names import fully_qualified
 from actors.runtime.declarations import background
 from actors.runtime.node import Node
-from actors.supervision.declarations import Child, Supervisor
+from actors.supervision.child import Child
+from actors.supervision.declarations import Supervisor
 from actors.supervision.errors import NotFound, StartFailed, SupervisorDown
 from actors.supervision.reasons import Failed, Stopped
 from actors.supervision.running import RunningSupervisor
@@ -51,8 +52,6 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.supervision.refs import ChildRef
     from actors.supervision.report import Report
-
-__all__ = ["Launcher", "Write"]
 
 Write = Callable[[str], None]
 """Takes a line of the output of a process."""

@@ -18,9 +18,9 @@ from actors.launch.requests import Requests
 from actors.launch.shim import shim
 from actors.launch.show import tree_text
 from actors.launch.substitution import shown
-from actors.supervision.declarations import Child, Supervisor, any_significant, transient
-
-__all__ = ["Launch", "arguments_text", "launch_tree"]
+from actors.supervision.child import Child
+from actors.supervision.declarations import Supervisor
+from actors.supervision.policy import any_significant, transient
 
 
 class Launch:

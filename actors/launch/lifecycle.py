@@ -6,14 +6,12 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from actors.contracts.contracts import Service, Topic
-from actors.interfaces.lifecycle_msgs.msg import State, Transition, TransitionEvent
+from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.launch import events
 
 if TYPE_CHECKING:
     from actors.runtime.node import Node
-
-__all__ = ["UP", "State", "Transition", "TransitionEvent", "follow", "take_through", "transit"]
 
 WAIT_SECONDS = 30.0
 """How long a lifecycle node is waited for, and how long its hook may take."""

@@ -16,8 +16,6 @@ from actors.suggest import did_you_mean
 if TYPE_CHECKING:
     pass
 
-__all__ = ["SUFFIXES", "load", "load_python"]
-
 SUFFIXES = (".py", ".xml", ".yaml", ".yml")
 """The kinds of launch files."""
 

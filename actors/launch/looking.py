@@ -13,8 +13,6 @@ from typing import Any, Final, cast
 
 from actors.launch.errors import LaunchError
 
-__all__ = ["NotDone", "looking"]
-
 _WRITES: Final = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _ACTING: Final = frozenset({
     "_thread.start_new_thread",

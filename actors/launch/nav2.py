@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from actors.launch.conditions import Condition
     from actors.launch.context import LaunchContext
 
-__all__ = ["HasNodeParams", "LaunchConfigAsBool", "ParseMultiRobotPose", "ReplaceString", "RewrittenYaml"]
-
 
 class RewrittenYaml(Substitution):
     """The path of a copy of a YAML file with other values.

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
@@ -23,8 +23,6 @@ from actors.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
-
-__all__ = ["GROUP", "Executable", "NodeTarget", "Packages", "Program", "UnknownExecutable", "UnknownPackage"]
 
 GROUP = "robactor.nodes"
 """The group of entry points in which a distribution names its nodes."""
@@ -99,7 +97,7 @@ class Packages:
     def executables(self, package: str) -> dict[str, Executable]:
         """The executables of a package by name, sorted. Raises `UnknownPackage`."""
         found: dict[str, Executable] = {}
-        first = [self._nodes, self._source_programs]
+        first: list[Callable[[str], Iterable[Executable]]] = [self._nodes, self._source_programs]
         if self._is_ours(package):
             first = [
                 self._source_programs,
@@ -123,7 +121,7 @@ class Packages:
 
     def share(self, package: str) -> Path:
         """The folder in which the files of a package lie: its launch and parameter files. Raises `UnknownPackage`."""
-        first = (
+        first: tuple[Callable[[str], Path | None], ...] = (
             (self._source_share, self._prefix_share, self._entry_share)
             if self._is_ours(package)
             else (self._entry_share, self._source_share)

@@ -13,17 +13,6 @@ from actors.launch.errors import LaunchError
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
 
-__all__ = [
-    "PackageNotFoundError",
-    "context_here",
-    "get_package_prefix",
-    "get_package_share_directory",
-    "get_package_share_path",
-    "get_packages_with_prefixes",
-    "has_resource",
-    "used",
-]
-
 _context: Final[ContextVar[LaunchContext]] = ContextVar("launch context")
 
 

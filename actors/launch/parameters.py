@@ -16,8 +16,6 @@ from actors.parameters.files import ALL_NODES, PARAMETERS, InvalidParams, Parame
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
 
-__all__ = ["Layer", "Parameter", "ParameterFile", "ParameterValue", "effective", "layers_of", "own_layers", "value_of"]
-
 
 @dataclass(frozen=True)
 class Layer:

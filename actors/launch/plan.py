@@ -13,26 +13,6 @@ if TYPE_CHECKING:
     from actors.launch.packages import Executable
     from actors.launch.parameters import Layer
 
-__all__ = [
-    "Component",
-    "Deferred",
-    "Handler",
-    "Item",
-    "Job",
-    "Load",
-    "Message",
-    "Missing",
-    "NodeSpec",
-    "Process",
-    "Scope",
-    "Signal",
-    "Starter",
-    "Timer",
-    "Transitions",
-    "Unregister",
-    "jobs",
-]
-
 
 @dataclass(eq=False)
 class Scope:

@@ -23,8 +23,6 @@ from actors.runtime.node import Node
 if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
 
-__all__ = ["Output", "ProcessDied", "ProgramNode", "Watcher", "ros_arguments"]
-
 Output = Callable[[bytes, bool], None]
 """Takes a line that a process has written, with its end, and whether it is one of stdout."""
 

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.entity import LaunchDescriptionEntity
 
-__all__ = ["Requests", "Take"]
-
 Take = Callable[[Sequence["LaunchDescriptionEntity"], "LaunchContext"], None]
 """Carries out entities in a context, in the event loop of the launch."""
 

@@ -12,8 +12,6 @@ from actors.launch.loading import MAKERS
 from actors.launch.packages import Packages
 from actors.launch.shim import shim
 
-__all__ = ["run_script", "starts_itself"]
-
 
 def starts_itself(path: Path) -> bool:
     """Whether a Python file is such a program: it uses `LaunchService`, and has no function that gives a description."""

@@ -21,8 +21,6 @@ from actors.running.run import execute, run
 from actors.supervision.errors import SupervisorGaveUp
 from actors.transport import transport_from_environment
 
-__all__ = ["LaunchService"]
-
 
 class LaunchService:
     """Runs launch descriptions. What is included before `run` is evaluated as a whole before anything starts.

@@ -24,8 +24,6 @@ from actors.suggest import did_you_mean
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
 
-__all__ = ["NotSupported", "shim"]
-
 
 class NotSupported(ImportError):
     """A launch file imports a name of `launch` or `launch_ros` that does not exist here."""

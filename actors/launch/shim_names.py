@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-__all__ = ["NAMES", "OPTIONAL"]
-
 OPTIONAL: Final = frozenset({"lifecycle_msgs", "nav2_common"})
 """Packages that are not part of launch: where they are installed, they are used."""
 

@@ -28,8 +28,6 @@ from actors.launch.plan import (
 from actors.launch.shim import shim
 from actors.names.names import fully_qualified
 
-__all__ = ["tree_text"]
-
 Branch = tuple[str, list["Branch"]]
 """A line, and those below it."""
 

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["Share", "folder_of_module", "packages_below"]
-
 DEEPEST = 5
 """How many folders below the root of a workspace packages are looked for."""
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from actors.runtime.node import Node
 
-__all__ = ["StandIn"]
-
 
 class StandIn(Node):
     """Stands in for a node that is not here: it has its name and its parameters, whatever these are, and does nothing."""

@@ -11,8 +11,6 @@ from actors.launch.errors import SubstitutionFailure
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
 
-__all__ = ["Substitution", "Text", "TextSubstitution", "as_bool", "normalized", "perform", "shown", "yaml_value"]
-
 
 class Substitution:
     """Stands for a text. A subclass defines `perform`."""

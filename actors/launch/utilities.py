@@ -12,25 +12,6 @@ from actors.launch.context import LaunchContext
 from actors.launch.entity import LaunchDescriptionEntity, listed, one_or_more
 from actors.launch.substitution import Substitution, Text, normalized, perform
 
-__all__ = [
-    "SomeEntitiesType",
-    "SomeSubstitutionsType",
-    "SomeSubstitutionsType_types_tuple",
-    "ensure_argument_type",
-    "evaluate_parameters",
-    "get_logger",
-    "is_substitution",
-    "make_namespace_absolute",
-    "normalize_parameters",
-    "normalize_remap_rules",
-    "normalize_to_list_of_entities",
-    "normalize_to_list_of_substitutions",
-    "normalize_typed_substitution",
-    "perform_substitutions",
-    "perform_typed_substitution",
-    "prefix_namespace",
-]
-
 SomeSubstitutionsType: TypeAlias = Text
 SomeEntitiesType: TypeAlias = LaunchDescriptionEntity | Iterable[LaunchDescriptionEntity]
 SomeSubstitutionsType_types_tuple = (str, os.PathLike, Substitution, Iterable)

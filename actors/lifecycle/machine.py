@@ -19,18 +19,6 @@ import msgspec
 
 from actors.errors import ActorError
 
-__all__ = [
-    "STATES",
-    "TRANSITIONS",
-    "HookResult",
-    "LifecycleHook",
-    "LifecycleMachine",
-    "LifecycleState",
-    "LifecycleTransition",
-    "TransitionRefused",
-    "transitions_from",
-]
-
 
 class LifecycleState(IntEnum):
     """The states, numbered as in `lifecycle_msgs/msg/State`. Those from 10 on are transition states, in which a hook runs."""

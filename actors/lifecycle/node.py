@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
     from actors.system import System
 
-__all__ = ["LifecycleNode", "bring_down", "bring_up"]
-
 PrimaryState: TypeAlias = Literal["unconfigured", "inactive", "active"]
 """The states in which a lifecycle node may stay."""
 _WAY: Final[dict[str, tuple[str, ...]]] = {

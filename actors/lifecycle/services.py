@@ -17,8 +17,6 @@ from actors.lifecycle.machine import (
 if TYPE_CHECKING:
     from actors.lifecycle.node import LifecycleNode
 
-__all__ = ["SERVICES", "transition_event"]
-
 
 def _state(state: LifecycleState) -> Any:
     from actors.interfaces.lifecycle_msgs.msg import State

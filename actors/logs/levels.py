@@ -7,8 +7,6 @@ from collections.abc import Hashable, Mapping
 from enum import IntEnum
 from typing import Final, NamedTuple, Protocol, TypedDict, cast
 
-__all__ = ["CallSites", "FilterOptions", "Level", "LevelTree", "NanosecondClock"]
-
 
 class Level(IntEnum):
     """The severity of a log line. ``UNSET`` means that the level of the nearest ancestor applies."""

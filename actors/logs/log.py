@@ -19,23 +19,6 @@ if TYPE_CHECKING:
     from actors.interfaces.rcl_interfaces.msg import Log
     from actors.time.clock import Clock
 
-__all__ = [
-    "DEBUG",
-    "ERROR",
-    "FATAL",
-    "INFO",
-    "LEVEL_NAMES",
-    "WARN",
-    "LogRecord",
-    "LogSink",
-    "NodeLog",
-    "console_sink",
-    "json_sink",
-    "log_message",
-    "printable",
-    "structlog_sink",
-]
-
 DEBUG, INFO, WARN, ERROR, FATAL = Level.DEBUG, Level.INFO, Level.WARN, Level.ERROR, Level.FATAL
 """The levels of log lines, by their names in ROS 2."""
 LEVEL_NAMES: Final[dict[int, str]] = {DEBUG: "debug", INFO: "info", WARN: "warning", ERROR: "error", FATAL: "fatal"}

@@ -14,8 +14,6 @@ from actors.logs.levels import Level
 from actors.logs.log import LogRecord, LogSink, log_message
 from actors.logs.terminal import shown
 
-__all__ = ["log_directory", "ros_console_sink", "ros_file_sink"]
-
 FORMAT: Final = "RCUTILS_CONSOLE_OUTPUT_FORMAT"
 COLOURS: Final = "RCUTILS_COLORIZED_OUTPUT"
 STDOUT: Final = "RCUTILS_LOGGING_USE_STDOUT"

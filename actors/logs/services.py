@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from actors.logs.levels import LevelTree
 
-__all__ = ["LOGGER_SERVICES"]
-
 
 def _get(levels: LevelTree, request: GetLoggerLevels_Request) -> GetLoggerLevels_Response:
     """The level that each logger has been given; 0 for one that has that of the logger above it."""

@@ -10,8 +10,6 @@ from typing import Any, Final, Protocol
 from actors.logs.levels import Level
 from actors.logs.log import LogRecord, LogSink, NodeLog
 
-__all__ = ["LoggedNode", "NodeHandler", "logging_sink"]
-
 _OURS: Final = "robactor_record"
 """The attribute that marks a record of `logging` that comes from a node."""
 

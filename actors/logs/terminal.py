@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from typing import Final
 
-__all__ = ["CONTROLS", "shown"]
-
 CONTROLS: Final = "\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
 """C0 and C1 controls, other line breaks, and what changes the direction of text; as in a character class of `re`."""
 _CONTROL: Final = re.compile(f"(?![\n\t])[{CONTROLS}]")

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from actors.message_filters.simple_filter import SimpleFilter
     from actors.time.clock import Clock
 
-__all__ = ["ApproximateTime"]
-
 Entry: TypeAlias = tuple[int, Any]
 """A stamp in nanoseconds, and the message."""
 

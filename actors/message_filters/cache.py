@@ -12,8 +12,6 @@ from actors.time.values import ClockType, Time
 if TYPE_CHECKING:
     from actors.time.clock import Clock
 
-__all__ = ["Cache"]
-
 M = TypeVar("M")
 
 

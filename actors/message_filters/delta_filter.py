@@ -8,8 +8,6 @@ from typing import Any, TypeVar
 
 from actors.message_filters.simple_filter import PassThrough, SimpleFilter
 
-__all__ = ["DeltaFilter"]
-
 M = TypeVar("M")
 
 

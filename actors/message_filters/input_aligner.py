@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from actors.runtime.node import Node
 
-__all__ = ["InputAligner", "QueueStatus"]
-
 
 class QueueStatus(NamedTuple):
     """The state of one input."""

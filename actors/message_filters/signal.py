@@ -10,8 +10,6 @@ from weakref import WeakSet
 
 from actors.waiting import Waiters
 
-__all__ = ["Connection", "FilterStream", "Signal"]
-
 T = TypeVar("T")
 
 DEPTH = 10

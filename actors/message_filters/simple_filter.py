@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.runtime.node import Node
 
-__all__ = ["Chain", "PassThrough", "SimpleFilter", "Subscriber"]
-
 M = TypeVar("M")
 T = TypeVar("T", bound="Message")
 

@@ -9,8 +9,6 @@ from actors.time.values import SecNanosec, Time, nanoseconds_of
 if TYPE_CHECKING:
     from actors.time.clock import Clock
 
-__all__ = ["Stamp", "instant_of", "stamp_of_message"]
-
 Stamp: TypeAlias = Time | SecNanosec
 """A `Time`, or the stamp of a message."""
 

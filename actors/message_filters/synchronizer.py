@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from actors.message_filters.simple_filter import SimpleFilter
     from actors.time.clock import Clock
 
-__all__ = ["ApproximateTimeSynchronizer", "Synchronizer", "TimeSynchronizer"]
-
 
 class Synchronizer(Signal[tuple[Any, ...]], ABC):
     """Lets sets of messages through, one of each input, in the order of the inputs: ``callback(a, b)``, ``async for a, b in sync``.

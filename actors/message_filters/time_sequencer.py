@@ -12,8 +12,6 @@ from actors.message_filters.stamps import stamp_of_message
 if TYPE_CHECKING:
     from actors.runtime.node import Node
 
-__all__ = ["TimeSequencer"]
-
 M = TypeVar("M")
 Entry: TypeAlias = tuple[int, int, M]
 """A stamp, the number of the arrival, and the message."""

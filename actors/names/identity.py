@@ -10,8 +10,6 @@ from actors.names import names
 if TYPE_CHECKING:
     from actors.names.remapping import Remapping
 
-__all__ = ["Identity"]
-
 
 class Identity:
     """The identity of a node. It follows from the node's place in the tree and is the same for all its incarnations.

@@ -10,30 +10,6 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Final, Literal, NamedTuple
 
-__all__ = [
-    "MAX_FULL_NAME",
-    "MAX_NAMESPACE",
-    "MAX_NODE_NAME",
-    "ActionNames",
-    "InvalidName",
-    "action_names",
-    "child_logger_name",
-    "expand",
-    "expand_only",
-    "fully_qualified",
-    "is_hidden",
-    "lint_name",
-    "lint_node_name",
-    "logger_name",
-    "normalize_namespace",
-    "service_event_topic",
-    "split_fully_qualified",
-    "validate_full_name",
-    "validate_name",
-    "validate_namespace",
-    "validate_node_name",
-]
-
 MAX_NODE_NAME: Final = 255
 MAX_NAMESPACE: Final = 245
 MAX_FULL_NAME: Final = 247

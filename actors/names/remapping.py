@@ -10,8 +10,6 @@ from typing import Final, Literal, NamedTuple
 
 from actors.names import names
 
-__all__ = ["InvalidRule", "Remapping", "Rule", "RuleKind"]
-
 RuleKind = Literal["topic", "service", "node_name", "namespace"]
 
 # Rules are stricter than names in code: no token may contain two underscores in a row.

@@ -18,8 +18,6 @@ from actors.tf2.errors import TransformException
 from actors.tf2.listener import TransformListener
 from actors.time.values import Duration
 
-__all__ = ["BufferServer"]
-
 AT_ONCE = 1000
 """The number of lookups that may wait at the same time."""
 

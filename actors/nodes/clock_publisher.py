@@ -10,8 +10,6 @@ from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import Node
 from actors.runtime.sim_time import CLOCK
 
-__all__ = ["ClockPublisher"]
-
 
 class ClockPublisher(Node):
     """Publishes the system's time of day on `/clock`: `wall()`, the time of stamps; on the virtual clock, the time of the run.

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     from actors.interfaces.rcl_interfaces import srv
 
-__all__ = ["SERVER", "ParameterServer", "get_global", "set_global"]
-
 SERVER: Final = "/parameter_server"
 """The full name of the server that `get_global` and `set_global` use by default."""
 

@@ -19,8 +19,6 @@ from actors.tf2.transform import stamped
 from actors.tf2.urdf import Joint, joints_of
 from actors.time.values import nanoseconds_of
 
-__all__ = ["JOINT_STATES", "ROBOT_DESCRIPTION", "RobotStatePublisher"]
-
 JOINT_STATES = Topic(JointState, "joint_states", QoS(depth=10))
 """The positions of joints, by name."""
 ROBOT_DESCRIPTION = Topic(String, "robot_description", STATE)

@@ -13,8 +13,6 @@ from actors.tf2.errors import InvalidArgumentException
 from actors.tf2.quaternions import of_rpy
 from actors.tf2.transform import Transform, stamped
 
-__all__ = ["StaticTransformPublisher", "arguments_parser"]
-
 QUATERNION = ("qx", "qy", "qz", "qw")
 ANGLES = ("roll", "pitch", "yaw")
 

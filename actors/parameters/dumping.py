@@ -10,8 +10,6 @@ from typing import Any, cast
 
 from actors.parameters.values import Parameter, ParameterType
 
-__all__ = ["parameter_file"]
-
 _WORDS = frozenset({"y", "n", "yes", "no", "on", "off", "true", "false", "null"})
 """What YAML does not take for a text."""
 

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from actors.parameters.declare import ParameterDeclaration
     from actors.parameters.store import ParameterStore
 
-__all__ = ["ParameterHook", "attach_hooks", "on_set", "post_set", "pre_set"]
-
 Node = TypeVar("Node")
 Kind = Literal["validate", "changed", "pre_set", "on_set", "post_set"]
 

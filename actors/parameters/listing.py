@@ -7,8 +7,6 @@ from typing import Final, cast
 
 from actors.parameters.values import ParameterNames
 
-__all__ = ["SEPARATOR", "listed"]
-
 SEPARATOR: Final = "."
 
 

@@ -12,8 +12,6 @@ from actors.parameters.descriptor import ParameterDescriptor, declared_type
 from actors.parameters.errors import InvalidParameterName, InvalidParameterType, InvalidParameterValue
 from actors.parameters.values import Parameter, ParameterType, widened
 
-__all__ = ["DYNAMIC", "UNDESCRIBED", "checked", "invalid", "objection", "planned", "refused", "unpacked"]
-
 UNDESCRIBED: Final = ParameterDescriptor()
 DYNAMIC: Final = ParameterDescriptor(dynamic_typing=True)
 

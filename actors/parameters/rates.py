@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from actors.parameters.declare import ParameterDeclaration
     from actors.parameters.store import ParameterStore
 
-__all__ = ["check_rate_parameter", "guard_rates", "rate_objection"]
-
 
 def rate_objection(rate: object) -> str | None:
     """Why a timer cannot have this rate, in Hz; None if it can."""

@@ -13,8 +13,6 @@ from typing import Any, Final, cast
 from actors.parameters.files import plain_scalar
 from actors.yaml_bounds import check_yaml
 
-__all__ = ["PLAIN", "dump_yaml", "load_yaml", "loader"]
-
 PLAIN: Final = "tag:robactor,2026:plain"
 """The tag of the nodes that are scalars without quotes and without a tag of their own."""
 _TEXT: Final = "tag:yaml.org,2002:str"

@@ -12,8 +12,6 @@ from actors.suggest import did_you_mean
 if TYPE_CHECKING:
     from actors.parameters.store import ParameterStore
 
-__all__ = ["refuse_unknown"]
-
 
 def refuse_unknown(store: ParameterStore, owner: str, optional: Container[str] = ()) -> None:
     """Raise `DeclarationError` for the first override that the node, of class `owner`, neither declares nor allows undeclared.

@@ -11,13 +11,12 @@ from msgspec import structs
 from actors.processes.channel import framed
 from actors.processes.preparation import preparation
 from actors.processes.spawned import Started, discard, prepared, still_waiting
-from actors.supervision.declarations import Child, Supervisor
+from actors.supervision.child import Child
+from actors.supervision.declarations import Supervisor
 
 if TYPE_CHECKING:
     from actors.processes.messages import Order
     from actors.supervision.declarations import DynamicSupervisor, Spec
-
-__all__ = ["Ahead"]
 
 _MODULES: Final = ("actors.transport.zenoh.transport", "zenoh")
 """What every process of a tree needs."""

@@ -12,8 +12,6 @@ from msgspec import MsgspecError
 from actors.processes.messages import Opaque
 from actors.processes.pickling import pack, unpack
 
-__all__ = ["HEAD", "Channel", "framed"]
-
 HEAD: Final = struct.Struct("!I")
 """The length of a frame stands before it."""
 MOST_BYTES: Final = (1 << 32) - 1

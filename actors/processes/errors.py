@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from actors.errors import ActorError
 
-__all__ = ["ProcessDied", "ProcessHung", "RemoteError"]
-
 
 class ProcessDied(ActorError):
     """A process ended without being asked to, and without a reason of its own: it exited, or a signal ended it.

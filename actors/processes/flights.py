@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 if TYPE_CHECKING:
     from actors.system import System
 
-__all__ = ["ForProcesses", "Recorder", "makers", "save"]
-
 
 class Recorder(Protocol):
     """What records the system of a process, such as a `FlightRecorder`."""

@@ -10,8 +10,6 @@ from contextlib import suppress
 from time import monotonic
 from typing import Final
 
-__all__ = ["NOTED_SECONDS", "ORPHAN_SECONDS", "Guard"]
-
 ORPHAN_SECONDS: Final = 5.0
 """How long a process may go on after its parent is gone: its nodes have this time to end in order."""
 NOTED_SECONDS: Final = 0.2

@@ -10,7 +10,8 @@ from actors.errors import ProgramExit
 from actors.logs import LogRecord
 from actors.processes.messages import Line, News, NodeFacts, Order, Packed, Told
 from actors.processes.pickling import pack
-from actors.supervision.declarations import Child, Supervisor
+from actors.supervision.child import Child
+from actors.supervision.declarations import Supervisor
 from actors.transport.protocol import WireUnavailable
 from actors.waiting import Waiters
 
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from actors.runtime.runtime import Runtime
     from actors.supervision.child_task import ChildTask
     from actors.supervision.refs import ChildState
-
-__all__ = ["KNOWN_SECONDS", "TreeHome"]
 
 KNOWN_SECONDS: Final = 2.0
 """A child that is ready waits until its nodes are known to its parent's transport; after so many seconds a line says so,"""

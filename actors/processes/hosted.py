@@ -26,9 +26,11 @@ from actors.processes.messages import (
 )
 from actors.processes.pickling import pack, unpack
 from actors.runtime.node import Node
+from actors.supervision.child import Child
 from actors.supervision.crossing import HANG_SECONDS
-from actors.supervision.declarations import Child, Intensity, Supervisor, any_significant, temporary
+from actors.supervision.declarations import Supervisor
 from actors.supervision.errors import StartFailed
+from actors.supervision.policy import Intensity, any_significant, temporary
 from actors.supervision.reasons import ExitReason, Stopped, is_abnormal
 from actors.system import System, keep_step
 from actors.transport.bridge import connect
@@ -39,9 +41,6 @@ if TYPE_CHECKING:
     from actors.runtime.runtime import OtherProcesses, Runtime
     from actors.supervision.report import Report
     from actors.transport.protocol import Transport
-
-__all__ = ["HostedTree"]
-
 
 _NOTHING: Final = (None, None)
 

@@ -11,8 +11,6 @@ from actors.processes.messages import Event, News, Order, Over, Ready, Request, 
 from actors.supervision.reasons import Failed, Killed, Leaked, Skip, Stop, Stopped
 from actors.supervision.refs import ChildState
 
-__all__ = ["LAST_SECONDS", "TERMINATION_SECONDS", "Home", "Launch", "Process", "ProcessLife"]
-
 TERMINATION_SECONDS: Final = 0.3
 """Seconds between `terminate` and SIGKILL for a process that has not stopped in its time."""
 UNMET_STOP_SECONDS: Final = 5.0

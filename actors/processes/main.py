@@ -40,8 +40,6 @@ from actors.runtime.stall import work_of
 from actors.supervision.reasons import Failed
 from actors.time.real_loop import new_event_loop
 
-__all__ = ["MOST_UNSENT", "Served", "main", "read_frame", "serve"]
-
 MOST_UNSENT: Final = 1_000_000
 """While the parent leaves so many bytes unread, log lines are counted instead of sent."""
 ORPHANED: Final = "its parent process is gone"

@@ -22,10 +22,9 @@ if TYPE_CHECKING:
     from actors.processes.messages import Event, Order
     from actors.processes.spawned import Started
     from actors.runtime.runtime import Runtime
-    from actors.supervision.declarations import Child, Supervisor
+    from actors.supervision.child import Child
+    from actors.supervision.declarations import Supervisor
     from actors.transport.protocol import Transport
-
-__all__ = ["Processes"]
 
 
 class Processes:

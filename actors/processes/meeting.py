@@ -8,15 +8,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from actors.transport.bridge import Bridge
-from actors.transport.environment import domain_from_environment
+from actors.transport.domain_id import domain_from_environment
 
 if TYPE_CHECKING:
     import asyncio
 
     from actors.runtime.runtime import Runtime
     from actors.transport.protocol import Transport
-
-__all__ = ["Meeting"]
 
 
 class Meeting:

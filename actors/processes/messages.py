@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import msgspec
 
 from actors.runtime.placement import HERE, Placement
-from actors.supervision.declarations import Child, Supervisor
+from actors.supervision.child import Child
+from actors.supervision.declarations import Supervisor
 from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
@@ -17,28 +18,6 @@ if TYPE_CHECKING:
     from actors.processes.flights import Recorder
     from actors.runtime.options import RunOptions
     from actors.transport.protocol import Transport
-
-__all__ = [
-    "BEAT",
-    "BEATS",
-    "MOST_BEAT_SECONDS",
-    "CrashAsked",
-    "Event",
-    "Line",
-    "News",
-    "NodeFacts",
-    "Nodes",
-    "Opaque",
-    "Order",
-    "Over",
-    "Packed",
-    "Ready",
-    "Request",
-    "StopAsked",
-    "Told",
-    "beat_seconds",
-    "next_beat",
-]
 
 BEAT: Final = b"\0"
 """What a process writes to its pipe for notes, while its event loop turns. The parent looks there when it wants to know: it is not woken."""

@@ -11,8 +11,6 @@ from typing import Any, Final, TypeAlias, cast
 from actors.places import traceback_of
 from actors.processes.errors import RemoteError
 
-__all__ = ["pack", "unpack"]
-
 _Reduced: TypeAlias = tuple[Callable[..., BaseException], tuple[Any, ...]]
 
 _HEAD: Final = "In process"

@@ -12,8 +12,6 @@ from typing import Final
 
 import msgspec
 
-__all__ = ["Preparation", "environment", "preparation", "prepare"]
-
 MAIN: Final = "__mp_main__"
 """The name under which the main module of the parent is run in its processes, as `multiprocessing` does."""
 _ROOT: Final = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))

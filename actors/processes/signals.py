@@ -11,8 +11,6 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Final
 
-__all__ = ["PARENT", "held_back", "leave_to_parent"]
-
 PARENT: Final = signal.SIGUSR1
 """The signal by which the parent asks for the end, and the system tells that the parent has ended."""
 _LEFT: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from actors.processes.hosted import HostedTree
     from actors.transport.simulated.session import SimulatedTransport
 
-__all__ = ["Hosted", "SimulatedProcess", "simulate"]
-
 
 class Hosted(Protocol):
     """What runs in a process."""

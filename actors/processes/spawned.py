@@ -20,17 +20,6 @@ from actors.processes.preparation import environment, preparation
 from actors.processes.signals import PARENT, held_back
 from actors.time.processor import Processor, is_runnable
 
-__all__ = [
-    "NAMED_SECONDS",
-    "SpawnedProcess",
-    "Started",
-    "discard",
-    "employ",
-    "prepared",
-    "spawn",
-    "still_waiting",
-]
-
 NAMED_SECONDS: Final = 0.3
 """An event loop that has not turned for so many seconds is logged, with what it is doing;"""
 LATEST_SECONDS: Final = 0.5

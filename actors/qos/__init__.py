@@ -21,16 +21,25 @@ from actors.qos.events import (
     SubscriptionStatus,
 )
 from actors.qos.overriding import Overriding
-from actors.qos.policies import Changes
+from actors.qos.policies import (
+    BEST_AVAILABLE_DURATION,
+    KEEP_ALL_LIMIT,
+    Changes,
+    Durability,
+    History,
+    InvalidQoS,
+    Liveliness,
+    Policy,
+    QoSWarning,
+    Reliability,
+)
 from actors.qos.profiles import (
     ACTION_FEEDBACK,
     ACTION_STATUS,
     BEST_AVAILABLE,
-    BEST_AVAILABLE_DURATION,
     CLOCK,
     COMMANDS,
     DEFAULT,
-    KEEP_ALL_LIMIT,
     LATCHED,
     LOGS,
     MAP,
@@ -45,13 +54,6 @@ from actors.qos.profiles import (
     TRANSITION_EVENT,
     UNKNOWN,
     Compatibility,
-    Durability,
-    History,
-    InvalidQoS,
-    Liveliness,
-    Policy,
-    QoSWarning,
-    Reliability,
     compatible,
     of,
     profile,

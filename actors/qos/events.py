@@ -12,22 +12,6 @@ from typing import TypeAlias
 
 import msgspec
 
-__all__ = [
-    "DeadlineMissed",
-    "DeadlineWatch",
-    "IncompatibleQoS",
-    "IncompatibleType",
-    "LeaseWatch",
-    "LivelinessChanged",
-    "LivelinessLost",
-    "Matched",
-    "MessageLost",
-    "PublisherEvent",
-    "PublisherStatus",
-    "SubscriptionEvent",
-    "SubscriptionStatus",
-]
-
 # -- events -----------------------------------------------------------------------------------------------------------------
 
 

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
 
-__all__ = ["DEFAULT_POLICIES", "POLICIES", "QOS_OVERRIDES", "Overriding", "changes"]
-
 POLICIES: Final[Mapping[str, str]] = {
     "deadline": "deadline",
     "depth": "depth",

@@ -11,21 +11,6 @@ from typing import Final, NoReturn, Self, TypedDict, TypeVar, Unpack, cast
 
 from actors.qos.overriding import DEFAULT_POLICIES, POLICIES, Overriding
 
-__all__ = [
-    "BEST_AVAILABLE_DURATION",
-    "KEEP_ALL_LIMIT",
-    "Changes",
-    "Durability",
-    "History",
-    "InvalidQoS",
-    "Liveliness",
-    "Policy",
-    "QoS",
-    "QoSWarning",
-    "Reliability",
-    "show_seconds",
-]
-
 KEEP_ALL_LIMIT: Final = 1000
 """The number of messages that a KEEP_ALL endpoint holds before ``send`` waits, if ``limit`` is not given."""
 

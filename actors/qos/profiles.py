@@ -11,7 +11,6 @@ from typing import Final, Literal, NamedTuple, cast
 
 from actors.qos.policies import (
     BEST_AVAILABLE_DURATION,
-    KEEP_ALL_LIMIT,
     Changes,
     Durability,
     History,
@@ -23,46 +22,6 @@ from actors.qos.policies import (
     Reliability,
     show_seconds,
 )
-
-__all__ = [
-    "ACTION_FEEDBACK",
-    "ACTION_STATUS",
-    "BEST_AVAILABLE",
-    "BEST_AVAILABLE_DURATION",
-    "CLOCK",
-    "COMMANDS",
-    "DEFAULT",
-    "KEEP_ALL_LIMIT",
-    "LATCHED",
-    "LOGS",
-    "MAP",
-    "PARAMETERS",
-    "PARAMETER_EVENTS",
-    "ROSOUT",
-    "SENSOR_DATA",
-    "SENSOR_STREAM",
-    "SERVICES",
-    "STATE",
-    "SYSTEM_DEFAULT",
-    "TRANSITION_EVENT",
-    "UNKNOWN",
-    "Compatibility",
-    "Durability",
-    "History",
-    "InvalidQoS",
-    "Liveliness",
-    "Policy",
-    "QoS",
-    "QoSWarning",
-    "Reliability",
-    "compatible",
-    "of",
-    "profile",
-    "profile_names",
-    "resolve_publisher",
-    "resolve_service",
-    "resolve_subscription",
-]
 
 # Profiles -----------------------------------------------------------------------------------------------------------
 

@@ -12,9 +12,7 @@ from actors.runtime.options import identity_of
 
 if TYPE_CHECKING:
     from actors.replay.debugger import Break
-    from actors.supervision.declarations import Child
-
-__all__ = ["check_alone", "check_parameters", "stop_at"]
+    from actors.supervision.child import Child
 
 
 def check_alone(child: Child) -> None:

@@ -10,8 +10,6 @@ import numpy as np
 
 from actors.interfaces.message import Message
 
-__all__ = ["ABSENT", "Difference", "first_difference", "shown"]
-
 ABSENT: Final = "nothing"
 """Stands for what was not sent."""
 

@@ -10,8 +10,6 @@ from collections.abc import Callable
 
 from actors.replay.errors import ReplayError
 
-__all__ = ["Break"]
-
 
 class Break:
     """Stops in a debugger at one message: the `number`-th, from 0, of `topic`.

@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     from actors.replay.debugger import Break
     from actors.replay.tape import Entry, Start, Tape
     from actors.replay.tape_loop import TapeLoop
-    from actors.supervision.declarations import Child
+    from actors.supervision.child import Child
     from actors.system import System
-
-__all__ = ["Driver"]
 
 RESOLUTION = 1e-6
 """Seconds; an event loop may call a timer early by the resolution of its clock."""

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-__all__ = ["CANCELED", "Edge"]
-
 T = TypeVar("T")
 
 CANCELED: Final = "canceled"

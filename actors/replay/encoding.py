@@ -26,9 +26,7 @@ from actors.interfaces.registry import get_message
 from actors.pickle_bounds import BoundedUnpickler, Steps, UnreadablePickle, check_extent
 from actors.replay.errors import ReplayError
 from actors.runtime.node import Node
-from actors.supervision.declarations import Child
-
-__all__ = ["frozen", "thawed"]
+from actors.supervision.child import Child
 
 CALLED: Final = frozenset({
     *(f"{__name__}:{name}" for name in ("class_named", "message_named", "error_made", "object_made", "object_filled", "tuple_made", "child_made")),

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from actors.system import System
     from actors.time.deadlines import Deadlines
 
-__all__ = ["Inputs"]
-
 OF_A_LIFE: Final = frozenset({"crash", "parameters", "stop"})
 """What is done to a life of a node, which is named first, not by way of the graph."""
 

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from actors.supervision.seam import Life
     from actors.system import System
 
-__all__ = ["Journal", "seam_of"]
-
 _SEAMS: WeakKeyDictionary[asyncio.AbstractEventLoop, LoopSeam] = WeakKeyDictionary()
 
 
@@ -129,7 +127,7 @@ class Journal:
 
     async def _publish_tapes(self) -> None:
         from actors.replay.publishing import JournalPublisher
-        from actors.supervision.declarations import Child
+        from actors.supervision.child import Child
 
         assert self._system is not None
         await self._system.join(Child(JournalPublisher, args=(self, self._recordings)))

@@ -10,7 +10,8 @@ from actors.errors import described
 from actors.inbox.border import INSIDE
 from actors.replay.encoding import thawed
 from actors.replay.tape import starts_of
-from actors.supervision.declarations import Intensity, Supervisor
+from actors.supervision.declarations import Supervisor
+from actors.supervision.policy import Intensity
 from actors.waiting import retrieve
 
 if TYPE_CHECKING:
@@ -18,11 +19,9 @@ if TYPE_CHECKING:
     from actors.replay.tape import Start, Tape
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.record import NodeRecord
-    from actors.supervision.declarations import Child
+    from actors.supervision.child import Child
     from actors.supervision.seam import Life
     from actors.system import System
-
-__all__ = ["PlayedNodes", "replayed_path", "tree_of"]
 
 OFTEN = Intensity(1_000_000, within=1.0)
 

@@ -12,8 +12,6 @@ from actors.inbox.border import INSIDE, Border, outside
 from actors.replay.errors import ReplayError
 from actors.waiting import wake
 
-__all__ = ["Callback", "LoopBorder", "LoopSeam", "OwnedTask"]
-
 Callback = Callable[..., object]
 
 

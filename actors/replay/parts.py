@@ -11,8 +11,6 @@ from actors.replay.encoding import frozen, steps_for, thawed
 from actors.replay.errors import ReplayError
 from actors.replay.tape import Entry, Tape, Unkept
 
-__all__ = ["FORMAT", "PART", "Spool", "pack", "parts_of", "unpack", "whole"]
-
 FORMAT: Final = 4
 """Of what `pack` writes."""
 PART: Final = 2000

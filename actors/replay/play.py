@@ -26,9 +26,7 @@ if TYPE_CHECKING:
     from actors.replay.debugger import Break
     from actors.replay.tape import Start
     from actors.runtime.node import Node
-    from actors.supervision.declarations import Child
-
-__all__ = ["Verdict", "load", "replay"]
+    from actors.supervision.child import Child
 
 
 @dataclass(frozen=True, slots=True)

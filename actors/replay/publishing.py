@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.topics.publisher import Publisher
 
-__all__ = ["JOURNAL", "PUBLISHER", "JournalPublisher", "has_journal", "journals_in", "tape_in", "tapes_in", "topic_of"]
-
 JOURNAL: Final = "/_journal"
 """The end of the name of the topic with the journal of a node, which begins with the node's name."""
 SUBTREE: Final = "/_subtree_journal"

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-__all__ = ["RecordedLife", "Recording"]
-
 T = TypeVar("T")
 
 

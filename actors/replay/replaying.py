@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from actors.replay.debugger import Break
     from actors.replay.loop_seam import Callback
 
-__all__ = ["AWAITED", "Replaying", "run_handle"]
-
 T = TypeVar("T")
 
 GRAPH = frozenset({"publisher", "subscription", "server"})

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import PublisherPeer, Target
 
-__all__ = ["Asked", "Other", "OtherFollower", "OtherPublisher", "OtherServer", "OtherSubscription"]
-
 
 class Other:
     """A node of the recording that is not here."""

@@ -23,23 +23,6 @@ from typing import Any, Final, TypeAlias, TypeGuard
 
 from actors.replay.errors import ReplayError
 
-__all__ = [
-    "APART",
-    "BACK",
-    "NO_TIME",
-    "SENT",
-    "WITHIN",
-    "Entry",
-    "Start",
-    "Tape",
-    "Unkept",
-    "comes_in",
-    "is_subtree",
-    "named",
-    "starts_of",
-    "unlike_versions",
-]
-
 APART, WITHIN, BACK = 0, 1, 2
 
 SENT: Final = frozenset({"out", "inner"})

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from actors.time.deadlines import Waiting
 
-__all__ = ["TapeDeadlines"]
-
 
 class TapeDeadlines:
     """Takes the place of the `Deadlines` of a system in which a tape is played. None passes by itself: the tape says which calls were not

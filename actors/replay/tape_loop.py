@@ -8,8 +8,6 @@ from contextvars import Context
 from time import monotonic
 from typing import Any, TypeVarTuple
 
-__all__ = ["TapeLoop"]
-
 _Ts = TypeVarTuple("_Ts")
 
 

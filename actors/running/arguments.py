@@ -12,8 +12,6 @@ from actors.logs.levels import Level
 from actors.names.remapping import InvalidRule, Rule
 from actors.parameters.files import ParameterOverrides
 
-__all__ = ["InvalidRosArguments", "RosArguments", "UnknownRosArguments", "parse"]
-
 
 class InvalidRosArguments(ValueError):
     """An argument inside ``--ros-args`` has no value or a wrong one. ``arguments`` are the flag and its value, if any."""

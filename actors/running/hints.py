@@ -13,8 +13,6 @@ from actors.transport.environment import IN_PROCESS, VARIABLE
 if TYPE_CHECKING:
     from actors.system import System
 
-__all__ = ["AFTER", "give_hints"]
-
 AFTER: Final = 5.0
 """How long an endpoint is alone before there is a hint, at least; seconds."""
 _STANDARD: Final = ("/rosout", "/parameter_events", "/clock")

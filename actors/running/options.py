@@ -17,7 +17,8 @@ from actors.runtime.members import has_fixed_parameters
 from actors.runtime.node import Node
 from actors.runtime.options import RunOptions, identity_of
 from actors.suggest import did_you_mean
-from actors.supervision.declarations import Child, DynamicSupervisor, Spec
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Spec
 
 if TYPE_CHECKING:
     from actors.logs.levels import Level
@@ -25,17 +26,6 @@ if TYPE_CHECKING:
     from actors.parameters.declare import ParameterTable
     from actors.parameters.files import ParameterOverrides
     from actors.running.arguments import RosArguments
-
-__all__ = [
-    "ParameterSource",
-    "ParameterSources",
-    "misplaced",
-    "options_of",
-    "overruled",
-    "read_parameters",
-    "with_arguments",
-    "with_own_arguments",
-]
 
 ParameterSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Mapping[str, Any]]
 """The path of a ROS 2 parameter file (YAML), or ``{node: {parameter: value}}`` with its patterns: a full name, ``/**`` for all nodes."""

@@ -12,25 +12,16 @@ from actors.errors import ProgramExit
 from actors.running.options import with_own_arguments
 from actors.running.run import execute, run
 from actors.runtime.node import Node
-from actors.supervision.declarations import (
-    Child,
-    DynamicSupervisor,
-    Intensity,
-    Supervisor,
-    all_significant,
-    never,
-    permanent,
-    transient,
-)
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
+from actors.supervision.policy import Intensity, all_significant, never, permanent, transient
 
 if TYPE_CHECKING:
     from actors.logs import LogRecord
     from actors.running.trees import Runnable
     from actors.supervision.declarations import Spec
     from actors.system import System
-
-__all__ = ["live", "remove_ros_args", "spin"]
 
 WRONG_ARGUMENT = 2
 """The exit code for an argument that is wrong, as argparse has it."""

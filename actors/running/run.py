@@ -21,15 +21,15 @@ from actors.running.signals import listen
 from actors.running.trees import Runnable, tree_of
 from actors.runtime.node import Node
 from actors.runtime.placement import HERE, Placement
-from actors.supervision.declarations import Child, Spec, temporary
+from actors.supervision.child import Child
+from actors.supervision.declarations import Spec
+from actors.supervision.policy import temporary
 from actors.system import System, keep_step, system_here
 
 if TYPE_CHECKING:
     from actors.hosts.placing import Hosts
     from actors.runtime.runtime import OtherProcesses, Runtime
     from actors.transport.protocol import Transport
-
-__all__ = ["Observer", "OpenNode", "Run", "execute", "open_node", "run"]
 
 T = TypeVar("T")
 

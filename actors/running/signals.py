@@ -22,8 +22,6 @@ from typing import Any, Final
 
 from actors.places import line_of
 
-__all__ = ["ONE_SIGNAL_SECONDS", "Signals", "SigtermExit", "ending_signals", "exit_on_sigterm", "listen"]
-
 ONE_SIGNAL_SECONDS: Final = 0.5
 """Signals that come within so many seconds are one: `timeout` sends SIGTERM twice, a process group gets Ctrl-C and what its shell sends."""
 OUTPUTS: Final = (1, 2)

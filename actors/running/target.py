@@ -14,9 +14,8 @@ from typing import TypeAlias, cast
 from actors.errors import described
 from actors.places import origin_of, place_of
 from actors.runtime.node import Node
-from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
-
-__all__ = ["Maker", "Tree", "Unusable", "find", "grown", "grown_hosts"]
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 
 MAKING_SECONDS = 60.0
 """How long an async function may take to make a tree, seconds on the loop's clock."""

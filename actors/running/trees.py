@@ -9,9 +9,8 @@ from typing import Any, TypeAlias, cast
 from actors.checks import factory_name
 from actors.errors import DeclarationError
 from actors.runtime.node import Node
-from actors.supervision.declarations import Child, DynamicSupervisor, Spec, Supervisor
-
-__all__ = ["Runnable", "tree_of"]
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
 
 Runnable: TypeAlias = Spec | type[Node] | Sequence[Spec | type[Node]]
 """What `run` takes: a node class stands for `Child(class)`, several children for a supervisor of them."""

@@ -7,8 +7,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, cast
 
-__all__ = ["is_async", "name_of", "takes_argument"]
-
 
 def is_async(handler: Any) -> bool:
     """Whether a call of `handler` makes a coroutine, as far as it can be told; partials, callable objects and wrappers are looked into."""

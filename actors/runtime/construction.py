@@ -7,8 +7,6 @@ from typing import Any
 
 from actors.errors import DeclarationError
 
-__all__ = ["check_arguments"]
-
 
 def check_arguments(kind: type[Any], base: type[Any], arguments: tuple[Any, ...], keywords: Mapping[str, Any]) -> None:
     """Raise `DeclarationError` unless a class that comes after `base`, which is `Node`, has an ``__init__`` that may take arguments."""

@@ -33,19 +33,6 @@ if TYPE_CHECKING:
     from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
 
-__all__ = [
-    "BackgroundDeclaration",
-    "Declarations",
-    "Late",
-    "PublisherDeclaration",
-    "StreamDeclaration",
-    "TimerDeclaration",
-    "background",
-    "every",
-    "publishes",
-    "subscribes",
-]
-
 M = TypeVar("M", bound="Message")
 Node = TypeVar("Node")
 P = ParamSpec("P")

@@ -50,8 +50,6 @@ if TYPE_CHECKING:
     from actors.topics.handler import Handler
     from actors.topics.publisher import Publisher
 
-__all__ = ["Endpoints"]
-
 M = TypeVar("M", bound="Message")
 G = TypeVar("G", bound="Message")
 R = TypeVar("R", bound="Message")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final, NoReturn
 
-__all__ = ["Habits", "NotHere"]
-
 _TIMER: Final = "write @every(hz=10) above the method, or call self.create_timer(0.1, callback)"
 _PARAMETER: Final = "write `speed = parameter(0.5)` in the class body and read it as self.speed"
 _READ: Final = "read the parameter as an attribute, self.speed"

@@ -44,12 +44,10 @@ if TYPE_CHECKING:
     from actors.runtime.stall import StallWatch
     from actors.runtime.timers import NodeTimer
     from actors.services.introspection import CallId
-    from actors.supervision.declarations import Child
+    from actors.supervision.child import Child
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.deadlines import Deadlines
-
-__all__ = ["Incarnation", "Phase", "incarnation_of", "made"]
 
 Phase: TypeAlias = Literal["new", "on_start", "begin", "running"]
 

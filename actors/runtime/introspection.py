@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from actors.services.introspection import CallId, IdentifiedCall
     from actors.topics.publisher import Publisher
 
-__all__ = ["GoalEvents", "ServiceEvents"]
-
 EVENT: Final = "/_service_event"
 
 PublishOn: TypeAlias = "Callable[[Any, str], Publisher[Any]]"

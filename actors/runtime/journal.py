@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from actors.supervision.report import Report
     from actors.time.clock import Clock
 
-__all__ = ["Journal"]
-
 _ADDRESS: Final = re.compile(r" at 0x[0-9a-f]+")
 """Where an object lies in memory, in its representation: it differs from run to run."""
 

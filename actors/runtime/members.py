@@ -16,8 +16,6 @@ from actors.contracts.declaration import declarations_of, positional
 from actors.errors import DeclarationError
 from actors.suggest import nearest
 
-__all__ = ["check_assigned", "check_members", "has_fixed_parameters", "members_of"]
-
 _FRAMEWORK: Final = ("actors.runtime.node", "actors.lifecycle.node")
 """The modules of the framework's node classes, whose members must not be replaced, except for the hooks."""
 

@@ -47,8 +47,6 @@ if TYPE_CHECKING:
     from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
 
-__all__ = ["CALL_TIMEOUT", "GOAL_TIMEOUT", "ErrorVerdict", "Node"]
-
 M = TypeVar("M", bound="Message")
 G = TypeVar("G", bound="Message")
 R = TypeVar("R", bound="Message")

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from actors.time.clock import Clock
 
-__all__ = ["CallsFromThreads", "Offload"]
-
 
 class Offload:
     """Runs functions in worker processes or threads, at most one at once for each core.

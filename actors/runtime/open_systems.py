@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 from typing import Generic, TypeVar
 
-__all__ = ["OpenSystems"]
-
 S = TypeVar("S")
 
 

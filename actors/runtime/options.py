@@ -17,9 +17,7 @@ if TYPE_CHECKING:
     from actors.logs.levels import LevelTree
     from actors.names.remapping import Remapping, Rule
     from actors.parameters.files import ParameterOverrides
-    from actors.supervision.declarations import Child
-
-__all__ = ["RunOptions", "identity_of"]
+    from actors.supervision.child import Child
 
 
 class RunOptions(NamedTuple):

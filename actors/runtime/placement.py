@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["HERE", "Placement"]
-
 _BITS = 20
 """A million parts given away in each run, and a million lives of a node at each place, on average; 16 million runs."""
 

@@ -11,8 +11,6 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Final
 
-__all__ = ["preload"]
-
 _MODULES: Final = (
     "actors.interfaces.arrays",  # numpy: numeric sequences
     "actors.interfaces.cdr",

@@ -23,10 +23,8 @@ if TYPE_CHECKING:
     from actors.runtime.stall import StallWatch
     from actors.runtime.timers import TimerRecord
     from actors.services.server import Server
-    from actors.supervision.declarations import Child
+    from actors.supervision.child import Child
     from actors.supervision.refs import ChildState
-
-__all__ = ["KEPT_RESTARTS", "UNSUPERVISED", "Directory", "NodeRecord", "class_of"]
 
 KEPT_RESTARTS: Final = 100
 """How many restarts of one node are kept with their time and reason."""

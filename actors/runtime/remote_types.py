@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from actors.graph.graph import Graph
     from actors.runtime.node import Node
 
-__all__ = ["PATIENCE", "action_parts", "fetch"]
-
 PATIENCE = 2.0
 """Seconds for the answer of one node."""
 

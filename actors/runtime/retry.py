@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.runtime.node import Node
 
-__all__ = ["BACKOFF", "PASSING", "retry"]
-
 G = TypeVar("G", bound="Message")
 R = TypeVar("R", bound="Message")
 F = TypeVar("F", bound="Message")

@@ -23,7 +23,8 @@ from actors.runtime.record import Directory, NodeRecord
 from actors.runtime.stall import StallWatch
 from actors.runtime.start_watch import StartWatch
 from actors.runtime.tree import RunningTree
-from actors.supervision.declarations import Child, Supervisor
+from actors.supervision.child import Child
+from actors.supervision.declarations import Supervisor
 from actors.time.clock import Clock
 from actors.time.deadlines import Deadlines
 from actors.time.ticker import Ticker
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
     from actors.supervision.child_task import ChildTask
     from actors.supervision.report import Report
     from actors.supervision.seam import Life
-
-__all__ = ["HostLease", "Observers", "OtherProcesses", "Runtime"]
 
 
 class HostLease(NamedTuple):

@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from actors.time.ticker import Ticker
     from actors.topics.peers import Participant
 
-__all__ = ["CLOCK", "ClockSubscription", "SimClock", "SimTime"]
-
 CLOCK: Final = Topic(ClockMessage, "/clock", qos.CLOCK)
 """The topic that carries simulated time: best effort, keep_last 1."""
 

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
     from actors.runtime.journal import Journal
 
-__all__ = ["CLOSE_FOR", "CLOSE_POLL", "CLOSE_REST", "POLL_SECONDS", "Runner", "StallWatch", "work_of"]
-
 POLL_SECONDS = 0.2
 """Time between two checks of the thread, seconds."""
 CLOSE_POLL = 0.005

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.runtime import Runtime
 
-__all__ = ["PARAMETER_EVENTS", "PARAMETER_SERVICES", "ROSOUT", "TYPE_DESCRIPTION", "StandardEndpoints"]
-
 PARAMETER_SERVICES: Final = (
     "describe_parameters",
     "get_parameter_types",

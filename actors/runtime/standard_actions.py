@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
     from actors.topics.publisher import Publisher
 
-__all__ = ["ACTION_SERVICES", "ACTION_TOPICS", "serve_standard"]
-
 AT_ONCE: Final = 1000
 """How many requests one service of an action handles at once; a `get_result` request waits for the end of its goal."""
 

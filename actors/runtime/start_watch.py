@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from actors.inbox.inbox import Inbox
 
-__all__ = ["HUNG_SECONDS", "StartWatch"]
-
 HUNG_SECONDS = 5.0
 """A start phase that lasts for this long, in seconds, is reported once."""
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from actors.actions.driver import Host
     from actors.logs import NodeLog
 
-__all__ = ["Tasks", "contained"]
-
 
 class Tasks:
     """The tasks of one life that have not ended. The failure of one is that of `host`."""

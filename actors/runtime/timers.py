@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from actors.time.clock import Clock
     from actors.time.ticker import Ticking, TickSource
 
-__all__ = ["Lateness", "NodeTimer", "Rate", "Tick", "TickMissed", "Timer", "TimerRecord", "Timers"]
-
 KEPT = 65536
 """How many measured values of lateness are kept for each timer."""
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from actors.supervision.declarations import DynamicSupervisor, Supervisor
     from actors.supervision.refs import ChildState
 
-__all__ = ["SECOND_SIGNAL_SECONDS", "RunningTree"]
-
 SECOND_SIGNAL_SECONDS = 2.0
 """A second signal within this time, in seconds, kills what is still stopping."""
 

@@ -23,11 +23,9 @@ if TYPE_CHECKING:
     from actors.runtime.node import Node
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
-    from actors.supervision.declarations import Child
+    from actors.supervision.child import Child
     from actors.supervision.refs import ChildState
     from actors.supervision.seam import Life
-
-__all__ = ["UnsupervisedNode", "UnsupervisedNodes"]
 
 
 class UnsupervisedNode:

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from actors.services.introspection import CallEvents
     from actors.services.peers import ServiceCall
 
-__all__ = ["Client"]
-
 Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
 

@@ -17,8 +17,6 @@ from typing import Any, Protocol, TypeAlias
 from actors.inbox.inbox import Inbox, Item
 from actors.services.peers import Caller, Registration
 
-__all__ = ["ServedCall", "cycle_of", "waiting_for"]
-
 AnyFuture: TypeAlias = "asyncio.Future[Any]"
 
 SEEN = 1000

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     from actors.interfaces.message import Message
 
-__all__ = ["AllEvents", "CallEvents", "CallId", "CallStep", "IdentifiedCall", "caller_id"]
-
 CallId = tuple[bytes, int]
 """The identifier of a client, 16 bytes, and the number of one of its calls. Both ends of a call give the same."""
 

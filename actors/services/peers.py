@@ -18,12 +18,6 @@ if TYPE_CHECKING:
     from actors.services.introspection import CallId
     from actors.time.deadlines import Deadlines
 
-__all__ = [
-    "Answering", "Awaited", "Caller", "Elsewhere", "OpenCall", "Registration", "Requester", "ServedName", "ServiceCall", "ServiceName",
-    "ServicePeer",
-    "refuse_cycle", "refuse_other_type",
-]  # fmt: skip
-
 P_co = TypeVar("P_co", covariant=True)
 
 

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message, ServiceType
     from actors.services.introspection import CallEvents, CallId
 
-__all__ = ["Request", "Server"]
-
 LONG = 1.0
 """A request that takes more seconds than this should be a goal of an action."""
 

@@ -13,30 +13,6 @@ from actors.supervision.events import Ended
 from actors.supervision.reasons import ExitReason
 from actors.supervision.report import Context
 
-__all__ = [
-    "Act",
-    "Add",
-    "Adopt",
-    "Answer",
-    "CloseWhenReady",
-    "Confirm",
-    "Drop",
-    "Due",
-    "EndHold",
-    "Forget",
-    "Gone",
-    "Kill",
-    "Restart",
-    "RestartGroup",
-    "ShutDown",
-    "Start",
-    "Stop",
-    "StopNext",
-    "Tell",
-    "Terminate",
-    "Update",
-]
-
 
 class Tell(msgspec.Struct, frozen=True):
     """Report an event of a life."""

@@ -21,8 +21,9 @@ from actors.supervision.acts import (
     Terminate,
     Update,
 )
+from actors.supervision.child import Child
 from actors.supervision.children import Children
-from actors.supervision.declarations import Child, DynamicSupervisor
+from actors.supervision.declarations import DynamicSupervisor
 from actors.supervision.entry import Entry
 from actors.supervision.errors import (
     AlreadyPresent,
@@ -45,8 +46,6 @@ from actors.supervision.events import (
 )
 from actors.supervision.policy import temporary
 from actors.supervision.refs import ChildRef
-
-__all__ = ["REQUESTS", "for_good", "forgotten", "gone"]
 
 
 def _start_child(request: StartChild, children: Children) -> Sequence[Act]:

@@ -23,8 +23,6 @@ from actors.supervision.crossing import HANG_SECONDS, check_crossing, check_proc
 from actors.supervision.declaration import Declaration
 from actors.supervision.policy import Backoff, Kind, Restart, StopTimeout, permanent
 
-__all__ = ["Child", "check_policy"]
-
 
 class Child(Declaration):
     """One supervised node: how to make it, how long it may take to stop, and when to restart it.

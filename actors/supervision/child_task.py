@@ -13,8 +13,6 @@ from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Retur
 from actors.supervision.refs import ChildRef, Down
 from actors.supervision.seam import Declared, Life
 
-__all__ = ["GRACE", "ChildTask", "LeakedChild", "Owner"]
-
 GRACE = 1.0
 """Seconds from the kill of a task to its abandonment, which is reported as `Leaked`."""
 

@@ -12,8 +12,6 @@ from actors.supervision.events import Ended
 from actors.supervision.steps import Steps
 from actors.supervision.window import Window
 
-__all__ = ["Children", "Phase"]
-
 Phase: TypeAlias = Literal["new", "starting", "running", "stopping", "over"]
 
 

@@ -10,8 +10,6 @@ from typing import Final, cast
 from actors.checks import checked_flag, checked_sequence, factory_name, is_number, shown
 from actors.errors import DeclarationError, described
 
-__all__ = ["HANG_SECONDS", "check_crossing", "check_process", "checked_hosts", "why_crossing"]
-
 HANG_SECONDS: Final = 5.0
 """How long the event loop of a process may stand still before the process is killed, unless declared otherwise; seconds."""
 _SCRIPT: Final = "another machine does not have this script"

@@ -32,8 +32,6 @@ from actors.supervision.events import AllReady, Ended, Event, KillAsked, Ready, 
 from actors.supervision.policy import all_significant, any_significant, one_for_all, one_for_one, permanent, temporary
 from actors.supervision.reasons import ExitReason, Killed, Returned, cause_of, is_abnormal
 
-__all__ = ["decide"]
-
 STOP_NEXT: Final = StopNext()
 ONLY_STOP_NEXT: Final = (STOP_NEXT,)  # the answer to most ends while a supervisor stops, made once
 

@@ -6,8 +6,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, ClassVar, Self, TypeVar
 
-__all__ = ["Declaration"]
-
 D = TypeVar("D", bound="Declaration")
 
 

@@ -32,39 +32,10 @@ from actors.supervision.policy import (
     Restart,
     StopTimeout,
     Strategy,
-    all_significant,
-    any_significant,
     never,
-    one_for_all,
     one_for_one,
     permanent,
-    rest_for_one,
-    temporary,
-    transient,
 )
-
-__all__ = [
-    "AutoShutdown",
-    "Backoff",
-    "Child",
-    "DynamicSupervisor",
-    "Intensity",
-    "Kind",
-    "Restart",
-    "Spec",
-    "StopTimeout",
-    "Strategy",
-    "Supervisor",
-    "all_significant",
-    "any_significant",
-    "never",
-    "one_for_all",
-    "one_for_one",
-    "permanent",
-    "rest_for_one",
-    "temporary",
-    "transient",
-]
 
 
 class Supervisor(Declaration):

@@ -11,8 +11,6 @@ from actors.supervision.declarations import Spec
 from actors.supervision.policy import Backoff
 from actors.supervision.refs import ChildInfo, ChildRef, ChildState
 
-__all__ = ["Entry", "Intent"]
-
 Intent: TypeAlias = Literal["", "start", "restart"]
 """What is due for a child that is not ready: nothing, its first or requested start, or an automatic restart. It stays set until
 the child is ready, so that a start that is interrupted or fails is not forgotten."""

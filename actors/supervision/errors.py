@@ -6,20 +6,6 @@ from actors.errors import ActorError
 from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildRef, Down
 
-__all__ = [
-    "AlreadyPresent",
-    "AlreadyStarted",
-    "LinkBroken",
-    "NotFound",
-    "Restarting",
-    "Running",
-    "StartFailed",
-    "SupervisionError",
-    "SupervisorDown",
-    "SupervisorGaveUp",
-    "TooManyChildren",
-]
-
 
 class SupervisionError(ActorError):
     """Base of the errors that a supervisor raises."""

@@ -12,23 +12,6 @@ from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
 from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildRef
 
-__all__ = [
-    "AllReady",
-    "DeleteChild",
-    "Ended",
-    "Event",
-    "KillAsked",
-    "Ready",
-    "Reconfigure",
-    "ReplaceFactory",
-    "Request",
-    "RestartChild",
-    "Spawn",
-    "StartChild",
-    "StopAsked",
-    "TerminateChild",
-]
-
 
 class Ready(msgspec.Struct, frozen=True, gc=False):
     """A life has called `started()`: its start phase is over."""

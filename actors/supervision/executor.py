@@ -13,10 +13,11 @@ from typing import Any, TypeAlias, TypeVarTuple
 from actors.shield import see_through, shield
 from actors.supervision import acts
 from actors.supervision.acts import Act
+from actors.supervision.child import Child
 from actors.supervision.child_task import ChildTask, LeakedChild
 from actors.supervision.children import Children
 from actors.supervision.decide import decide
-from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.entry import Entry
 from actors.supervision.errors import StartFailed
 from actors.supervision.events import AllReady, Ended, Event, KillAsked, Ready, Request, StopAsked
@@ -25,8 +26,6 @@ from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildRef, Down
 from actors.supervision.report import Context, Report
 from actors.supervision.seam import Life, Runtime
-
-__all__ = ["Caller", "Executor", "Nest"]
 
 Args = TypeVarTuple("Args")
 

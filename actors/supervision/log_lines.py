@@ -8,8 +8,6 @@ from actors.logs.levels import Level
 from actors.supervision.reasons import Returned, Stopped, is_abnormal
 from actors.supervision.report import Report
 
-__all__ = ["log_line"]
-
 
 def log_line(report: Report, ended_at: float | None) -> tuple[int, str, dict[str, Any]]:
     """The level, the text and the fields of a report's log line. `ended_at` is the loop time at which the child's last life ended, or None.

@@ -11,25 +11,6 @@ import msgspec
 from actors.checks import is_number, is_whole
 from actors.errors import DeclarationError
 
-__all__ = [
-    "AutoShutdown",
-    "Backoff",
-    "Intensity",
-    "Kind",
-    "Restart",
-    "StopTimeout",
-    "Strategy",
-    "all_significant",
-    "any_significant",
-    "never",
-    "one_for_all",
-    "one_for_one",
-    "permanent",
-    "rest_for_one",
-    "temporary",
-    "transient",
-]
-
 Restart: TypeAlias = Literal["permanent", "transient", "temporary"]
 """When a child that has ended is started again."""
 permanent: Final = "permanent"

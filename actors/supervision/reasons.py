@@ -8,20 +8,6 @@ import msgspec
 
 from actors.errors import described
 
-__all__ = [
-    "ExitReason",
-    "Failed",
-    "Gone",
-    "Killed",
-    "Leaked",
-    "Returned",
-    "Skip",
-    "Stop",
-    "Stopped",
-    "cause_of",
-    "is_abnormal",
-]
-
 
 class Stop(Exception):
     """Raise it in a node to end its incarnation in order ('shutdown'). A transient node is not restarted after it."""

@@ -9,8 +9,6 @@ import msgspec
 from actors.supervision.policy import Kind
 from actors.supervision.reasons import ExitReason, Gone
 
-__all__ = ["ChildInfo", "ChildRef", "ChildState", "Counts", "Down"]
-
 
 class ChildRef(msgspec.Struct, frozen=True):
     """A reference to one incarnation of one child. It equals only references to the same incarnation, even if the id is used again.

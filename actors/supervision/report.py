@@ -10,8 +10,6 @@ from actors.supervision.policy import Restart
 from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildRef
 
-__all__ = ["Context", "Report"]
-
 Context: TypeAlias = Literal["child_terminated", "start_error", "shutdown_error", "shutdown", "progress", "unexpected"]
 """The kind of a report.
 

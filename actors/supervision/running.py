@@ -28,8 +28,6 @@ from actors.supervision.refs import ChildInfo, ChildRef, ChildState, Counts, Dow
 from actors.supervision.seam import ChildStatus, Life, Runtime, is_subtree
 from actors.supervision.watching import complete_on_end, share_fate
 
-__all__ = ["LeakedChild", "Path", "RunningSupervisor"]
-
 Path: TypeAlias = str | Sequence[str]
 """The path from a supervisor down to a descendant: "gaits/walk", or ("gaits", "walk")."""
 

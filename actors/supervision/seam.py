@@ -11,11 +11,10 @@ from collections.abc import Callable, Sequence
 from random import Random
 from typing import Protocol, TypeGuard
 
-from actors.supervision.declarations import Child, Spec, Supervisor
+from actors.supervision.child import Child
+from actors.supervision.declarations import Spec, Supervisor
 from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
-
-__all__ = ["ChildStatus", "Declared", "Life", "Runtime", "Subtree", "is_subtree"]
 
 
 class Declared(Protocol):

@@ -8,8 +8,6 @@ from collections.abc import Iterable
 
 from actors.supervision.entry import Entry
 
-__all__ = ["Steps"]
-
 
 class Steps:
     """A queue of stops, the last child first, and of starts, the first child first. All stops come before the starts.

@@ -9,8 +9,6 @@ from actors.supervision.errors import LinkBroken
 from actors.supervision.reasons import Gone, is_abnormal
 from actors.supervision.refs import Down
 
-__all__ = ["complete_on_end", "share_fate"]
-
 
 def complete_on_end(incarnation: ChildTask, future: asyncio.Future[Down]) -> None:
     """Complete `future` with the notice of the incarnation's end. The watch ends when the future is done or canceled."""

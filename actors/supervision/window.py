@@ -6,8 +6,6 @@ from collections import deque
 
 from actors.supervision.policy import Intensity
 
-__all__ = ["Window"]
-
 
 class Window:
     """The times of the restarts in the last `within` seconds. A restart exactly `within` seconds old still counts.

@@ -6,11 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from actors.hosts.simulated import SimulatedHosts
+    from actors.testing.failures import ExpectedFailure, UnexpectedFailure
     from actors.testing.lab import Lab
-    from actors.testing.rig import ExpectedFailure, Leak, Probe, Rig, UnexpectedFailure
+    from actors.testing.leaks import Leak
+    from actors.testing.probe import Probe
+    from actors.testing.rig import Rig
     from actors.testing.simulation.decorator import scenario
     from actors.testing.simulation.invariants import Invariant
-    from actors.time.virtual_loop import Deadlock, Livelock, Stalled, VirtualLoop
+    from actors.time.deadlock import Deadlock, Livelock, Stalled
+    from actors.time.virtual_loop import VirtualLoop
     from actors.transport.simulated.conditions import Conditions
 
 __all__ = [
@@ -36,7 +40,11 @@ def __getattr__(name: str) -> Any:
         from actors.time import virtual_loop as loop
 
         return getattr(loop, name)
-    if name in ("ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure"):
+    if name in ("ExpectedFailure", "UnexpectedFailure"):
+        from actors.testing import failures
+
+        return getattr(failures, name)
+    if name in ("Leak", "Probe", "Rig"):
         from actors.testing import rig
 
         return getattr(rig, name)

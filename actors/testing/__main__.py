@@ -5,8 +5,6 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-__all__ = ["run"]
-
 USAGE = "usage: python -m actors.testing explore MODULE:TREE [options]; -h after `explore` shows them"
 
 

@@ -36,8 +36,6 @@ from actors.testing.simulation.search import Finding, search
 from actors.testing.simulation.trial import Scenario, Trial
 from actors.time.virtual_loop import VirtualLoop
 
-__all__ = ["LIMIT", "body_of", "main", "scenario_of"]
-
 SHOWN_LINES = 8
 """The number of log lines shown with a failure, newest last. A replay shows more."""
 LIMIT = 300.0

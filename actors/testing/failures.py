@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from actors.supervision.report import Report
     from actors.system import System
 
-__all__ = ["ExpectedFailure", "FailureWatch", "UnexpectedFailure"]
-
 Kinds = type[BaseException] | tuple[type[BaseException], ...]
 
 

@@ -7,19 +7,6 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Final, Literal, Protocol, TypeAlias, cast, get_args
 
-__all__ = [
-    "CLOCK",
-    "OF_NETWORK",
-    "ON_LINKS",
-    "ROUTER",
-    "Fault",
-    "Kind",
-    "Possible",
-    "Profile",
-    "drawn_seconds",
-    "parse",
-]
-
 Kind: TypeAlias = Literal[
     "lose", "delay", "duplicate", "swap", "freeze", "nan", "crash", "kill", "slow-start", "slow-handler", "slow-step", "clock-jump",
     "cut", "link-loss", "link-delay", "link-duplicate", "link-reorder", "host-crash", "router-stop", "clock-offset",

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from actors.bag import FlightRecorder
 
-__all__ = ["OPTION", "flight_path", "save_flight"]
-
 OPTION = "flight_records"
 """The name of the ini option; on the command line it is ``--flight-records``."""
 LONGEST_NAME = 150

@@ -10,8 +10,6 @@ from actors.testing.orders import order_of
 from actors.time.handles import is_dead
 from actors.time.virtual_loop import Entry, VirtualLoop
 
-__all__ = ["FuzzLoop"]
-
 
 class FuzzLoop(VirtualLoop):
     """A `VirtualLoop` in which `seed` chooses the order of task steps that are ready together and of deadlines at the same instant.

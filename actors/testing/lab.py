@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from actors.supervision.declarations import Spec
     from actors.testing.fault_values import Fault
 
-__all__ = ["Lab"]
-
 
 @dataclass(eq=False, slots=True)
 class _Machine:

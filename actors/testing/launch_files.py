@@ -17,8 +17,6 @@ import pytest
 if TYPE_CHECKING:
     from actors.launch.testing import LaunchTest
 
-__all__ = ["LaunchTestFile", "launch_test_file"]
-
 ORIGINAL = "launch_testing"
 """The package whose plugin collects these files, where it is installed."""
 

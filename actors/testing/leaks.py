@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from actors.system import System
     from actors.time.virtual_loop import VirtualLoop
 
-__all__ = ["Leak", "LeakWatch"]
-
 ENDING_SECONDS = 0.5
 """How long, in seconds of real time, a thread may take to end before it counts as left over."""
 

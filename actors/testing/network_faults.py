@@ -12,10 +12,6 @@ from typing import Final
 
 from actors.testing.fault_values import ROUTER, Fault, Kind, Possible, Profile, drawn_seconds
 
-__all__ = [
-    "NETWORK_KINDS", "ClockOffset", "Cut", "HostCrash", "LinkDelay", "LinkDuplicate", "LinkLoss", "LinkReorder", "OfNetwork", "RouterStop",
-]  # fmt: skip
-
 ONE_WAY = 0.3
 """How many of the faults of links are in one direction only."""
 

@@ -16,8 +16,6 @@ from weakref import WeakKeyDictionary
 
 from actors.time.handles import owner
 
-__all__ = ["ByPriority", "Order", "Shuffled", "order_of"]
-
 HELD_BACK = 0.25
 """The share of turns in which only one of the ready steps runs, so that one task gets ahead of the others."""
 

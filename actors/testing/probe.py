@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
 
-__all__ = ["Probe"]
-
 M = TypeVar("M", bound="Message")
 
 

@@ -32,9 +32,9 @@ from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.runtime.placement import HERE, Placement
 from actors.runtime.record import UNSUPERVISED, NodeRecord
-from actors.supervision.declarations import Child
+from actors.supervision.child import Child
 from actors.system import System
-from actors.testing.failures import ExpectedFailure, FailureWatch, UnexpectedFailure
+from actors.testing.failures import ExpectedFailure, FailureWatch
 from actors.testing.leaks import Leak, LeakWatch
 from actors.testing.probe import Probe
 from actors.time.virtual_loop import VirtualLoop
@@ -55,8 +55,6 @@ if TYPE_CHECKING:
     from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
     from actors.transport.protocol import Transport
-
-__all__ = ["ExpectedFailure", "Leak", "Probe", "Rig", "UnexpectedFailure", "quiet", "virtual_loop"]
 
 M = TypeVar("M", bound="Message")
 G = TypeVar("G", bound="Message")

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.interfaces.std_msgs.msg import Header
 
-__all__ = ["WAIT", "Instant", "comes", "header_of", "instant_asked", "refuse_wait", "seconds_of"]
-
 Instant: TypeAlias = Stamp | None
 """A `Time`, the stamp of a message, or None. None and the time 0 ask for the latest time at which all transforms on the way are known."""
 

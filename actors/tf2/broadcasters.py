@@ -11,8 +11,6 @@ from actors.qos import STATE
 from actors.qos.policies import Durability, QoS
 from actors.runtime.node import Node
 
-__all__ = ["TF", "TF_STATIC", "StaticTransformBroadcaster", "TransformBroadcaster"]
-
 TF = Topic(TFMessage, "/tf", QoS(depth=100))
 """Transforms that change."""
 TF_STATIC = Topic(TFMessage, "/tf_static", QoS(depth=100, durability=Durability.TRANSIENT_LOCAL))

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
     from actors.runtime.node import Node
 
-__all__ = ["FRAMES", "Buffer"]
-
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")
 

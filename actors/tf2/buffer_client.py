@@ -30,8 +30,6 @@ from actors.time.values import Duration, stamp_of
 if TYPE_CHECKING:
     from actors.runtime.node import Node
 
-__all__ = ["ERRORS", "LOOKUP", "BufferClient"]
-
 M = TypeVar("M", bound=Message)
 
 LOOKUP = Action(LookupTransform, "tf2_buffer_server")

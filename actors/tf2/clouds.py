@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from actors.tf2.transform import Transform
 
-__all__ = ["transformed"]
-
 FLOATS = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
 
 

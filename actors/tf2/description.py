@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from actors.tf2.track import Track
 
-__all__ = ["Frame", "as_dot", "as_text", "as_yaml", "frames"]
-
 SHORTEST = 1e-4
 """The rate of transforms is counted over at least this interval, seconds."""
 

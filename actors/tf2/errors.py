@@ -4,19 +4,6 @@ from __future__ import annotations
 
 from actors.errors import ActorError
 
-__all__ = [
-    "BackwardExtrapolationException",
-    "ConnectivityException",
-    "DescriptionError",
-    "ExtrapolationException",
-    "ForwardExtrapolationException",
-    "InvalidArgumentException",
-    "LookupException",
-    "NoDataForExtrapolationException",
-    "TimeoutException",
-    "TransformException",
-]
-
 
 class TransformException(ActorError):
     """Base of all errors of `actors.tf2`."""

@@ -19,8 +19,6 @@ from actors.tf2.errors import (
 from actors.tf2.track import Track, seconds
 from actors.tf2.transform import Transform
 
-__all__ = ["FrameTree"]
-
 IDENTITY = Transform()
 
 

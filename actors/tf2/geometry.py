@@ -11,8 +11,6 @@ from actors.interfaces.sensor_msgs.msg import PointCloud2
 from actors.suggest import did_you_mean
 from actors.tf2.transform import Transform
 
-__all__ = ["do_transform"]
-
 M = TypeVar("M", bound=Message)
 
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from actors.runtime.node import Node
     from actors.topics.stream import Stream
 
-__all__ = ["TransformListener"]
-
 AUTHORITY = "default_authority"
 """What ROS 2 writes: a message does not say who sent it."""
 

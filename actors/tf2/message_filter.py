@@ -15,8 +15,6 @@ from actors.time.values import Time
 if TYPE_CHECKING:
     from actors.tf2.buffer import Buffer
 
-__all__ = ["FilterFailureReason", "MessageFilter"]
-
 M = TypeVar("M")
 
 QUEUE_SIZE = 100

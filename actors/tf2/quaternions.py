@@ -5,8 +5,6 @@ from __future__ import annotations
 from math import acos, asin, atan2, copysign, cos, hypot, pi, sin
 from typing import TypeAlias
 
-__all__ = ["Quad", "Triple", "between", "of_rpy", "product", "rotated", "rotation_vector", "rpy_of", "unit"]
-
 Triple: TypeAlias = tuple[float, float, float]
 """x, y, z."""
 Quad: TypeAlias = tuple[float, float, float, float]

@@ -12,8 +12,6 @@ from actors.tf2.errors import (
 )
 from actors.tf2.transform import Transform
 
-__all__ = ["Step", "Track", "seconds"]
-
 Step: TypeAlias = tuple[str, Transform]
 """A parent frame, and what takes points of the child to it."""
 

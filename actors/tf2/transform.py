@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from actors.interfaces.builtin_interfaces.msg import Time
 
-__all__ = ["Transform", "stamped"]
-
 SHORTEST = 1e-6
 """A quaternion shorter than this has no direction: most often it was never set."""
 

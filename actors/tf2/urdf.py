@@ -13,8 +13,6 @@ from actors.tf2.errors import DescriptionError
 from actors.tf2.quaternions import Triple
 from actors.tf2.transform import Transform
 
-__all__ = ["Joint", "JointKind", "Mimic", "joints_of"]
-
 JointKind: TypeAlias = Literal["fixed", "revolute", "continuous", "prismatic", "floating", "planar"]
 """The kinds of joints of a URDF. The last two have more than one position: whoever knows it publishes their transform."""
 

@@ -6,8 +6,6 @@ from actors.interfaces.geometry_msgs.msg import Twist, Vector3, VelocityStamped
 from actors.tf2.quaternions import Triple, product, rotation_vector
 from actors.tf2.transform import Transform
 
-__all__ = ["velocity_in"]
-
 
 def velocity_in(
     message: VelocityStamped,

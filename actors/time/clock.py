@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 
-__all__ = ["Clock"]
-
 
 class Clock:
     """The clock of one system. It follows the event loop, so it is virtual on a virtual loop.

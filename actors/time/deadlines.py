@@ -15,8 +15,6 @@ from typing import Any, Protocol
 
 from actors.checks import is_number
 
-__all__ = ["Deadlines", "Waiting", "check_timeout"]
-
 FEW = 64
 """The number of answered calls that a queue may hold in addition to the waiting ones, and the number searched for a cycle."""
 

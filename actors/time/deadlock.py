@@ -15,20 +15,6 @@ import anyio
 from actors.places import Place, parked, users_own
 from actors.time.handles import owner
 
-__all__ = [
-    "BUSY_SOCKETS",
-    "DEADLOCK",
-    "LIVELOCK",
-    "NO_INPUT",
-    "STALLED",
-    "Deadlock",
-    "Livelock",
-    "Stalled",
-    "parked_frames",
-    "report",
-    "seconds",
-]
-
 _LIBRARIES = tuple(os.path.join(os.path.abspath(path), "") for path in (*asyncio.__path__, *anyio.__path__))
 _MOST = 20
 """The maximum number of tasks described in a report."""

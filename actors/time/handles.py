@@ -12,8 +12,6 @@ from collections.abc import Callable
 from contextvars import Context, copy_context
 from typing import Any
 
-__all__ = ["SoonHandle", "Timer", "checked_timer", "is_dead", "owner", "run_watched"]
-
 
 class SoonHandle(asyncio.Handle):
     """The handle returned by `call_soon`. Attributes that are only used in debug mode are constants of the class."""

@@ -19,8 +19,6 @@ from typing import Any, Final
 
 from actors.time.real_loop import waking
 
-__all__ = ["Lockstep", "Simulated", "lockstep_of"]
-
 BEHIND: Final = 0.05
 """Seconds that the loop makes up for when it is late; what is more is lost to simulated time."""
 TURNS: Final = 32

@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from typing import NamedTuple
 
-__all__ = ["Processor", "Share", "is_runnable"]
-
 
 class Share(NamedTuple):
     """Of one thread since it began, in seconds."""

@@ -7,8 +7,6 @@ import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
-__all__ = ["new_event_loop", "waking"]
-
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
     """Create an event loop for real time. Pass this function as `loop_factory` to `asyncio.Runner` or `anyio.run`.

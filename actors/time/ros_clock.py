@@ -12,17 +12,6 @@ from typing import NamedTuple
 
 from actors.time.values import ClockType, Duration, Time
 
-__all__ = [
-    "ClockChange",
-    "JumpHandle",
-    "JumpThreshold",
-    "RosClock",
-    "TimeJump",
-    "TimerCall",
-    "TimerCanceled",
-    "TimerGrid",
-]
-
 
 class ClockChange(StrEnum):
     """The cause of a time jump: simulated time was switched on or off, or the time itself was set."""

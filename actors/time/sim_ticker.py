@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 from actors.time.ros_clock import RosClock, TimerGrid
 
-__all__ = ["SimTick", "SimTicker"]
-
 
 class SimTick:
     """One periodic callback of a `SimTicker`. Its period is a whole number of nanoseconds, as in ROS 2."""

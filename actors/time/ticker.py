@@ -9,8 +9,6 @@ from contextvars import copy_context
 from heapq import heapify, heappop, heappush, heapreplace
 from typing import Protocol, TypeAlias
 
-__all__ = ["TickHandle", "TickSource", "Ticker", "Ticking"]
-
 
 class Ticking(Protocol):
     """The source of one timer's ticks: a `TickHandle`, or under simulated time a `SimTick`."""

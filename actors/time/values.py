@@ -11,15 +11,6 @@ if TYPE_CHECKING:
     from actors.interfaces.builtin_interfaces.msg import Duration as DurationMessage
     from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 
-__all__ = [
-    "ClockType",
-    "Duration",
-    "SecNanosec",
-    "Time",
-    "nanoseconds_of",
-    "stamp_of",
-]
-
 NANOSECONDS: Final = 1_000_000_000
 _INT64_MIN: Final = -(2**63)
 _INT64_MAX: Final = 2**63 - 1

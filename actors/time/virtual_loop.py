@@ -42,8 +42,6 @@ from actors.waiting import wake
 if TYPE_CHECKING:
     import selectors
 
-__all__ = ["Deadlock", "Livelock", "Stalled", "VirtualLoop"]
-
 _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")
 _Item: TypeAlias = "Future[None] | asyncio.TimerHandle"

@@ -19,8 +19,6 @@ from anyio.lowlevel import _run_vars
 
 from actors.time.deadlock import parked_frames
 
-__all__ = ["OutsideWork"]
-
 # typeshed's `classmethod` hides the function below it.
 _ANYIO_CALL = anyio_backend.AsyncIOBackend.run_sync_in_worker_thread.__func__.__code__  # type: ignore[attr-defined]
 

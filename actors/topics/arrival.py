@@ -9,8 +9,6 @@ from actors.interfaces.cdr import decode, encode
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
 
-__all__ = ["Arrival", "UndecodedTarget"]
-
 
 class Arrival:
     """A message, as an object or in CDR: whichever there was first. The other is made when it is asked for, once for all who ask.

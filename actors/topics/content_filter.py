@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
 
-__all__ = ["ContentFilter", "InvalidFilter"]
-
 _Value: TypeAlias = Callable[[Any], Any]
 _Test: TypeAlias = Callable[[Any], bool]
 

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, TopicRegistry
 
-__all__ = ["Endpoint", "nanoseconds"]
-
 
 def nanoseconds(duration: float | None) -> int | None:
     """Convert a duration of a QoS profile from seconds to whole nanoseconds, rounded up; None for an infinite or unspecified one."""

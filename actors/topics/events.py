@@ -21,8 +21,6 @@ from actors.waiting import Waiters
 if TYPE_CHECKING:
     from actors.qos.events import DeadlineWatch, LeaseWatch
 
-__all__ = ["EndpointEvents", "EventSource", "EventStream", "close_forgotten"]
-
 E = TypeVar("E")
 
 

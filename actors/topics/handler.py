@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, TopicRegistry
 
-__all__ = ["ConcurrentSubscription", "Handler", "HandlerSubscription", "Spawn"]
-
 M = TypeVar("M", bound="Message")
 
 Handler: TypeAlias = Callable[[M], Awaitable[None] | None]

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.arrival import Arrival
 
-__all__ = ["Elsewhere", "Participant", "Peer", "PublisherPeer", "SubscriptionPeer", "Target", "TopicRegistry"]
-
 Target: TypeAlias = Callable[[Any], None]
 """Receives each message of a publisher, immediately and in order. It never blocks and never raises.
 

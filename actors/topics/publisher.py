@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, SubscriptionPeer, Target, TopicRegistry
 
-__all__ = ["Publisher"]
-
 M = TypeVar("M", bound="Message")
 
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from actors.topics.content_filter import ContentFilter
     from actors.topics.peers import Participant, PublisherPeer, Target, TopicRegistry
 
-__all__ = ["Stream", "StreamSubscription"]
-
 M = TypeVar("M", bound="Message")
 
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, PublisherPeer, Target, TopicRegistry
 
-__all__ = ["Subscription"]
-
 M = TypeVar("M", bound="Message")
 
 

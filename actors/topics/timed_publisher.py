@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, Target, TopicRegistry
 
-__all__ = ["TimedPublisher", "publisher_for"]
-
 M = TypeVar("M", bound="Message")
 
 

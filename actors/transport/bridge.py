@@ -14,22 +14,16 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from actors.inbox.border import outside
 from actors.transport.cycles import Cycles
-from actors.transport.environment import domain_from_environment
+from actors.transport.domain_id import domain_from_environment
 from actors.transport.figures import Teller
 from actors.transport.format.errors import WireFormatError
+from actors.transport.format.tokens import EndpointKind
 from actors.transport.local_actions import Actions
 from actors.transport.local_clients import Clients
 from actors.transport.local_services import Services
 from actors.transport.local_side import LocalSide
 from actors.transport.local_topics import LocalPublisher, Topics
-from actors.transport.protocol import (
-    EndpointKind,
-    PublisherHere,
-    RemoteEndpoint,
-    RemoteNode,
-    Transport,
-    WireUnavailable,
-)
+from actors.transport.protocol import PublisherHere, RemoteEndpoint, RemoteNode, Transport, WireUnavailable
 from actors.transport.standard_names import standard_publishers, standard_services
 
 if TYPE_CHECKING:
@@ -40,8 +34,6 @@ if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
-
-__all__ = ["Bridge", "connect"]
 
 TOPICS: Final = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 

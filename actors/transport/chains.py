@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from actors.services.peers import Caller, OpenCall
     from actors.time.deadlines import Deadlines
 
-__all__ = ["NodesHere", "RemoteCaller", "Waits", "chain_of", "waits_of"]
-
 
 class NodesHere(Protocol):
     """Knows the nodes of this process."""

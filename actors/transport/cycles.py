@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from actors.services.peers import Caller, OpenCall
     from actors.transport.local_side import LocalSide
 
-__all__ = ["Cycles"]
-
 
 class Cycles:
     """The part of one system in finding them.

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-__all__ = ["MOST_DOMAIN", "domain_from_environment"]
-
 MOST_DOMAIN: Final = 232
 """The highest number of a domain in ROS 2."""
 

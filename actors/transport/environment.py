@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from actors.transport.protocol import Transport
     from actors.transport.security import Security
 
-__all__ = ["domain_from_environment", "security_from_environment", "transport_from_environment"]
-
 VARIABLE: Final = "RMW_IMPLEMENTATION"
 ZENOH: Final = "rmw_zenoh_cpp"
 CYCLONE: Final = "rmw_cyclonedds_cpp"

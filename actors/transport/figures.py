@@ -26,20 +26,6 @@ if TYPE_CHECKING:
     from actors.transport.local_side import LocalSide
     from actors.transport.protocol import PublisherHere
 
-__all__ = [
-    "FIGURES",
-    "PERIOD",
-    "HandlerFigures",
-    "LeaseFigures",
-    "NodeFigures",
-    "ProcessFigures",
-    "QueueFigures",
-    "ServedFigures",
-    "Teller",
-    "TimerFigures",
-    "process_figures",
-]
-
 PERIOD: Final = 1.0
 """Seconds from one report of a process to the next, while it is watched."""
 

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from actors.transport.local_topics import Topics
     from actors.transport.protocol import RemoteEndpoint, RemoteNode
 
-__all__ = ["Actions"]
-
 ACTION: Final = "/_action/"
 PARTS: Final = ("send_goal", "get_result", "cancel_goal")
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from actors.transport.local_side import LocalSide
     from actors.transport.protocol import Answer, Handle, RemoteEndpoint
 
-__all__ = ["Client", "Clients"]
-
 
 class Client:
     """One client of one node: its requests are numbered from 1."""

@@ -16,7 +16,7 @@ from actors.transport.chains import RemoteCaller
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
 from actors.transport.format.replies import write_reply_error
-from actors.transport.protocol import EndpointKind
+from actors.transport.format.tokens import EndpointKind
 from actors.transport.remote_services import RemoteServer
 from actors.transport.types_here import type_info
 
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from actors.transport.local_clients import Clients
     from actors.transport.local_side import LocalSide
     from actors.transport.protocol import EndpointHere, RemoteEndpoint, Request
-
-__all__ = ["Asked", "Services", "Shown"]
 
 
 class Asked:

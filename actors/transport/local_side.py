@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from actors.runtime.runtime import Runtime
     from actors.transport.protocol import NodeHere, Participant, Transport
 
-__all__ = ["LocalSide"]
-
 
 class LocalSide:
     """One system on the network: its transport, and its nodes.

@@ -10,7 +10,8 @@ from actors.interfaces.foreign import ForeignType
 from actors.qos import DEFAULT
 from actors.topics.endpoint import nanoseconds
 from actors.topics.peers import PublisherPeer, Target
-from actors.transport.protocol import EndpointHere, EndpointKind, PublisherHere, RemoteEndpoint
+from actors.transport.format.tokens import EndpointKind
+from actors.transport.protocol import EndpointHere, PublisherHere, RemoteEndpoint
 from actors.transport.remote_topics import RemotePublisher, RemoteSubscription
 from actors.transport.types_here import type_info
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import SubscriptionPeer
     from actors.transport.local_side import LocalSide
-
-__all__ = ["LocalPublisher", "Topics"]
 
 _MOST_LEFT: Final = 1000
 """Publishers whose numbers are remembered while they are not there."""

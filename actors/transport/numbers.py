@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["Numbers"]
-
 _FAR: Final = 10_000
 """What is behind by more than so many is none of the messages that a publisher keeps and sends again."""
 _MOST_LOST: Final = 10_000_000

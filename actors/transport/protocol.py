@@ -28,32 +28,6 @@ from typing import Any, Final, NamedTuple, Protocol, TypeAlias
 from actors.qos.policies import QoS
 from actors.transport.format.tokens import EndpointKind
 
-__all__ = [
-    "PATIENCE",
-    "Answer",
-    "ClientHere",
-    "EndpointHere",
-    "EndpointKind",
-    "Events",
-    "Failed",
-    "Handle",
-    "Link",
-    "NoAnswer",
-    "NodeHere",
-    "Participant",
-    "PublisherHere",
-    "RemoteEndpoint",
-    "RemoteNode",
-    "Replied",
-    "Request",
-    "Take",
-    "Transport",
-    "TypeInfo",
-    "WireUnavailable",
-    "next_look",
-]
-
-
 PATIENCE: Final = 1 / 60
 """For how long a message may wait for others that is shown to somebody, in seconds: one picture of a screen."""
 

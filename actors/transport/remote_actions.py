@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from actors.transport.local_side import LocalSide
     from actors.transport.protocol import EndpointHere, RemoteEndpoint, RemoteNode, Take
 
-__all__ = ["RemoteActionServer"]
-
 
 class RemoteActionServer:
     """A server of an action in another process.

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from actors.services.peers import Caller
     from actors.transport.local_clients import Clients
 
-__all__ = ["RemoteServer", "Server", "failure_of"]
-
 _LONGEST: Final = {"type_description_interfaces/srv/GetTypeDescription": 2 << 20}
 """The longest replies, in bytes, of services that are asked of nodes that nobody here has chosen. What is longer is not read."""
 _DROPPED: Final = (

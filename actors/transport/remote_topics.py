@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from actors.topics.peers import Participant, PublisherPeer, SubscriptionPeer, Target, TopicRegistry
     from actors.transport.local_side import LocalSide
 
-__all__ = ["RemotePublisher", "RemoteSubscription"]
-
 MessageType: TypeAlias = "type[Message]"
 
 

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.runtime.incarnation import Incarnation
 
-__all__ = ["Standard", "standard_publishers", "standard_services"]
-
 
 class Standard(NamedTuple):
     """A standard endpoint of a node: its full name, its type and its quality of service."""

@@ -7,8 +7,6 @@ from typing import Any, Final
 from actors.interfaces.hashes import type_hash
 from actors.transport.protocol import TypeInfo
 
-__all__ = ["type_info"]
-
 _BYTES: Final = ("uint8", "int8", "byte", "char")
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-__all__ = ["Unreadable"]
-
 _PLACES: Final = 1000
 """So many places are remembered; what comes at others is only counted, so that a stranger can fill neither the memory nor the log."""
 

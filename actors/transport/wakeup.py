@@ -12,8 +12,6 @@ from typing import Any, Final
 from actors.time.real_loop import waking
 from actors.transport.protocol import next_look
 
-__all__ = ["Wakeup"]
-
 _CALLS: Final = 512
 _SECONDS: Final = 0.002
 """The most calls, and about the longest time, within one turn of the loop. Whatever else is ready then has its turn."""

@@ -9,8 +9,6 @@ from contextlib import suppress
 from queue import SimpleQueue
 from typing import TypeVar
 
-__all__ = ["Worker"]
-
 T = TypeVar("T")
 
 

@@ -14,8 +14,6 @@ from cli.graph import looking
 from cli.graph.seen import Seen
 from cli.graph.view import absolute
 
-__all__ = ["ask", "found_node", "node_names"]
-
 LOOK = 0.05
 """Seconds between two looks for a node."""
 

@@ -11,8 +11,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
 
-__all__ = ["LATE", "QUIET", "late", "settle"]
-
 LATE: Final = 1.0
 """Seconds for which something that is asked for by its name is waited for at least."""
 

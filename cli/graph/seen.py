@@ -15,9 +15,6 @@ from actors.transport import WireUnavailable, transport_from_environment
 from cli.command import CommandFailed
 from cli.graph.looking import late, settle
 from cli.graph.types import learn_folders
-from cli.parsing import add_graph_options
-
-__all__ = ["Seen", "add_graph_options", "seen"]
 
 
 class Seen:

@@ -17,10 +17,6 @@ if TYPE_CHECKING:
     from actors import Node, System
     from cli.graph.seen import Seen
 
-__all__ = [
-    "INVALID", "Uses", "action_type", "fetched", "foreign_uses", "learn_folders", "message_type", "resolved", "service_type",
-]  # fmt: skip
-
 T = TypeVar("T")
 Uses = Callable[[], Iterable[tuple[str, Any]]]
 """Gives the nodes that use a name now, each with the type that it has there. An action's is known better once its type is known here."""

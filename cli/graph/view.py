@@ -14,23 +14,11 @@ from typing import NamedTuple
 
 from actors.names.names import InvalidName, is_hidden, validate_full_name
 from actors.transport import WireUnavailable, transport_from_environment
-from actors.transport.environment import domain_from_environment
-from actors.transport.protocol import EndpointKind, Participant, PublisherHere, RemoteEndpoint, RemoteNode, Transport
+from actors.transport.domain_id import domain_from_environment
+from actors.transport.format.tokens import EndpointKind
+from actors.transport.protocol import Participant, PublisherHere, RemoteEndpoint, RemoteNode, Transport
 from cli.command import CommandFailed
 from cli.graph.looking import late, settle
-
-__all__ = [
-    "CLIENT",
-    "PUBLISHER",
-    "SERVER",
-    "SUBSCRIPTION",
-    "Endpoint",
-    "GraphView",
-    "absolute",
-    "look",
-    "transport_of",
-    "watching",
-]
 
 PUBLISHER, SUBSCRIPTION, SERVER, CLIENT = EndpointKind
 

@@ -14,9 +14,9 @@ from typing import Any
 from actors.names.names import is_hidden
 from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
 from actors.typing import NodeView
-from cli.graph.seen import Seen, add_graph_options, seen
+from cli.graph.seen import Seen, seen
 from cli.output import control
-from cli.parsing import Parser, count
+from cli.parsing import Parser, add_graph_options, count
 from cli.verb import Verb
 
 LOST = 3.5

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from cli.web.settings import WebSettings
 
-__all__ = ["host_refusal", "is_own_page", "origin_refusal", "token_refusal"]
-
 
 def token_refusal(settings: WebSettings, request: Request) -> str | None:
     """Why a request is refused for its token: `?token=` or `Authorization: Bearer`; None if it is not."""

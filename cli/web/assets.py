@@ -10,8 +10,6 @@ from urllib.parse import unquote, urlsplit
 from cli.web.errors import Refused
 from cli.web.inside import file_inside
 
-__all__ = ["read_asset"]
-
 MOST_BYTES = 64 * 1024 * 1024
 SUFFIXES = frozenset(
     f".{suffix}"

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from actors.topics.peers import PublisherPeer
     from cli.web.hub import Hub
 
-__all__ = ["Audience"]
-
 SETTLE: Final = 0.1
 """Seconds from a change of the graph to the look at it: what changes together is told together."""
 AGAIN: Final = 1.0

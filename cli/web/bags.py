@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from actors import System
     from actors.runtime.unsupervised import UnsupervisedNode
 
-__all__ = ["PIECE", "Bags"]
-
 PIECE: Final = 1024 * 1024
 """The most bytes of a file that are given out at once."""
 MOST_LISTED: Final = 200

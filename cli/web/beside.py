@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from actors import System
 
-__all__ = ["NAME", "serve_beside"]
-
 NAME = "_robactor_web"
 
 

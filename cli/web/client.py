@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from actors.interfaces import CdrError
     from actors.logs import NodeLog
 
-__all__ = ["OVERLOADED", "Client", "Session", "farewell"]
-
 MOST_MISTAKES: Final = 100
 """Malformed frames after which a connection is closed."""
 MOST_TASKS: Final = 256

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from actors.interfaces import Message
     from actors.runtime.unsupervised import UnsupervisedNode
 
-__all__ = ["ClientNodes", "Publications"]
-
 MOST: Final = 256
 """The topics that a client may publish on, and the services and actions that it may serve."""
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from websockets.frames import Frame
     from websockets.http11 import Request
 
-__all__ = ["FRAGMENTS", "Connection"]
-
 PIECE: Final = 4096
 """Bytes that are parsed in one turn of the event loop: at most some 700 frames."""
 CONTROLS_A_SECOND: Final = 100.0

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from actors.interfaces import FieldType
     from actors.interfaces.builtin_interfaces.msg import Time
 
-__all__ = ["BYTES", "Conversions", "message_of", "object_of", "plain", "read_json", "to_json", "write_json"]
-
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["BadRequest", "Refused"]
-
 
 class Refused(Exception):
     """What a client asks for cannot be done; the text tells it why."""

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from actors.interfaces import Message
     from actors.topics.peers import PublisherPeer
 
-__all__ = ["Feed", "Feeds", "Outgoing", "Taker"]
-
 T = TypeVar("T")
 
 

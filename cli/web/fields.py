@@ -7,8 +7,6 @@ from typing import Any, TypeVar, cast
 
 from cli.web.errors import BadRequest
 
-__all__ = ["by_name", "entries", "flag", "number", "objects", "optional_number", "text"]
-
 T = TypeVar("T")
 
 MOST = 2**53

@@ -10,8 +10,6 @@ import msgspec
 if TYPE_CHECKING:
     from cli.web.hub import Hub
 
-__all__ = ["METRICS_TYPE", "health", "metrics"]
-
 METRICS_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 
 Sample = tuple[dict[str, Any], float]

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from actors.topics.peers import PublisherPeer
     from cli.verbs.doctor.observation import Told
 
-__all__ = ["LOOK_EVERY", "Examination", "examining"]
-
 LOOK_EVERY: Final = 2 * PERIOD
 """Seconds between two looks: what is lost between them is told by both reports of a process."""
 

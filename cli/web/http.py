@@ -15,8 +15,6 @@ from cli.web.inside import file_inside
 if TYPE_CHECKING:
     from websockets.http11 import Request, Response
 
-__all__ = ["PAGE", "Files", "answer", "refusal"]
-
 PAGE: Final = Path(__file__).parent / "page"
 
 TYPES: Final = {

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from cli.web.overview import Overview
     from cli.web.playback import Playback, RecordedFeeds
 
-__all__ = ["Hub", "make_hub"]
-
 
 @dataclass(frozen=True)
 class Hub:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["file_inside"]
-
 
 def file_inside(folder: Path, path: str) -> Path | None:
     """The file at a path below a folder, resolved; None if there is none, or if it lies elsewhere, be it by ``..`` or by a link."""

@@ -7,8 +7,6 @@ from actors.interfaces.naming import full_name
 from actors.names.names import InvalidName, validate_full_name
 from cli.web.errors import Refused
 
-__all__ = ["absolute", "interface"]
-
 
 def absolute(name: str) -> str:
     """A name of a topic, service or action, from the root. Raises `Refused`."""

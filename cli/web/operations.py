@@ -8,8 +8,6 @@ from typing import Any
 from cli.web.errors import BadRequest
 from cli.web.fields import text
 
-__all__ = ["Op", "perform"]
-
 Op = Callable[[dict[str, Any]], Awaitable[None] | None]
 """Does what a request asks for; what it returns is awaited before the next request."""
 

@@ -10,8 +10,6 @@ from typing import Final, TypeAlias
 from actors.transport.protocol import next_look
 from actors.waiting import wake
 
-__all__ = ["Frame", "Outbox", "OutboxFull", "Packet", "Spliced", "frames_of"]
-
 Frame: TypeAlias = "str | bytes"
 
 

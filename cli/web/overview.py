@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from actors.transport.figures import NodeFigures
     from cli.verbs.doctor.observation import Told as Reports
 
-__all__ = ["Here", "Overview", "Told", "TreeTeller"]
-
 TOLD_EVERY: Final = 0.5
 """Seconds between two looks at the nodes of a tree."""
 

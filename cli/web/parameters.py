@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from actors import Node, System
     from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 
-__all__ = ["Parameters", "event_values", "node_names", "plain_value"]
-
 PATIENCE = 2.0
 """Seconds for the answer of one node."""
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from actors.interfaces import Message
     from actors.topics.peers import PublisherPeer
 
-__all__ = ["Playback", "RecordedFeeds"]
-
 LOOK_EVERY: Final = 0.1
 """Seconds between two looks at the time of a recording, which clients are told."""
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from cli.web.bags import Bags
     from cli.web.client import Client
 
-__all__ = ["Recordings"]
-
 MOST: Final = 8
 """The recordings that are open at the same time."""
 LINGER: Final = 30.0

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
     from websockets.http11 import Request, Response
 
-__all__ = ["WebServer"]
-
 MOST_CLIENTS: Final = 64
 FOR_THE_PAGE: Final = 8
 """Places beside these that only the server's own page gets: its STOP is not locked out."""

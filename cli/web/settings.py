@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from actors.transport.security import Security
 
-__all__ = ["DEFAULT_PORT", "TOKEN_VARIABLE", "WebSettings", "WebUnavailable", "is_loopback", "make_settings"]
-
 DEFAULT_PORT = 8765
 TOKEN_VARIABLE = "ROBACTOR_WEB_TOKEN"
 SHORTEST_TOKEN = 16

@@ -14,8 +14,6 @@ from cli.web.errors import Refused
 if TYPE_CHECKING:
     from actors import Node, System
 
-__all__ = ["Types"]
-
 T = TypeVar("T")
 
 AGAIN: Final = 30.0

@@ -17,8 +17,6 @@ from cli.graph.seen import seen
 from cli.web.server import WebServer
 from cli.web.settings import WebUnavailable, make_settings
 
-__all__ = ["serve"]
-
 AGAIN = Backoff(0.5, 30.0)
 """The pause before a server that has failed is started again: the STOP of its page must not stay away."""
 ANY = Intensity(100, within=60.0)

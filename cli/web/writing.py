@@ -10,8 +10,6 @@ from struct import Struct
 
 from cli.web.outbox import Frame, Spliced
 
-__all__ = ["written"]
-
 TEXT, BINARY = 0x81, 0x82
 """The first byte of a frame that is the whole message."""
 WITHIN_HEAD, WITHIN_16_BITS = 125, 0xFFFF

@@ -8,8 +8,6 @@ from enum import Enum, IntEnum
 
 from robot.geometry.planar import ZERO_TWIST, Twist2
 
-__all__ = ["Decision", "Source", "VelocityArbiter", "VelocityLimits", "Verdict"]
-
 
 class Source(IntEnum):
     """Where commands come from; the smaller number wins."""

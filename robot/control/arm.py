@@ -10,8 +10,6 @@ from robot.hardware.arm import ArmBusy, ArmState
 from robot.model.arm import STOWED, check_angles
 from robot.planning.trajectory import Motion, Point, Quintic, Stop
 
-__all__ = ["Arm"]
-
 
 class Arm:
     """Four joints that follow what they are told exactly. Times are seconds of any one clock that never goes back."""

@@ -14,9 +14,6 @@ from math import hypot, sqrt
 
 from robot.geometry.vectors import Triple
 
-__all__ = ["distribute"]
-
-
 IMPORTANCE = (1.0, 1.0, 9.0, 100.0, 100.0, 16.0)
 """Diagonal of W: force x, y, z (N) and moment x, y, z (N m). Moments in roll and pitch count 100 times a horizontal force."""
 EFFORT = 1e-3

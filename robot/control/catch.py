@@ -25,8 +25,6 @@ from robot.model.legs import LEVEL, foot_velocities, leg_state
 from robot.model.parameters import GRAVITY
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["SLOW", "STEADY", "Catch", "Settling", "ground_speed"]
-
 SLOW: Final = 0.25
 """A body slower than this (m/s) is at rest for a stop: sitting down from here on needs no step."""
 STEADY: Final = 0.1

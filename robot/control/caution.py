@@ -8,8 +8,6 @@ from dataclasses import replace
 from robot.control.limits import Limits
 from robot.control.navigator_config import NavigatorConfig
 
-__all__ = ["cautious_speed", "slower"]
-
 _STEP = 0.05
 """Speeds are multiples of this, m/s: limits that change at every step would cost more than they bring."""
 _ROUNDING = 1e-9

@@ -8,8 +8,6 @@ from math import isfinite
 from robot.geometry.vectors import Triple
 from robot.model.robot import RobotModel
 
-__all__ = ["CommandLimits", "CommandShaper"]
-
 
 @dataclass(frozen=True, slots=True)
 class CommandLimits:

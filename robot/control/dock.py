@@ -11,8 +11,6 @@ from math import cos, hypot, sin
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2, Twist2, compose, inverse
 
-__all__ = ["DockConfig", "Sight", "approach", "remaining"]
-
 
 @dataclass(frozen=True, slots=True)
 class DockConfig:

@@ -11,8 +11,6 @@ from robot.geometry.vectors import Triple, Vector, to_body, to_ground
 from robot.hardware.body import MotorTargets
 from robot.model.kinematics import feet, leg_inverse
 
-__all__ = ["DoubtfulLegs"]
-
 SPRING: Final = 250.0
 DAMPER: Final = 4.0
 """Joint gains of a leg that stands and is held, N m/rad and N m s/rad: those of a leg in the air."""

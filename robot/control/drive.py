@@ -9,8 +9,6 @@ import numpy as np
 from robot.geometry.vectors import Rows, Triple
 from robot.hardware.body import MotorTargets
 
-__all__ = ["Targets", "joint_speeds"]
-
 FASTEST = 15.0
 """Bound of a joint speed that may be asked for, rad/s."""
 SINGULAR = 1e-5

@@ -5,8 +5,6 @@ from __future__ import annotations
 from math import inf
 from typing import Final
 
-__all__ = ["Fence"]
-
 FORSAKEN: Final = 5.0
 """Seconds of silence after which the newest life may have been none: its robot has long sat down."""
 STEADY: Final = 1.0

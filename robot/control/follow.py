@@ -31,8 +31,6 @@ from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
 from robot.geometry.vectors import Floats, wrap_all
 from robot.planning.path import Path
 
-__all__ = ["Follower", "Phase", "Step"]
-
 
 class Phase(StrEnum):
     """What a step is doing."""

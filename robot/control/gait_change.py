@@ -10,8 +10,6 @@ from robot.control.walk import WalkController
 from robot.estimation.predict import PredictedState
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["GaitChange"]
-
 HASTE = 0.2
 """A body that is faster than its command by more than this (m/s) has been pushed: no moment to change the gait."""
 MOST_WAIT = 0.5

@@ -28,8 +28,6 @@ from robot.model.actuators import MOTOR_DELAY
 from robot.model.modes import GOALS, Mode
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["GaitController"]
-
 RISE_TIME = 2.0
 """Seconds from sitting to standing and back."""
 SETTLE_TIME = 0.5

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from robot.geometry.vectors import Vector
 from robot.model.modes import Mode
 
-__all__ = ["GaitState"]
-
 
 @dataclass(frozen=True, slots=True)
 class GaitState:

@@ -15,8 +15,6 @@ from types import MappingProxyType
 from robot.control.command import CommandLimits
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["GAITS", "Gait", "GaitClock", "gait_named", "gaits_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class Gait:

@@ -21,9 +21,6 @@ from robot.geometry.vectors import Floats
 from robot.planning.path import Path
 from robot.planning.wavefront import Nodes, spread
 
-__all__ = ["plan_through_gap"]
-
-
 _AVERSION = 4.0
 """A step at the least clearance costs so many times its seconds more; chosen."""
 _UNSEEN = 1.3

@@ -12,8 +12,6 @@ from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.model.footprint import Footprint
 
-__all__ = ["Guard"]
-
 FAR: Final = 3.0
 """What is farther away does not matter, m: the robot stops from 1.6 m/s in half of that."""
 AHEAD, STEP = 3.0, 0.1

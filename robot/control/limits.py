@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from robot.geometry.planar import Twist2
 
-__all__ = ["Limits", "Tolerance"]
-
 
 @dataclass(frozen=True, slots=True)
 class Limits:

@@ -8,8 +8,6 @@ from enum import StrEnum
 
 from robot.planning.errors import NavigationError
 
-__all__ = ["Motion", "State"]
-
 
 class State(StrEnum):
     """What the navigator is doing."""

@@ -26,8 +26,6 @@ from robot.planning.grid import Grid
 from robot.planning.path import Path
 from robot.planning.planner import Margins, Planner, check_finite
 
-__all__ = ["Navigator"]
-
 
 class Navigator:
     """Takes one goal at a time: `set_goal`, then `step` at 10 to 50 Hz until the state is arrived, canceled or failed."""

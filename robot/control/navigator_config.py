@@ -6,8 +6,6 @@ from dataclasses import dataclass, field
 
 from robot.control.follow_config import FollowerConfig
 
-__all__ = ["NavigatorConfig"]
-
 
 @dataclass(frozen=True, slots=True)
 class NavigatorConfig:

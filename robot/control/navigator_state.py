@@ -11,8 +11,6 @@ from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2, Twist2
 from robot.planning.errors import NavigationError
 
-__all__ = ["Instant", "NarrowSearches", "Planned", "Recoveries", "Walked", "apart", "carried"]
-
 NOISE: Final = 0.05
 """A step of the estimated pose that is shorter is no walking, m."""
 

@@ -8,8 +8,6 @@ from enum import StrEnum
 
 from robot.geometry.planar import Pose2
 
-__all__ = ["RECOVERIES", "Manoeuvre", "ProgressChecker", "Recovery"]
-
 
 class Manoeuvre(StrEnum):
     """What can be tried when the robot does not get anywhere."""

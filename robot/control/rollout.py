@@ -12,8 +12,6 @@ from robot.estimation.local_field import LocalField
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
 
-__all__ = ["GLIMPSE", "HORIZON", "clearances", "fan_of", "rollout"]
-
 HORIZON: Floats = np.linspace(0.15, 1.2, 8)
 """Instants at which a command is tried out, s: long enough to stop from full speed."""
 GLIMPSE: Floats = np.linspace(0.1, 0.6, 6)

@@ -21,8 +21,6 @@ from robot.model.legs import LEVEL, LegState, leg_state, torques
 from robot.model.parameters import GRAVITY
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["SafeStop"]
-
 SIT_TIME = 1.0
 """Seconds from the first step to the sitting pose."""
 FIND_TIME = 0.15

@@ -15,8 +15,6 @@ from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
 from robot.model.legs import foot_velocities
 from robot.model.modes import ON_ITS_FEET, Mode
 
-__all__ = ["Senses"]
-
 
 class Senses:
     """Call `joints`, `contacts`, `imu` and `turn`, in this order, once per control step.

@@ -11,8 +11,6 @@ from robot.model.kinematics import inverse
 from robot.model.robot import SPOT, RobotModel
 from robot.model.stance import nominal_feet
 
-__all__ = ["Sitting"]
-
 GATHER_SPEED = 1.5
 """How fast joints move to the sitting pose, rad/s."""
 GATHERED = 0.35

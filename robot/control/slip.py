@@ -7,8 +7,6 @@ from typing import Final
 
 from robot.geometry.vectors import Triple
 
-__all__ = ["SlipWatch", "friction_of"]
-
 LITTLE: Final = 0.35
 """Friction, force along the ground per force into it; chosen: a floor that does not give so much is slippery."""
 SLIDING: Final = 0.3

@@ -19,8 +19,6 @@ from robot.model.legs import torques
 from robot.model.mass import standing_mass
 from robot.model.parameters import GRAVITY
 
-__all__ = ["StandController"]
-
 SPRING, DAMPER = 120.0, 4.0
 """Joint gains of the reference body, N m/rad and N m s/rad."""
 ATTITUDE_SPRING, ATTITUDE_DAMPER = 60.0, 8.0

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Cause", "StopLatch", "how_to_go_on"]
-
 
 def how_to_go_on(then: str = "ask again") -> str:
     """What ends a stop whose causes have gone, in words: the service, its request, and what to do `then`."""

@@ -13,8 +13,6 @@ from math import cos, pi, sin, tau
 
 from robot.model.parameters import GRAVITY
 
-__all__ = ["Sway", "sway"]
-
 Sway = tuple[float, float, float]
 """Displacement (m), velocity (m/s) and acceleration (m/s2), to the left."""
 

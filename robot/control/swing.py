@@ -6,8 +6,6 @@ from math import cos, pi, sin, tau
 
 from robot.geometry.vectors import Triple
 
-__all__ = ["smooth", "swing_path"]
-
 
 def smooth(progress: float) -> float:
     """The cubic from 0 to 1 over 0..1 whose slope is zero at both ends."""

@@ -14,8 +14,6 @@ from typing import Final
 from robot.geometry.vectors import Triple
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["Trim"]
-
 SMOOTH: Final = 0.3
 """Time constant of the low-pass before it, s; chosen: a stride takes 0.35 to 0.5 s."""
 BEGIN: Final = (0.02, 0.04, 0.04)

@@ -15,8 +15,6 @@ from robot.model.footprint import Footprint
 from robot.planning.grid import Grid
 from robot.planning.planner import Margins
 
-__all__ = ["SHEET", "WALKING", "Tuning", "unmapped_grid", "unmapped_navigator"]
-
 _MARGIN = 5.0
 """Floor that may be used beyond start and goal, m."""
 _WELL_WITHIN = 0.9

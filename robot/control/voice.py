@@ -12,8 +12,6 @@ from types import MappingProxyType
 
 from robot.geometry.planar import ZERO_TWIST, Twist2
 
-__all__ = ["WORDS", "interpret"]
-
 _STOP = frozenset({"stop", "parar"})
 _FORWARD, _BACK = Twist2(1.0, 0.0, 0.0), Twist2(-1.0, 0.0, 0.0)
 _LEFT, _RIGHT = Twist2(0.0, 0.0, 1.0), Twist2(0.0, 0.0, -1.0)

@@ -28,8 +28,6 @@ from robot.model.legs import torques
 from robot.model.mass import standing_mass
 from robot.model.parameters import GRAVITY
 
-__all__ = ["WalkController"]
-
 STILL: Sway = (0.0, 0.0, 0.0)
 
 

@@ -9,8 +9,6 @@ from typing import Any
 from robot.geometry.vectors import Triple
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["WalkConfig"]
-
 
 @dataclass(frozen=True, slots=True)
 class WalkConfig:

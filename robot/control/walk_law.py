@@ -30,8 +30,6 @@ from robot.geometry.vectors import Triple
 from robot.model.mass import StandingMass
 from robot.model.parameters import GRAVITY
 
-__all__ = ["AT_REST", "Step", "Tracking", "WalkState", "body_wrench", "foothold", "has_lost_balance", "sag", "track"]
-
 Planar = tuple[float, float]
 
 

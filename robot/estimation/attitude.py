@@ -17,8 +17,6 @@ from robot.estimation.heading_pull import HeadingPull
 from robot.geometry.vectors import Triple
 from robot.model.parameters import GRAVITY
 
-__all__ = ["AttitudeFilter"]
-
 GRAVITY_GAIN = 0.4
 """Proportional gain of the horizon's error, 1/s: roll and pitch follow the accelerometer with a time constant of 2.5 s."""
 LEVEL_TIME = 0.4

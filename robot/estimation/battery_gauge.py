@@ -11,8 +11,6 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
-__all__ = ["BatteryGauge", "GaugeReading", "UnknownRobot", "health", "percentage", "runtime_minutes"]
-
 EMPTY_VOLTAGE, VOLTAGE_SPAN = 10.0, 2.6
 """Of three cells, V: where the gauge reads 0, and from there to where it reads 100. These five are the tutorial's."""
 FULL = 100.0

@@ -7,8 +7,6 @@ from enum import Enum
 from robot.hardware.battery import PackState
 from robot.model.battery import EMPTY_VOLTAGE
 
-__all__ = ["CRITICAL", "LOW", "ChargeLevel", "LevelMonitor"]
-
 LOW, CRITICAL, HYSTERESIS = 0.30, 0.10, 0.03
 """Shares of the coulomb count."""
 EMPTY_TIME = 2.0

@@ -9,8 +9,6 @@ import numpy as np
 from robot.hardware.battery import PackState
 from robot.model.battery import EMPTY_VOLTAGE, GAUGE_CELLS, HEAT_CAPACITY, THERMAL_RESISTANCE, PackDesign
 
-__all__ = ["MeanLoad", "RuntimeEstimator"]
-
 TYPICAL_LOAD = 403.0
 """W: 605 Wh in the 90 min of typical use."""
 SLOW, FAST = 60.0, 6.0

@@ -15,8 +15,6 @@ from robot.geometry.vectors import Floats, Vector, wrap_all
 from robot.hardware.beams import MAX_RANGE, NEAREST, beam_angles
 from robot.model.footprint import Footprint
 
-__all__ = ["UNKNOWN", "Deskew"]
-
 UNKNOWN = 0.0
 """The range (m) of a beam of which nothing is known: floor, own legs or nothing at all lay there. It is below every sensor's least range."""
 _FLOOR, _FLOOR_PER_METRE = 0.08, 0.012

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from robot.estimation.patches import patches
 from robot.hardware.lens import deproject
 
-__all__ = ["COLORS", "Blob", "find_blobs"]
-
 COLORS: Final = ("red", "yellow", "green", "blue")
 """At hues of 0, 60, 120 and 240 degrees; a pixel has the color whose hue is nearest."""
 VIVID: Final = 80

@@ -11,9 +11,6 @@ from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.scenes.dock import FACE_AHEAD, FACE_WIDTH
 
-__all__ = ["find_dock"]
-
-
 _WINDOW = 0.10
 """A return this near to where the face should be may be the face, m; what stands behind the station is 0.15 m farther."""
 _BESIDE = 0.30

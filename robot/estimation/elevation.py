@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 
-__all__ = ["CEILING", "CROSSABLE", "FREE", "HIDDEN", "LOW", "UNSEEN", "UPRIGHT", "WALL", "ElevationMap", "Relief"]
-
 FREE: Final = 0
 """Floor, as far as is known."""
 LOW: Final = 50

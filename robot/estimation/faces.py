@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 
-__all__ = ["Faces"]
-
 BESIDE: Final = 4
 """A face is fitted through the ends of so many beams on each side."""
 FEWEST: Final = 5

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["AMBIGUOUS", "BLIND", "LOST", "TRACKING", "FitWatch"]
-
 TRACKING: Final = "tracking"
 BLIND: Final = "blind"
 LOST: Final = "lost"

@@ -15,8 +15,6 @@ from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid, distance_to
 
-__all__ = ["Footing"]
-
 _EXPLAINED = 0.15
 """What is seen so near to a mapped face is that face, m; chosen: three cells of the elevation map, for a pose that is a little wrong."""
 _BESIDE = 0.3

@@ -10,8 +10,6 @@ from math import atan2
 from robot.geometry.angles import wrap
 from robot.geometry.vectors import Triple
 
-__all__ = ["FootLine", "GyroBias"]
-
 FIRST = 1e-3
 """Standard deviation of the bias before anything is known, rad/s."""
 WALK = 1.9e-5

@@ -5,8 +5,6 @@ from __future__ import annotations
 from math import inf
 from typing import Final
 
-__all__ = ["HeadingPull"]
-
 PULL: Final = 0.3
 """Of the heading's error, 1/s."""
 LEARN: Final = 0.0225

@@ -11,8 +11,6 @@ from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 
-__all__ = ["Attitude", "History", "attitude_history", "begun_anew", "pose_history"]
-
 T = TypeVar("T")
 
 KEEP = 2.0

@@ -29,8 +29,6 @@ from robot.model.legs import LEVEL, LegState, foot_velocities, leg_state
 from robot.model.parameters import GRAVITY
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["Estimator"]
-
 PLACE_NOISE = 2.83e-4
 """Noise density of a foot's position against the body by the encoders, m/sqrt(Hz): at 200 Hz a standard deviation of 4 mm."""
 LANDING_NOISE = 0.0223

@@ -13,8 +13,6 @@ from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid
 
-__all__ = ["LocalField"]
-
 
 @dataclass(frozen=True, slots=True)
 class LocalField:

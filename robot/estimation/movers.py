@@ -16,9 +16,6 @@ from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 
-__all__ = ["Mover", "Movers"]
-
-
 _GAP = 0.3
 """Neighboring hits farther apart than this belong to two things, m."""
 _LARGEST = 1.0

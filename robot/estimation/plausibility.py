@@ -17,8 +17,6 @@ from robot.geometry.vectors import Triple, Vector
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.legs import LegState
 
-__all__ = ["ContactWatch", "ImuWatch", "JointWatch", "SwingSchedule"]
-
 IMU_AGE = 0.05
 """Seconds for which one sample of the IMU will do, if it is slower than the encoders."""
 IMU_LIFE = 0.1

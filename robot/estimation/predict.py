@@ -16,8 +16,6 @@ from robot.geometry.vectors import Rows, Triple, to_ground
 from robot.hardware.body import JointSample
 from robot.model.legs import LegState, leg_state
 
-__all__ = ["PredictedState"]
-
 
 class PredictedState:
     """Body and legs `lead` seconds after the estimate; odom axes unless said otherwise."""

@@ -22,8 +22,6 @@ from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.planning.grid import Grid
 
-__all__ = ["CERTAIN", "Found", "Near", "Relocalizer", "apart"]
-
 CERTAIN = 0.08
 """A place is known when its score is higher than that of every other place by this; chosen: five of a hundred beams, and some."""
 

@@ -17,8 +17,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["AT_REST", "GYRO_LIMIT", "SPEED_LIMIT", "NotAtRest", "Rest", "rest_of"]
-
 AT_REST: Final = 3.0
 """For how long the robot stands still, s."""
 GYRO_LIMIT: Final = 0.02

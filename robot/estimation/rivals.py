@@ -8,8 +8,6 @@ from robot.estimation.relocalize import Relocalizer
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.geometry.vectors import Floats
 
-__all__ = ["Rivals"]
-
 _FEWEST = 10
 """Scans that are weighed at least: a second, in which noise and drop-outs even out."""
 _SHARE = 0.1

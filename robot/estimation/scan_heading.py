@@ -20,8 +20,6 @@ from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.geometry.vectors import Floats
 
-__all__ = ["ScanHeading"]
-
 APART: Final = 0.7
 """A scan is kept that was taken farther than this from all that are kept, m; chosen."""
 MOST: Final = 60

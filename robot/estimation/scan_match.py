@@ -22,9 +22,6 @@ from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.planning.grid import Grid
 
-__all__ = ["ACCEPTED", "ScanMatcher"]
-
-
 ACCEPTED = 0.6
 """A quality below this means: the scan did not fit, and the prior came back unchanged."""
 

@@ -8,8 +8,6 @@ from typing import Final
 
 from robot.hardware.body import JointSample, MotorTargets
 
-__all__ = ["StuckWatch"]
-
 NOISE: Final = 4e-3
 """An encoder that shows no more change than this does not move, rad; chosen: eight standard deviations of a good one."""
 STILL: Final = 0.03

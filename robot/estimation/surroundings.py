@@ -18,9 +18,6 @@ from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid, distance_to
 
-__all__ = ["Surroundings"]
-
-
 MEMORY = 30.0
 """How long a mark out of sight is kept, s; chosen: most ways round a thing take less."""
 _YOUNG, _BESIDE, _GONE = 1.5, 0.3, 1.0

@@ -7,8 +7,6 @@ from math import exp
 
 from robot.geometry.vectors import Triple
 
-__all__ = ["TerrainPlane", "plane"]
-
 STEEPEST = 0.6
 IN_LINE = 1e-4
 """Feet whose second moments have a smaller determinant stand in a line, m4; chosen: the usual stance has 0.04."""

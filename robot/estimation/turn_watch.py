@@ -14,8 +14,6 @@ from typing import Final
 
 from robot.geometry.vectors import Triple
 
-__all__ = ["LIMITS", "TurnWatch"]
-
 MEMORY: Final = 0.03
 """Time constant of the least squares, s: longer than the noise of the joints' speeds, shorter than half a stride."""
 POWER_MEMORY: Final = 0.1

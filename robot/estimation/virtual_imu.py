@@ -14,8 +14,6 @@ from robot.hardware.body import ImuSample, JointSample
 from robot.model.legs import LegState, foot_velocities
 from robot.model.parameters import GRAVITY
 
-__all__ = ["virtual_imu"]
-
 CATCH_UP = 0.05
 """Time constant (s) with which the attitude is brought to what four standing feet show."""
 FASTEST = 2.0

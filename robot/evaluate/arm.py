@@ -12,8 +12,6 @@ from robot.evaluate import arm_measures as take
 from robot.evaluate.levels import Bounds, Metric, conclude, measure, parser
 from robot.sim.physics import BackendMissing
 
-__all__ = ["main", "metrics"]
-
 FREE: Bounds = (None, None, None)
 EXACT: Bounds = (1e-9, 1e-9, 1e-9)
 WITHIN: Bounds = (1.000001, None, None)

@@ -21,17 +21,6 @@ from robot.sim.physics import PhysicsBody
 from robot.sim.simulation import Simulation
 from robot.testing import FLAT, PERIOD
 
-__all__ = [
-    "angle_error",
-    "carried",
-    "duration_ratio",
-    "end_error",
-    "limit_share",
-    "stopping_time",
-    "tip_error",
-    "walked_with_arm",
-]
-
 Backend = Literal["physics", "kinematic"]
 Kind = Literal["speed", "acceleration", "jerk"]
 

@@ -18,6 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from cli.parsing import Parser
 from robot.control.unmapped import SHEET, WALKING, Tuning
 from robot.evaluate.barn_run import Backend, Ended, Outcome, run
 from robot.evaluate.barn_worlds import BarnWorld, find_worlds
@@ -25,10 +26,8 @@ from robot.evaluate.fidelity import IDEAL, Fidelity, add_fidelity
 from robot.evaluate.levels import Metric
 from robot.evaluate.machine import machine
 from robot.evaluate.trials import add_running, each, heading
-from robot.run.arguments import Parser, parse_seed
+from robot.run.arguments import parse_seed
 from robot.sim.physics import check_engine
-
-__all__ = ["evaluate", "main", "show"]
 
 _BOUNDS = {"kinematic": (0.25, 0.48, 0.495), "physics": (0.15, 0.32, 0.45)}
 """Of the score: acceptable, good, excellent."""

@@ -29,8 +29,6 @@ from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
 from robot.sim.simulation import Simulation
 
-__all__ = ["LIMIT", "Backend", "Ended", "Outcome", "Walk", "run"]
-
 Backend = Literal["physics", "kinematic"]
 Ended = Literal["success", "collision", "fall", "time-out", "gave up"]
 

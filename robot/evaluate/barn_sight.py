@@ -14,8 +14,6 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
 from robot.sim.simulation import Simulation
 
-__all__ = ["Level", "Leveled", "Sight"]
-
 SCAN = 20
 """Gait steps between two scans (10 Hz)."""
 

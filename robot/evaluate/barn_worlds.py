@@ -11,11 +11,9 @@ from pathlib import Path
 
 import msgspec
 
+from cli.command import UsageError
 from robot.geometry.planar import Pose2
-from robot.run.errands import UsageError
 from robot.scenes.scene import Cylinder, Scene
-
-__all__ = ["BarnWorld", "find_worlds", "read_world"]
 
 _HEIGHT = 1.5
 """Of the cylinders, m: taller than the robot, so that nothing passes over them."""

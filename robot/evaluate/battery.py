@@ -19,8 +19,6 @@ from robot.model.battery import EMPTY_VOLTAGE, PackDesign
 from robot.model.power import HOTEL_LOAD
 from robot.sim.battery import Pack
 
-__all__ = ["charge_minutes", "formula_error", "gauge_error", "level_changes", "main", "metrics", "runtime_error"]
-
 CONTRACT = ((13.2, 100.0, "good"), (12.6, 100.0, "good"), (12.4, 240.0 / 2.6, "good"), (11.3, 50.0, "low"), (10.52, 20.0, "critical"),
             (10.5, 50.0 / 2.6, "critical"), (10.0, 0.0, "critical"), (9.0, 0.0, "critical"))  # fmt: skip
 """Volts, per cent, health: the table of the tutorial's service."""

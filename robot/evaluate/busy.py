@@ -23,8 +23,6 @@ from robot.evaluate.turns import Load
 from robot.run.arguments import seconds, whole, within
 from robot.sim.physics import check_engine
 
-__all__ = ["COSTS", "main", "show"]
-
 COSTS: Final = (0.0006, 0.0009, 0.0012)
 """Processor time of control for one sample, s: on an idle machine, and on one whose other processor is busy."""
 ROBOTS: Final = 10

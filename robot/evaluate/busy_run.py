@@ -17,8 +17,6 @@ from robot.model.modes import ON_ITS_FEET, Mode
 from robot.nodes.gait import FRESH
 from robot.testing import Trial
 
-__all__ = ["Outcome", "walk"]
-
 CHANGE: Final = 1.5
 """Seconds between two commands."""
 SLOWEST: Final = 0.2

@@ -9,9 +9,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from actors.suggest import did_you_mean
-from robot.run.errands import UsageError
-
-__all__ = ["main"]
+from cli.command import UsageError
 
 MEASUREMENTS: Final = {
     "walk": "speed, pushes, endurance, top speed, energy and odometry of the gait, in physics",

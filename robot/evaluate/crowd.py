@@ -22,8 +22,6 @@ from robot.hardware.sensors import SensorKind
 from robot.run.arguments import whole
 from robot.sim.physics import check_engine
 
-__all__ = ["ENOUGH", "main", "show", "summary"]
-
 TRIALS = 10
 SECONDS = 120.0
 """Of one trial: ten of them are twenty minutes."""

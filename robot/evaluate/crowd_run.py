@@ -19,8 +19,6 @@ from robot.sim.battery import Pack
 from robot.sim.physics import PhysicsBody
 from robot.tree import robot_tree
 
-__all__ = ["WALKERS", "Outcome", "hall", "walk"]
-
 WALKERS: Final = 10
 _SIDE: Final = 14.0
 """Of the hall, m."""

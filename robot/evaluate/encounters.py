@@ -13,8 +13,6 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 
-__all__ = ["Contact", "Encounters"]
-
 _TOWARDS: Final = 0.05
 """A contact is the robot's doing when it came towards the other faster than this, m/s."""
 _BEFORE: Final = 0.5

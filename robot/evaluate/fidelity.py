@@ -10,8 +10,6 @@ from robot.hardware.sensors import SensorKind, Sensors
 from robot.model.actuators import ActuatorDesign
 from robot.testing import Conditions
 
-__all__ = ["IDEAL", "Fidelity", "add_fidelity", "add_sensors"]
-
 
 @dataclass(frozen=True, slots=True)
 class Fidelity:

@@ -20,8 +20,6 @@ from robot.planning.errors import Unreachable
 from robot.planning.grid import distance_to
 from robot.scenes.scene import Cylinder, Scene
 
-__all__ = ["PASSAGE", "field_world"]
-
 PASSAGE = (0.62, 0.90)
 """Widths between which the narrowest place of the widest way through a field lies, m; chosen: the body is 0.5 m wide, BARN's narrowest is 0.74."""
 _CELL = 0.15

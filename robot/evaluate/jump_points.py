@@ -24,8 +24,6 @@ from robot.evaluate.landmarks import Landmarks, components
 from robot.planning.errors import GoalBlocked, StartBlocked, Unreachable
 from robot.planning.grid import Cell
 
-__all__ = ["GridPath", "OctileSearch"]
-
 _SQRT2 = round(2.0**0.5 * 2**30) / 2**30
 """What a step across counts in the search: a multiple of 2^-30, so that sums are exact in any order, and ways of one length compare as equal. Two
 lengths that differ are told apart as with the true root while their steps across differ by less than 27,000."""

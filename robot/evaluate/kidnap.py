@@ -21,8 +21,6 @@ from robot.evaluate.trials import circumstances, heading, trial_parser, trials
 from robot.run.arguments import whole
 from robot.sim.physics import check_engine
 
-__all__ = ["main", "right", "show", "summary"]
-
 TRIALS = 20
 
 

@@ -30,8 +30,6 @@ from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
 from robot.tree import in_sight, robot_tree
 
-__all__ = ["PLACES", "WITHIN", "CarriedBody", "Ended", "Outcome", "carry", "place"]
-
 Ended = Literal["found", "alike", "lost", "wrong"]
 """It knows where it is; it says that several places are alike; it says that it is lost; it believes to be where it is not."""
 PLACES: Final = ("warehouse", "pillars", "corridor", "kitchen", "room")

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 
-__all__ = ["Landmarks", "components"]
-
 _Mask = NDArray[np.bool_]
 _Labels = NDArray[np.int64]
 

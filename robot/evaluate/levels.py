@@ -19,13 +19,12 @@ from pathlib import Path
 from statistics import median
 from typing import Any, TypeAlias
 
+from cli.command import UsageError
+from cli.parsing import Parser
 from robot.evaluate.machine import machine
 from robot.evaluate.trials import add_running, each, heading
-from robot.run.arguments import Parser, parse_seed
-from robot.run.errands import UsageError
+from robot.run.arguments import parse_seed
 from robot.run.status import Part, StatusLine
-
-__all__ = ["Bounds", "Metric", "conclude", "measure", "parser", "table"]
 
 LEVELS = ("acceptable", "good", "excellent")
 NO_LEVEL = "no bounds"

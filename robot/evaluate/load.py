@@ -10,8 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-__all__ = ["busy", "family", "processor_seconds"]
-
 _PROC: Final = Path("/proc")
 ENDLESS: Final = "while True: pass"
 

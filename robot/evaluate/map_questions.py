@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from robot.planning.grid import Cell
 
-__all__ = ["Question", "read_map", "read_questions"]
-
 _PASSABLE = ".GS"
 
 

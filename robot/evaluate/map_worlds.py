@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from robot.evaluate.map_questions import Question
 
-__all__ = ["KINDS", "drawn", "questions_on"]
-
 KINDS: Final = {"dense-30": 0.30, "dense-36": 0.36, "dense-40": 0.40, "maze-1": None, "maze-braided": None}
 """Names of the maps that are drawn -> share of the cells that are blocked; two are mazes: one in which each two cells are joined by one way
 only, and one in which every tenth wall has been taken out."""

@@ -21,6 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cli.command import UsageError
+from cli.parsing import Parser
 from robot.evaluate.jump_points import GridPath, OctileSearch
 from robot.evaluate.machine import machine
 from robot.evaluate.map_questions import Question, read_map, read_questions
@@ -29,10 +31,7 @@ from robot.evaluate.trials import add_running, each
 from robot.planning.errors import NavigationError
 from robot.planning.grid import Cell
 from robot.planning.path import pull
-from robot.run.arguments import Parser, parse_seed, whole
-from robot.run.errands import UsageError
-
-__all__ = ["MapReport", "draw", "evaluate", "main"]
+from robot.run.arguments import parse_seed, whole
 
 QUESTIONS = 200
 """On each map that is drawn."""

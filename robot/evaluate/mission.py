@@ -23,8 +23,6 @@ from robot.run.arguments import whole, within
 from robot.scenes.worlds import WORLDS
 from robot.sim.physics import check_engine
 
-__all__ = ["LEARNING", "WITHIN", "main", "show", "summary"]
-
 HOURS = 2.0
 QUICK = 0.2
 """Hours of a mission with --quick."""

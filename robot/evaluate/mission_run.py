@@ -28,8 +28,6 @@ from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.tree import robot_tree
 
-__all__ = ["Leg", "Outcome", "mission"]
-
 LOW, ENOUGH = 30.0, 50.0
 """Per cent of charge at which the robot goes to the dock, and leaves it again."""
 SPEED: Final = 0.7

@@ -17,8 +17,6 @@ from robot.evaluate.pose_run import patrol
 from robot.run.arguments import within
 from robot.sim.physics import check_engine
 
-__all__ = ["main", "metrics"]
-
 TAKES = "an hour on an idle machine"
 """How long all of it takes, for those who wait."""
 

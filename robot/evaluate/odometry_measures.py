@@ -22,8 +22,6 @@ from robot.sim.physics import PhysicsBody
 from robot.testing import PERIOD, Conditions, Trial
 from robot.tree import robot_tree
 
-__all__ = ["Walked", "calibration_error", "walk"]
-
 WALK_SECONDS = 60.0
 SETTLED = 9.0
 """Seconds until a robot that was told to stand up stands still: it rises for 3 s, then settles."""

@@ -23,8 +23,6 @@ from robot.sim.physics import PhysicsBody
 from robot.sim.simulation import Simulation
 from robot.tree import robot_tree
 
-__all__ = ["astray"]
-
 COMMAND_PERIOD = 0.2
 """s: the gait forgets a command after 0.5."""
 SWAY = 25

@@ -14,8 +14,6 @@ from robot.evaluate.walk_measures import YARD, Command, Place, in_yard, low_boxe
 from robot.geometry.planar import Pose2
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 
-__all__ = ["Course", "Hall", "flat_hall", "rough_hall"]
-
 Course: TypeAlias = Callable[[Place], Command]
 """From the true pose to the next command."""
 

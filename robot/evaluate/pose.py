@@ -22,8 +22,6 @@ from robot.run.arguments import whole, within
 from robot.scenes.worlds import WORLDS
 from robot.sim.physics import check_engine
 
-__all__ = ["main", "show", "summary"]
-
 TRIALS = 10
 SECONDS = 120.0
 """Of one patrol."""

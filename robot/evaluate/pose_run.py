@@ -23,8 +23,6 @@ from robot.sim.physics import PhysicsBody
 from robot.sim.simulation import Simulation
 from robot.tree import robot_tree
 
-__all__ = ["OnMap", "patrol"]
-
 Seen: TypeAlias = tuple[float, float, float, float]
 """Of one pose: the error in place (m) and heading (rad), and the true place (m)."""
 

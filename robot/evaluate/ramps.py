@@ -27,8 +27,6 @@ from robot.scenes.ramps import ramps
 from robot.sim.ground import Ground
 from robot.sim.physics import check_engine
 
-__all__ = ["hill", "main", "show", "summary"]
-
 TRIALS = 20
 SPEED = 0.7
 """The fastest walk, m/s: that of navigation."""

@@ -13,14 +13,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
+from cli.command import UsageError
 from robot.evaluate.levels import Metric, conclude, measure, parser
 from robot.evaluate.rates_run import STREAMS, TIMERS, Punctuality, Run, run_loop, run_robot
 from robot.evaluate.rates_split import run_split
 from robot.run.arguments import seconds, whole
-from robot.run.errands import UsageError, checked
+from robot.run.errands import checked
 from robot.sim.physics import BackendMissing
-
-__all__ = ["ENOUGH", "main", "metrics", "side_by_side"]
 
 SPLIT = ", split"
 """How the names of lines end that are of the robot in processes."""

@@ -23,12 +23,6 @@ from robot.sim.battery import Pack
 from robot.sim.simulation import Simulation
 from robot.tree import robot_tree
 
-__all__ = [
-    "CAMERA", "STREAMS", "TIMERS", "TOPICS", "WARM_UP", "Clockwork", "Punctuality", "Run", "at_rate", "clockwork_rates", "listen", "listener_in",
-    "punctuality", "restarts_in",
-    "run_loop", "run_robot",
-]  # fmt: skip
-
 WARM_UP: Final = 5.0
 """Seconds until the robot has stood up and walks."""
 

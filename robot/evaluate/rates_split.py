@@ -31,8 +31,6 @@ from robot.link.priority import SWITCH
 from robot.link.process import BodyProcess
 from robot.link.records import Order, read_command
 
-__all__ = ["run_split"]
-
 LOOK: Final = 0.05
 """Seconds between two looks at the commands that have reached the drives; they wait for more than 2 s."""
 SETTLE: Final = 0.5

@@ -19,8 +19,6 @@ from robot.planning.errors import NavigationError
 from robot.planning.grid import Grid
 from robot.scenes.scene import Box, Cylinder, Obstacle, Pit, Scene
 
-__all__ = ["PASSAGE", "Room", "room"]
-
 PASSAGE: Final = 1.0
 """Width of the narrowest place on the widest way to a goal, at least, m: twice that of the body."""
 _SIZE: Final = (10.0, 8.0)

@@ -22,8 +22,6 @@ from robot.hardware.sensors import SensorKind
 from robot.run.arguments import whole, within
 from robot.sim.physics import check_engine
 
-__all__ = ["ENOUGH", "main", "show", "summary"]
-
 ROOMS = 100
 SPEED = 1.0
 ENOUGH = 97.0

@@ -14,8 +14,6 @@ from robot.sim.battery import Pack
 from robot.sim.ground import Ground
 from robot.tree import robot_tree
 
-__all__ = ["Outcome", "walk"]
-
 PATIENCE = 60.0
 """Seconds a goal; the way to it is some ten metres at most."""
 RISING = 4.0

@@ -20,14 +20,13 @@ from multiprocessing import get_context
 from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 
+from cli.command import UsageError
+from cli.parsing import Parser
 from robot.control.unmapped import SHEET
 from robot.evaluate.barn_run import LIMIT, Outcome, run
 from robot.evaluate.field_worlds import PASSAGE, field_world
 from robot.evaluate.machine import machine
-from robot.run.arguments import Parser, whole
-from robot.run.errands import UsageError
-
-__all__ = ["LEFT_OUT", "THRESHOLDS", "difference", "main", "scaled", "show", "value_of", "vary", "wilson"]
+from robot.run.arguments import whole
 
 FIRST_SEED: Final = 9001
 """Of the held-out worlds; the tests' are below 1000."""

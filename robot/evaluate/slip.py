@@ -17,15 +17,13 @@ from typing import Any, Final
 
 import numpy as np
 
+from cli.command import UsageError
 from robot.evaluate.fidelity import Fidelity, add_fidelity
 from robot.evaluate.trials import circumstances, each, heading, trial_parser
 from robot.run.arguments import whole, within
-from robot.run.errands import UsageError
 from robot.sim.ground import Ice
 from robot.sim.physics import check_engine
 from robot.testing import Trial
-
-__all__ = ["FLOORS", "Floor", "main", "rows", "run", "show"]
 
 TRIALS: Final = 20
 AFTER: Final = 5.0

@@ -18,14 +18,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from cli.command import UsageError
 from robot.evaluate.fidelity import IDEAL, Fidelity, add_fidelity
 from robot.evaluate.stops_run import CAUSES, FAULTY, Case, Outcome, run
 from robot.evaluate.trials import circumstances, each, heading, trial_parser
 from robot.run.arguments import within
-from robot.run.errands import UsageError
 from robot.sim.physics import check_engine
-
-__all__ = ["SPEEDS", "Row", "main", "measure", "rows", "show"]
 
 SPEEDS: Final = (0.3, 0.6, 1.0, 1.3, 1.6)
 """m/s forward; the last is the limit of cmd_vel."""

@@ -21,8 +21,6 @@ from robot.model.modes import ON_ITS_FEET, Mode
 from robot.sim.physics import PhysicsBody
 from robot.testing import FAULTS, GYRO_FAULTS, PERIOD, Trial, wrong_gyro
 
-__all__ = ["CAUSES", "FAULTY", "Case", "Outcome", "run"]
-
 AFTERWARDS: Final = 4.0
 """Seconds for which a robot is looked at after the failure, at most: a walk has come to rest and sits by then."""
 AT_REST: Final = 0.5

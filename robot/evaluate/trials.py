@@ -14,11 +14,10 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
+from cli.command import UsageError
+from cli.parsing import Parser
 from robot.evaluate.machine import machine
-from robot.run.arguments import Parser, parse_seed, whole
-from robot.run.errands import UsageError
-
-__all__ = ["Outcome", "add_running", "circumstances", "each", "heading", "trial_parser", "trials"]
+from robot.run.arguments import parse_seed, whole
 
 C = TypeVar("C")
 

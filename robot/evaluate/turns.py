@@ -16,8 +16,6 @@ import numpy as np
 
 from robot.hardware.overdue import taken_together
 
-__all__ = ["PERIOD", "Load", "Turn", "turns"]
-
 PERIOD: Final = 0.005
 """Of samples, s."""
 TURN: Final = 0.004

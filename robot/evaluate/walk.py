@@ -17,8 +17,6 @@ from robot.run.arguments import within
 from robot.sim.physics import check_engine
 from robot.testing import FAULTS, Conditions
 
-__all__ = ["main", "metrics"]
-
 TAKES = "half an hour on an idle machine"
 """How long all of it takes, for those who wait."""
 

@@ -11,8 +11,6 @@ import numpy as np
 from robot.control.gaits import GAITS
 from robot.testing import FAULTS, Conditions, Record, Trial
 
-__all__ = ["fault_falls", "slippery_falls", "speed_error", "sway", "switch_falls"]
-
 
 def _walked(seed: int, given: Conditions, gait: str, speed: float) -> Record | None:
     """Eight seconds of straight walking, settled; None after a fall."""

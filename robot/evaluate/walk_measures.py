@@ -23,29 +23,6 @@ from robot.model.power import HOTEL_LOAD
 from robot.scenes.scene import Box, Scene
 from robot.testing import PERIOD, Conditions, Trial
 
-__all__ = [
-    "YARD",
-    "Command",
-    "Place",
-    "box_field",
-    "control_cost",
-    "cost_of_transport",
-    "falls",
-    "in_yard",
-    "inverse_error",
-    "jacobian_error",
-    "largest_push",
-    "low_boxes",
-    "odometry_error",
-    "off",
-    "point_error",
-    "rough_odometry_error",
-    "speed_error",
-    "steepest",
-    "step_up",
-    "top_speed",
-]
-
 Command: TypeAlias = tuple[float, float, float]
 """Forward and to the left, m/s, and turning, rad/s."""
 Place: TypeAlias = tuple[float, float, float]
@@ -300,9 +277,9 @@ def jacobian_error(seed: int) -> float:
     for side, q in _poses(seed):
         rows = leg_jacobian(side, *q)
         for joint in range(3):
-            shift = [step if index == joint else 0.0 for index in range(3)]
-            high = leg_forward(side, *(a + b for a, b in zip(q, shift, strict=True)))
-            low = leg_forward(side, *(a - b for a, b in zip(q, shift, strict=True)))
+            one, two, three = (step if index == joint else 0.0 for index in range(3))
+            high = leg_forward(side, q[0] + one, q[1] + two, q[2] + three)
+            low = leg_forward(side, q[0] - one, q[1] - two, q[2] - three)
             for axis in range(3):
                 worst = max(worst, abs((high[axis] - low[axis]) / (2 * step) - rows[axis][joint]))
     return worst

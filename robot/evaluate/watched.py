@@ -9,8 +9,6 @@ from typing import Any
 from robot.hardware.body import LEGS
 from robot.sim.physics import PhysicsBody
 
-__all__ = ["WatchedBody"]
-
 _WINDOW = 0.5
 """Over which speed is averaged, s: a gait period."""
 

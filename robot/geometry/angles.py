@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from math import atan2, pi, remainder, tau
 
-__all__ = ["wrap", "yaw_of"]
-
 
 def wrap(angle: float) -> float:
     """The same angle in (-pi, pi]; one that lies there comes back to the last bit. Raises `ValueError` for infinity."""

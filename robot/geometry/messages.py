@@ -10,8 +10,6 @@ from actors.interfaces.std_msgs.msg import Header
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2
 
-__all__ = ["from_pose", "pose_stamped", "seconds", "to_pose"]
-
 
 def from_pose(pose: Pose) -> Pose2:
     """The floor part of a pose message."""

@@ -8,8 +8,6 @@ from typing import Final
 
 from robot.geometry.angles import wrap
 
-__all__ = ["ZERO_TWIST", "Pose2", "Twist2", "compose", "inverse"]
-
 
 @dataclass(frozen=True, slots=True)
 class Pose2:

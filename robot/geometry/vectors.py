@@ -7,8 +7,6 @@ from math import tau
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Floats", "Rows", "Triple", "Vector", "rotation_of", "to_body", "to_ground", "wrap_all"]
-
 Floats = NDArray[np.float64]
 """An array of any shape."""
 Vector = NDArray[np.float64]

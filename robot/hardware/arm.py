@@ -12,8 +12,6 @@ from typing import Protocol
 from robot.geometry.vectors import Vector
 from robot.hardware.devices import Device
 
-__all__ = ["ArmBusy", "ArmDevice", "ArmState", "GripperState"]
-
 
 class ArmBusy(RuntimeError):
     """The arm is moving and cannot take another target."""

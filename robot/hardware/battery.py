@@ -7,8 +7,6 @@ from enum import IntEnum
 
 from robot.model.battery import GAUGE_CELLS
 
-__all__ = ["PackState", "SupplyStatus"]
-
 
 class SupplyStatus(IntEnum):
     """What the pack is doing, with the numbers of ``sensor_msgs/BatteryState.power_supply_status``."""

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 
-__all__ = ["BEAMS", "MAX_RANGE", "NEAREST", "beam_angles", "returns"]
-
 BEAMS: Final = 360
 MAX_RANGE: Final = 10.0
 """m; a beam that reads this has met nothing."""

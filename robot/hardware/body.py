@@ -17,22 +17,6 @@ from numpy.typing import NDArray
 from robot.geometry.vectors import Vector
 from robot.model.power import motor_power
 
-__all__ = [
-    "JOINT_NAMES",
-    "LEGS",
-    "NO_REPLAY",
-    "ActuatorState",
-    "BodySilent",
-    "Capabilities",
-    "Hardware",
-    "ImuSample",
-    "JointSample",
-    "MotorTargets",
-    "Sample",
-    "SteppingHardware",
-    "Sweep",
-]
-
 NO_REPLAY = "is the robot's hardware, which its nodes read and drive by calls that no journal carries: replay the nodes that hear of it by topics"
 """Why no journal is kept of a node that holds hardware."""
 

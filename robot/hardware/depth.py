@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 
-__all__ = ["CAMERAS", "FARTHEST", "PATTERNS", "DepthCamera", "camera_of", "eyes", "rays"]
-
 
 @dataclass(frozen=True, slots=True)
 class DepthCamera:

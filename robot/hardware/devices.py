@@ -22,17 +22,6 @@ if TYPE_CHECKING:
     from robot.hardware.body import Hardware, Sweep
     from robot.model.battery import PackDesign
 
-__all__ = [
-    "BatteryDevice",
-    "CameraDevice",
-    "ChargerDevice",
-    "DepthDevice",
-    "Device",
-    "Equipment",
-    "Frame",
-    "LidarDevice",
-]
-
 
 class Device(Protocol):
     """One device of one robot."""

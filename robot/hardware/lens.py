@@ -14,9 +14,6 @@ from actors.interfaces.sensor_msgs.msg import CameraInfo
 from actors.interfaces.std_msgs.msg import Header
 from robot.geometry.vectors import Floats
 
-__all__ = ["CX", "CY", "FOCAL", "HEIGHT", "WIDTH", "camera_info", "column_slopes", "deproject", "project", "row_slopes"]
-
-
 WIDTH: Final = 640
 HEIGHT: Final = 480
 FIELD: Final = radians(70.0)

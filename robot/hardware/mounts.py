@@ -8,8 +8,6 @@ from typing import Final
 
 from actors.tf2 import Transform
 
-__all__ = ["CAMERA", "IMU", "LIDAR"]
-
 IMU: Final = Transform()
 """imu_link in base_link."""
 LIDAR: Final = Transform()

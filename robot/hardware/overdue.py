@@ -13,8 +13,6 @@ import numpy as np
 
 from robot.hardware.body import ImuSample, Sample
 
-__all__ = ["SPAN", "merged", "taken_together"]
-
 PATIENCE: Final = 0.01
 """Seconds for which a sample may wait: a reader who is later than that is behind. Two periods of 200 Hz, for a single turn that was late."""
 SPAN: Final = 0.02

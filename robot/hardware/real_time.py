@@ -8,8 +8,6 @@ from typing import Any, Final
 
 from actors.time.lockstep import lockstep_of
 
-__all__ = ["SLOW", "RealTime"]
-
 WINDOW: Final = 3.0
 """Real seconds over which it is measured. The first of them belong to the start, which is not warned of."""
 SLOW: Final = 0.8

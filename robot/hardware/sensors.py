@@ -13,8 +13,6 @@ from dataclasses import dataclass, field
 from math import radians
 from typing import Literal, TypeAlias
 
-__all__ = ["ContactErrors", "EncoderErrors", "ImuErrors", "LidarErrors", "SensorKind", "Sensors"]
-
 SensorKind: TypeAlias = Literal["ideal", "real"]
 
 

@@ -10,8 +10,6 @@ from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.model.actuators import SILENCE
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["PERIOD", "Drives"]
-
 PERIOD: Final = 0.005
 """Seconds between the targets that they then give themselves."""
 

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from robot.scenes.scene import Scene
     from robot.sim.ground import Ground
 
-__all__ = ["BodyHost", "BodySpec", "serve"]
-
 IDLE: Final = 0.005
 """Seconds between two rounds while nobody has asked for samples."""
 BEHIND: Final = 0.01

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["LEAD", "Phase"]
-
 LEAD: Final = 0.0015
 """Seconds by which a sample is taken before its reader is due: for the body to compute it, and to be a little late."""
 TICKS: Final = 40

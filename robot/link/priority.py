@@ -8,8 +8,6 @@ from typing import Final, Literal
 
 from robot.link.turns import short_turns
 
-__all__ = ["SWITCH", "favour", "step_aside"]
-
 PRIORITY: Final = {"body": 20, "control": 10}
 """Of real-time scheduling. The body is hardware: it goes before those who command it."""
 SWITCH: Final = "ROBACTOR_REALTIME"

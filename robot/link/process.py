@@ -19,8 +19,6 @@ from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ground
 
-__all__ = ["BodyProcess"]
-
 STARTING: Final = 30.0
 """Seconds within which it must have told where it is, on a machine that is busy with other starts."""
 POLL: Final = 0.005

@@ -16,11 +16,6 @@ from robot.link.segment import ARM, COMMAND, THING
 from robot.scenes.scene import Thing
 from robot.sim.simulation import Truth
 
-__all__ = [
-    "Call", "Command", "Order", "State", "arm_of", "command_record", "held_of", "read_command", "read_power", "read_state", "read_truth", "sample_of",
-    "sample_record", "scenery_record", "state_record", "things_of",
-]  # fmt: skip
-
 TOUCHED: Final = 4
 """So many obstacles are told of those that are touched at once."""
 _NONE: Final = -1.0

@@ -57,8 +57,6 @@ from robot.sim.sight import sight
 from robot.sim.simulation import SimulationArm, Truth
 from robot.sim.spin import beam_directions
 
-__all__ = ["LinkedBody"]
-
 SILENT: Final = 1.0
 """Seconds without news after which a body counts as gone."""
 ANSWER: Final = 0.5

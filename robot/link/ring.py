@@ -15,8 +15,6 @@ import numpy as np
 
 from robot.geometry.vectors import Vector
 
-__all__ = ["Ring"]
-
 _COUNT = struct.Struct("<Q")
 _HEAD = struct.Struct("<QQ")
 """Of a slot: number, checksum."""

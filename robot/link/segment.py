@@ -13,8 +13,6 @@ from typing import Any, Final
 
 from robot.link.ring import Ring
 
-__all__ = ["PREFIX", "Segment", "SharedMemoryMissing", "attached", "create"]
-
 PREFIX: Final = "robactor-body-"
 """Of the names of all segments; the maker's process id follows."""
 _SHM: Final = Path("/dev/shm")

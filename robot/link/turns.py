@@ -13,8 +13,6 @@ import platform
 import struct
 from typing import Final
 
-__all__ = ["TURN", "short_turns"]
-
 TURN: Final = 100_000
 """Nanoseconds: the shortest that the kernel allows."""
 _CALLS: Final = {"x86_64": (314, 315), "aarch64": (274, 275), "riscv64": (274, 275)}

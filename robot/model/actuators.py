@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["MOTOR_DELAY", "NOMINAL_VOLTAGE", "SILENCE", "ActuatorDesign"]
-
 NOMINAL_VOLTAGE = 51.8
 """Of the drives' bus, V: 14 cells of 3.7 V."""
 MOTOR_DELAY = 0.004

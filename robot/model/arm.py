@@ -11,8 +11,6 @@ from collections.abc import Sequence
 from math import acos, atan2, cos, hypot, isfinite, pi, sin, tau
 from typing import NamedTuple
 
-__all__ = ["JOINTS", "LIMITS", "MOUNT", "STOWED", "Angles", "OutOfReach", "Tip", "check_angles", "forward", "inverse"]
-
 Angles = tuple[float, float, float, float]
 
 JOINTS = ("arm_yaw", "arm_shoulder", "arm_elbow", "arm_wrist")

@@ -14,8 +14,6 @@ import numpy as np
 
 from robot.geometry.vectors import Vector
 
-__all__ = ["EMPTY_VOLTAGE", "FULL_CELL_VOLTAGE", "GAUGE_CELLS", "HEAT_CAPACITY", "THERMAL_RESISTANCE", "PackDesign"]
-
 NOMINAL_CELL_VOLTAGE = 3.7
 FULL_CELL_VOLTAGE = 4.2
 GAUGE_CELLS = 3

@@ -10,8 +10,6 @@ from types import MappingProxyType
 
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["A2", "B2", "BODIES", "GO2"]
-
 GO2 = RobotModel(
     name="go2",
     thigh=0.213,

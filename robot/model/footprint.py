@@ -10,9 +10,6 @@ import numpy as np
 
 from robot.geometry.vectors import Floats
 
-__all__ = ["Footprint"]
-
-
 _SPACING = 0.1
 """Outline points at most this far apart, m: a post of 15 cm that touches the outline between two of them counts as 1.5 cm away."""
 

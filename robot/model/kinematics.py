@@ -18,18 +18,6 @@ import numpy as np
 from robot.geometry.vectors import Triple, Vector
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = [
-    "LegAngles",
-    "Reach",
-    "feet",
-    "inverse",
-    "leg_forward",
-    "leg_inverse",
-    "leg_jacobian",
-    "within_limits",
-]
-
-
 _SHORTEST = 1e-4
 """Least height (m) of the leg plane that the inverse works with: closer to the hip axis the hip angle is undefined."""
 

@@ -13,8 +13,6 @@ from robot.geometry.vectors import Rows, Triple
 from robot.model.parameters import GRAVITY
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["LEVEL", "LegState", "foot_velocities", "leg_state", "torques"]
-
 LEVEL: Triple = (0.0, 0.0, 1.0)
 """The vertical of a level body, body axes."""
 

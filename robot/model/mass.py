@@ -12,8 +12,6 @@ from robot.model.kinematics import inverse
 from robot.model.robot import SPOT, RobotModel
 from robot.model.stance import nominal_feet
 
-__all__ = ["StandingMass", "standing_mass"]
-
 
 class StandingMass(NamedTuple):
     """Centre of mass and inertia of the whole robot, level, heading axes."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-__all__ = ["GOALS", "ON_ITS_FEET", "Mode"]
-
 
 class Mode(StrEnum):
     """Three that can be asked for, and three on the way between them."""

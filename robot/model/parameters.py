@@ -7,37 +7,6 @@ and link centres of mass) and Isaac Lab's actuator data (torque limits). The men
 
 from __future__ import annotations
 
-__all__ = [
-    "ABDUCTION",
-    "BODY_INERTIA",
-    "BODY_MASS",
-    "CALF",
-    "CALF_COM",
-    "CALF_INERTIA",
-    "CALF_MASS",
-    "FOOT_RADIUS",
-    "GRAVITY",
-    "HIPS",
-    "HIP_COM",
-    "HIP_INERTIA",
-    "HIP_LIMITS",
-    "HIP_MASS",
-    "JOINT_LIMITS",
-    "KNEE_LIMITS",
-    "KNEE_TORQUE",
-    "MASS",
-    "SHOULDER_LIMITS",
-    "SIDES",
-    "SIT_HEIGHT",
-    "STAND_HEIGHT",
-    "THIGH",
-    "THIGH_COM",
-    "THIGH_INERTIA",
-    "THIGH_MASS",
-    "TORQUE_LIMIT",
-    "TRUNK",
-]
-
 GRAVITY = 9.81
 
 THIGH = 0.321

@@ -14,8 +14,6 @@ import numpy as np
 
 from robot.geometry.vectors import Vector
 
-__all__ = ["COPPER_LOSS", "HOTEL_LOAD", "electrical_power", "motor_power", "typical_motor_power"]
-
 HOTEL_LOAD = 120.0
 """W, drawn as long as the robot is switched on."""
 COPPER_LOSS = 0.053

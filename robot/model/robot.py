@@ -15,8 +15,6 @@ from math import inf, isfinite, sqrt
 from robot.geometry.vectors import Triple
 from robot.model import parameters as spot
 
-__all__ = ["SPOT", "ModelError", "RobotModel"]
-
 Pair = tuple[float, float]
 
 

@@ -7,8 +7,6 @@ import numpy as np
 from robot.geometry.vectors import Vector
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["NOMINAL", "nominal_feet"]
-
 NOMINAL = SPOT.nominal
 """Of the reference body: foot places (x, y) in the body frame straight below the shoulders, order fl, fr, rl, rr, metres."""
 

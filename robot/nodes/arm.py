@@ -45,8 +45,6 @@ if TYPE_CHECKING:
     from actors import ExitReason
     from robot.hardware.arm import ArmDevice, ArmState
 
-__all__ = ["ArmDriver"]
-
 TICK = 0.001
 """A body's time may be this much behind the clock's, s: its instants are whole ticks."""
 SETTLED = 1e-3

@@ -21,8 +21,6 @@ from robot.interfaces.tutorials.my_robot_interfaces.srv import (
 )
 from robot.model.power import electrical_power
 
-__all__ = ["Battery"]
-
 
 class Battery(Node):
     """Reads the pack's gauge. Publishes battery_state and battery_status at 1 Hz; serves get_battery_status.

@@ -22,8 +22,6 @@ from robot.interfaces.tutorials.your_package.srv import (
 )
 from robot.model.modes import Mode
 
-__all__ = ["NOT_CALIBRATED", "Calibration"]
-
 M = TypeVar("M", bound=Message)
 
 NOT_CALIBRATED: Final = {

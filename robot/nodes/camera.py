@@ -18,8 +18,6 @@ from robot.nodes.point_clouds import pack_points, points_of_depth
 if TYPE_CHECKING:
     from robot.hardware.devices import CameraDevice, Frame
 
-__all__ = ["Camera"]
-
 RATE: Final = 30.0
 FRAME: Final = "camera_link"
 POINTS_EVERY: Final = 3

@@ -17,8 +17,6 @@ from robot.interfaces.robactor_msgs.msg import GoalReport
 from robot.interfaces.tutorials.proposed_interfaces.action import NavigateAndGrab
 from robot.nodes.story import CANCELED
 
-__all__ = ["Carrier", "Delivery"]
-
 TRIES = 3
 """How often an errand is asked for, when its server fails on the way."""
 PAUSE = 1.0

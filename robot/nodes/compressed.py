@@ -14,8 +14,6 @@ from actors.interfaces.sensor_msgs.msg import CompressedImage, Image
 from robot.nodes.on_demand import while_heard
 from robot.png import encode
 
-__all__ = ["ImageCompressor", "compressed", "compressed_topic"]
-
 CHANNELS: Final = {"rgb8": (0, 1, 2), "bgr8": (2, 1, 0), "mono8": (0, 0, 0)}
 """For each encoding, which of its channels are red, green and blue."""
 ENCODING: Final = 0.05

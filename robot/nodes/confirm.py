@@ -18,9 +18,6 @@ from robot.interfaces.robactor_msgs.msg import Detection
 from robot.interfaces.robactor_msgs.srv import ConfirmObject, ConfirmObject_Request, ConfirmObject_Response
 from robot.scenes.objects import Look
 
-__all__ = ["ObjectConfirmation"]
-
-
 FRAME = "base_link"
 AGREED = 0.05
 """Detections that are all this near to their middle are of one object that stands still, m."""

@@ -13,8 +13,6 @@ from robot.nodes.point_clouds import pack_points
 if TYPE_CHECKING:
     from robot.hardware.devices import DepthDevice
 
-__all__ = ["DepthCameras"]
-
 
 class DepthCameras(Node):
     """Publishes depth/points, 10 Hz, while somebody listens: noisy, late (50 ms in simulation), with gaps, and now and then not at all.

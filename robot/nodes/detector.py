@@ -15,8 +15,6 @@ from robot.contracts import CAMERA_DEPTH, CAMERA_RGB, DETECTIONS
 from robot.estimation.detect import Blob, find_blobs
 from robot.interfaces.robactor_msgs.msg import Detection
 
-__all__ = ["Detector"]
-
 PATIENCE: Final = 1.0
 """Seconds without a picture after which the camera counts as silent."""
 

@@ -14,8 +14,6 @@ from robot.contracts import BATTERY_STATUS, DIAGNOSTICS, GAIT_STATUS, MOTOR_POWE
 from robot.hardware.real_time import SLOW
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, MotorPower, SafetyState
 
-__all__ = ["Diagnostics"]
-
 OK, WARN, ERROR, STALE = (
     DiagnosticStatus.OK,
     DiagnosticStatus.WARN,

@@ -51,8 +51,6 @@ from robot.interfaces.tutorials.humanoid_control_interfaces.action import Naviga
 from robot.model.modes import Mode
 from robot.scenes.dock import BEFORE
 
-__all__ = ["Docking"]
-
 CONFIG = DockConfig()
 STANDSTILL = Twist()
 RESTING = 0.5

@@ -22,8 +22,6 @@ from robot.interfaces.robactor_msgs.msg import GaitStatus
 from robot.model.modes import ON_ITS_FEET
 from robot.nodes.point_clouds import unpack_points
 
-__all__ = ["Elevation"]
-
 STANDING = 0.8
 """The floor under the robot, when it first stands, is taken to be level so far around it, m: its corners are 0.6 m away."""
 CELL = np.dtype([(name, "<f4") for name in ("x", "y", "z", "doubt", "age")])

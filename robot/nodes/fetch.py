@@ -40,8 +40,6 @@ from robot.planning.grasp import Spot, approach, stands
 from robot.planning.reach import GRASP_DISTANCE
 from robot.scenes.objects import Look
 
-__all__ = ["Fetch"]
-
 GRAB = (("calibrate", 0.0), ("confirm", 5.0), ("navigate", 10.0), ("grab", 70.0))
 CARRY = (("calibrate", 0.0), ("confirm", 3.0), ("navigate", 6.0), ("grab", 40.0), ("carry", 60.0), ("release", 90.0))
 

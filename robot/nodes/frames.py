@@ -18,8 +18,6 @@ from robot.contracts import ODOMETRY, POSE
 from robot.geometry.angles import yaw_of
 from robot.hardware import mounts
 
-__all__ = ["Frames", "leveled"]
-
 REMEMBERED = 10
 """Odometry messages that wait for the map pose of their instant."""
 

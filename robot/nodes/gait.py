@@ -47,8 +47,6 @@ from robot.model.actuators import MOTOR_DELAY, SILENCE
 from robot.model.modes import ON_ITS_FEET, Mode
 from robot.model.robot import SPOT, RobotModel
 
-__all__ = ["Gait"]
-
 FRESH = 0.02
 """A sample that is older, s, is not what the legs do now."""
 SHORTEST = 0.001

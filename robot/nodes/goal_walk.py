@@ -28,8 +28,6 @@ from robot.planning.grid import Grid
 from robot.planning.planner import Planner
 from robot.scenes.dock import BEFORE
 
-__all__ = ["ENDED", "GoalWalk", "Heard", "verdict"]
-
 ENDED = (State.ARRIVED, State.CANCELED, State.FAILED)
 RISING_TIMEOUT = 10.0
 """Seconds within which the robot must be walking after it has been asked to."""

@@ -14,8 +14,6 @@ from robot.estimation.history import begun_anew, pose_history
 from robot.estimation.scan_heading import ScanHeading
 from robot.geometry.messages import from_pose, seconds
 
-__all__ = ["Heading"]
-
 PERIOD: Final = 0.15
 """A scan that comes sooner after the last one is left out, s: a heading drifts slowly, and a fit takes 3 ms."""
 

@@ -18,8 +18,6 @@ from robot.nodes.point_clouds import pack_points, points_of_scan
 if TYPE_CHECKING:
     from robot.hardware.devices import LidarDevice
 
-__all__ = ["Lidar", "TurningLidar"]
-
 
 class Lidar(Node):
     """Publishes lidar/scan, 360 beams at 10 Hz, and lidar/points while somebody listens.

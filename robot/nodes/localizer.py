@@ -26,8 +26,6 @@ from robot.hardware.beams import MAX_RANGE
 from robot.interfaces.tutorials.proposed_interfaces.srv import GetRobotPose, GetRobotPose_Request, GetRobotPose_Response
 from robot.planning.grid import Grid
 
-__all__ = ["Localizer"]
-
 LONGEST = 0.1
 """A scan is taken to be at most so much newer than the odometry, s: five messages."""
 SEARCH = 0.3

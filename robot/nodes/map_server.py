@@ -15,8 +15,6 @@ from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.srv import GetPlace, GetPlace_Request, GetPlace_Response
 from robot.planning.grid import Grid
 
-__all__ = ["MapServer"]
-
 
 class MapServer(Node):
     """Publishes the map once, latched; serves get_place: a name such as ``shelf_3`` -> the pose to stand at, frame `map`."""

@@ -14,8 +14,6 @@ from robot.hardware.body import LEGS
 from robot.interfaces.robactor_msgs.msg import FootContacts
 from robot.nodes.on_demand import while_heard
 
-__all__ = ["Markers"]
-
 STANDING: Final = ColorRGBA(r=0.2, g=0.8, b=0.4, a=1.0)
 LIFTED: Final = ColorRGBA(r=0.5, g=0.5, b=0.5, a=0.4)
 PLANNED: Final = ColorRGBA(r=0.2, g=0.5, b=1.0, a=1.0)

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from robot.hardware.body import Hardware
     from robot.hardware.devices import ChargerDevice
 
-__all__ = ["RATE", "Motors"]
-
 RATE = 200.0
 PERIOD = 1.0 / RATE
 LONGEST = 0.02

@@ -66,8 +66,6 @@ from robot.planning import path as paths
 from robot.planning.errors import NavigationError
 from robot.planning.grid import Grid
 
-__all__ = ["Navigation"]
-
 LIMITS, TOLERANCE = Limits(), Tolerance()
 RATE = 20.0
 """Steps of a walk a second. Pose and velocity may wait for the next one, which is all that uses them."""

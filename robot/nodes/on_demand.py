@@ -8,8 +8,6 @@ from typing import Any, Final, TypeVar
 from actors import CallTimeout, Node, Publisher, QoS, Topic
 from actors.interfaces import Message
 
-__all__ = ["while_heard"]
-
 M = TypeVar("M", bound=Message)
 
 PATIENCE: Final = 1.0

@@ -32,8 +32,6 @@ from robot.model.modes import Mode
 from robot.planning.grid import Grid
 from robot.planning.path import line_cells
 
-__all__ = ["Patrol"]
-
 
 class Patrol(Node):
     """Walks `waypoints` for ever, or once with laps=1, and then sits. Publishes mission/goals, one report for each goal that ended.

@@ -11,8 +11,6 @@ from actors.interfaces.sensor_msgs.msg import PointCloud2, PointField
 from actors.interfaces.std_msgs.msg import Header
 from robot.hardware.lens import column_slopes, row_slopes
 
-__all__ = ["pack_points", "points_of_depth", "points_of_scan", "unpack_points"]
-
 FIELDS: Final = tuple(
     PointField(name=name, offset=4 * place, datatype=PointField.FLOAT32, count=1) for place, name in enumerate("xyz")
 )

@@ -12,8 +12,6 @@ from robot.link.priority import favour, step_aside
 if TYPE_CHECKING:
     from robot.hardware.body import Hardware
 
-__all__ = ["Hang", "ProcessCare"]
-
 
 @dataclass(frozen=True, slots=True)
 class Hang:

@@ -23,8 +23,6 @@ from robot.interfaces.robactor_msgs.msg import FootContacts, ImuCalibration
 if TYPE_CHECKING:
     from robot.hardware.body import Hardware, ImuSample, Sample
 
-__all__ = ["RATE", "Proprioception"]
-
 RATE: Final = 200.0
 """Samples of IMU and encoders per second, unless told otherwise."""
 

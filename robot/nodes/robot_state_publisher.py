@@ -6,11 +6,9 @@ from actors import Node, Topic, background, parameter, publishes
 from actors.interfaces.sensor_msgs.msg import JointState
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.tf2_msgs.msg import TFMessage
-from actors.tf2 import StaticTransformBroadcaster, joints_of, stamped
-from robot.contracts import ARM_JOINT_STATES, JOINT_STATES, ROBOT_DESCRIPTION, TF
+from actors.tf2 import TF, StaticTransformBroadcaster, joints_of, stamped
+from robot.contracts import ARM_JOINT_STATES, JOINT_STATES, ROBOT_DESCRIPTION
 from robot.nodes.on_demand import while_heard
-
-__all__ = ["RobotStatePublisher"]
 
 
 class RobotStatePublisher(Node):

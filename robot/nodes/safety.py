@@ -32,8 +32,6 @@ from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, Safety
 from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.model.modes import Mode
 
-__all__ = ["SafetyMonitor"]
-
 RATE = 20.0
 JUMP = 1_000_000_000
 """ns; a clock that goes back by more has been set."""

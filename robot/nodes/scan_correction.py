@@ -15,8 +15,6 @@ from robot.estimation.deskew import Deskew
 from robot.estimation.history import begun_anew
 from robot.geometry.messages import seconds
 
-__all__ = ["ScanCorrection"]
-
 NANOSECONDS: Final = 1_000_000_000
 SLACK: Final = 0.005
 """The last beams may have looked so much after the newest odometry, s: a quarter of its period."""

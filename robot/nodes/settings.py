@@ -16,8 +16,6 @@ from actors.runtime.incarnation import incarnation_of
 if TYPE_CHECKING:
     from actors import Node
 
-__all__ = ["load", "save"]
-
 
 class _Services(NamedTuple):
     names: Service[srv.ListParameters_Request, srv.ListParameters_Response]

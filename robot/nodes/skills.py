@@ -30,8 +30,6 @@ from robot.model.arm import STOWED
 from robot.model.modes import Mode
 from robot.planning.grasp import STANDING, Spot
 
-__all__ = ["Skills", "Stalled", "TaskFailed"]
-
 LOOK_TIMEOUT = 3.0
 AWAY = (NodeRestarting,)
 """A question to a node that is being restarted is asked again."""

@@ -12,8 +12,6 @@ from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus
 from robot.model.modes import Mode
 from robot.nodes.settings import load, save
 
-__all__ = ["RobotStatus"]
-
 
 class RobotStatus(Node):
     """Serves robot/get_status, robot/save_config and robot/restore_config. Takes battery_status, pose, gait_status.

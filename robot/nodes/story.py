@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from math import inf
 from typing import NamedTuple
 
-__all__ = ["CANCELED", "Story", "Told"]
-
 CANCELED = "Task canceled"
 """What the result of a task says that was interrupted, by its client or by the end of its node."""
 

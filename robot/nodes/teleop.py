@@ -22,8 +22,6 @@ from robot.interfaces.robactor_msgs.msg import DriveStatus, SafetyState
 if TYPE_CHECKING:
     from actors import ExitReason
 
-__all__ = ["TUTORIAL_LIMITS", "RobotController"]
-
 RATE = 50.0
 """Looks per second at what has timed out. Commands wait for none of them: they are passed on as they come."""
 TUTORIAL_LIMITS = MappingProxyType({"max_forward": 1.0, "max_backward": 1.0, "max_sideways": 1.0, "max_turn": 1.0})

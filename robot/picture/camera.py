@@ -11,8 +11,6 @@ import numpy as np
 from robot.geometry.vectors import Vector
 from robot.picture.solids import Floats
 
-__all__ = ["Camera"]
-
 
 @dataclass(frozen=True, eq=False)
 class Camera:

@@ -8,15 +8,14 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from robot.picture.options import Options, UsageError, parse
+from cli.command import UsageError
+from robot.picture.options import Options, parse
 
 if TYPE_CHECKING:
     from robot.assembly import Robot
     from robot.picture.recording import Recording
     from robot.png import Image
     from robot.scenes.scene import Scene
-
-__all__ = ["main"]
 
 
 def main(argv: Sequence[str]) -> int:

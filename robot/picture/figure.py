@@ -16,8 +16,6 @@ from robot.picture import palette
 from robot.picture.solids import Solid, ball, box, capsule, stick
 from robot.sim.simulation import Truth
 
-__all__ = ["Leg", "arm_joints", "legs", "robot_solids"]
-
 
 class Leg(NamedTuple):
     """The joints of one leg in the body frame, m."""

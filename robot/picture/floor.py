@@ -20,8 +20,6 @@ from robot.picture.solids import Colour, Floats
 from robot.picture.tracer import CHUNK
 from robot.scenes.scene import Scene
 
-__all__ = ["Layer", "floor_layers", "paint"]
-
 Points = Sequence[tuple[float, float]]
 JOINT_WIDTH = 0.012
 

@@ -13,17 +13,16 @@ from typing import Any
 
 import numpy as np
 
+from cli.command import UsageError
 from robot.geometry.vectors import Vector
 from robot.picture import palette
 from robot.picture.camera import Camera
 from robot.picture.recording import Recording
+from robot.picture.solids import Colour
 from robot.picture.viewpoint import viewpoint
 from robot.png import Image
-from robot.run.errands import UsageError
 from robot.sim.ground import Ground
 from robot.sim.mjcf import write_model
-
-__all__ = ["check", "draw_with_mujoco"]
 
 Points = Sequence[tuple[float, float]]
 
@@ -91,7 +90,7 @@ def _dressed(mujoco: Any, recording: Recording, camera: Camera) -> Any:
     return spec.compile()
 
 
-def _shown(colour: palette.Colour) -> list[float]:
+def _shown(colour: Colour) -> list[float]:
     """Linear light as MuJoCo takes colours."""
     return [channel ** (1.0 / 2.2) for channel in colour]
 
@@ -106,7 +105,7 @@ def _eye(mujoco: Any, camera: Camera) -> Any:
     return eye
 
 
-def _draw_line(mujoco: Any, scene: Any, points: Points, radius: float, colour: palette.Colour) -> None:
+def _draw_line(mujoco: Any, scene: Any, points: Points, radius: float, colour: Colour) -> None:
     """Capsules along a line, sunk into the floor so that their backs look out of it."""
     rgba, z = np.array((*_shown(colour), 1.0), dtype=np.float32), 0.01 - radius
     for (ax, ay), (bx, by) in pairwise(points):

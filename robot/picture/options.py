@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Literal
 
-from robot.run.arguments import Parser, parse_seed
-from robot.run.errands import Fetch, Goal, UsageError, parse_fetch, parse_goal
+from cli.command import UsageError
+from cli.parsing import Parser
+from robot.run.arguments import parse_seed
+from robot.run.errands import Fetch, Goal, parse_fetch, parse_goal
 from robot.scenes.worlds import WORLDS
-
-__all__ = ["Options", "UsageError", "parse"]
 
 SMALLEST, LARGEST = (64, 64), (4096, 4096)
 """Width and height in pixels."""

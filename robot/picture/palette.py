@@ -4,12 +4,6 @@ from __future__ import annotations
 
 from robot.picture.solids import Colour
 
-__all__ = [
-    "BLACK", "BOARD", "CARTONS", "CHARGE", "CONCRETE", "CRATE", "DADO", "DARK", "FRAME", "GLASS", "GRAPHITE",
-    "HAZARD", "HAZE", "JOINT", "LINE", "PATH", "PILLAR", "PRINT", "ROBOT", "RUBBER", "SKY", "STEEL", "TRAIL",
-    "WALL", "WHITE", "Colour", "linear",
-]  # fmt: skip
-
 
 def linear(text: str) -> Colour:
     """`rrggbb` as linear light."""

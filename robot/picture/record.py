@@ -19,8 +19,6 @@ from robot.model.parameters import FOOT_RADIUS
 from robot.picture.recording import Recording
 from robot.sim.simulation import Simulation, Truth
 
-__all__ = ["record"]
-
 RATE = 50.0
 STRIDE = 0.5
 """A little more than the period of the trot, s: within it every leg swings once."""

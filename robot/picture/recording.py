@@ -8,8 +8,6 @@ from robot.geometry.planar import Pose2
 from robot.scenes.scene import Scene, Thing
 from robot.sim.simulation import Truth
 
-__all__ = ["Recording"]
-
 
 @dataclass(slots=True)
 class Recording:

@@ -16,8 +16,6 @@ from robot.picture.solids import Floats, Solid
 from robot.picture.tracer import CHUNK, FLOOR, NOTHING, Hits, lit, nearest, openness
 from robot.png import Image
 
-__all__ = ["Stage", "render"]
-
 TILE = 16
 """A chunk of rays is a tile of 16 x 16 pixels."""
 SAMPLES = (

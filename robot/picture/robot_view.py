@@ -10,8 +10,6 @@ from robot.picture.stage import stage_solids, thing_solids
 from robot.picture.viewpoint import viewpoint
 from robot.png import Image
 
-__all__ = ["draw_robot"]
-
 
 def draw_robot(recording: Recording, width: int, height: int) -> Image:
     """The instant of the recording, with the planned path and the trail on the floor."""

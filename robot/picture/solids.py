@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from robot.geometry.vectors import Vector
 
-__all__ = ["Colour", "Floats", "Solid", "ball", "box", "capsule", "distance", "enter", "normal", "slab", "stick"]
-
 Floats = NDArray[np.floating[Any]]
 """float32 wherever there is one for every ray."""
 Colour = tuple[float, float, float]

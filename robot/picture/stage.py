@@ -9,10 +9,8 @@ import numpy as np
 
 from robot.geometry.vectors import Vector
 from robot.picture import palette
-from robot.picture.solids import Solid, box, stick
+from robot.picture.solids import Colour, Solid, box, stick
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene, Thing
-
-__all__ = ["stage_solids", "thing_solids"]
 
 POST = 0.05
 At = Callable[[float, float, float], Vector]
@@ -69,7 +67,7 @@ def _wall(wall: Box, axes: Vector) -> list[Solid]:
 def _pillar(pillar: Cylinder) -> list[Solid]:
     """Concrete, with a yellow collar at the height of a robot."""
 
-    def ring(low: float, high: float, radius: float, colour: palette.Colour) -> Solid:
+    def ring(low: float, high: float, radius: float, colour: Colour) -> Solid:
         return stick(
             np.array((pillar.x, pillar.y, low)), np.array((pillar.x, pillar.y, high)), radius, colour, gloss=0.1
         )

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from robot.picture.solids import Floats, Solid, distance, enter, normal, slab
 
-__all__ = ["CHUNK", "FLOOR", "NOTHING", "Hits", "chunked", "lit", "nearest", "openness"]
-
 CHUNK = 256
 NOTHING, FLOOR = -2, -1
 DARK = 0.004

@@ -13,8 +13,6 @@ from robot.picture.camera import Camera
 from robot.scenes.scene import Scene, Thing
 from robot.sim.rays import cast
 
-__all__ = ["viewpoint"]
-
 DISTANCE = 2.8
 """From the robot to the eye on the floor, m, where there is room."""
 HEIGHT = 1.3

@@ -10,9 +10,6 @@ import numpy as np
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 
-__all__ = ["Inflation"]
-
-
 TURNING_ROOM = 0.25
 """What a body that turns on the spot should have to spare, m; chosen: the sway of its legs, and half as much again for the estimate."""
 AVERSION = 10.0

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from robot.model.power import electrical_power, typical_motor_power
 
-__all__ = ["AT_DOCK", "RESERVE", "EnergyGuard", "walking_energy"]
-
 RESERVE, HYSTERESIS = 20.0, 3.0
 """Per cent of charge below which no goal but the dock is open, and how far above it they are open again."""
 MARGIN = 1.5

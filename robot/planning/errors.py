@@ -2,16 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = [
-    "GoalBlocked",
-    "InvalidPose",
-    "NavigationError",
-    "NoProgress",
-    "PathBlocked",
-    "StartBlocked",
-    "Unreachable",
-]
-
 
 class NavigationError(Exception):
     """Base of every named failure; `name` is the word for results and logs."""

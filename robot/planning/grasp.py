@@ -11,8 +11,6 @@ from robot.model.arm import MOUNT, Angles, OutOfReach, Tip, inverse
 from robot.model.parameters import FOOT_RADIUS, STAND_HEIGHT
 from robot.planning.reach import reach_ring, standing_place
 
-__all__ = ["STANDING", "Approach", "Spot", "approach", "stands"]
-
 STANDING = STAND_HEIGHT + FOOT_RADIUS
 """Height of the body's origin when it stands, m."""
 ABOVE = 0.12

@@ -21,9 +21,6 @@ from robot.planning.errors import InvalidPose
 from robot.planning.ground import ground_of, rises_to_lidar
 from robot.scenes.scene import Box, Obstacle, Scene
 
-__all__ = ["FREE", "OCCUPIED", "UNKNOWN", "Cell", "Grid", "block_mean", "distance_to", "signed_distance"]
-
-
 Cell = tuple[int, int]
 """Row and column."""
 

@@ -13,8 +13,6 @@ from robot.geometry.vectors import Floats
 from robot.model.parameters import FOOT_RADIUS, STAND_HEIGHT
 from robot.scenes.terrain import Ramp
 
-__all__ = ["STEEPEST", "ground_of", "rises_to_lidar"]
-
 STEEPEST: Final = radians(20.0)
 """The steepest slope that is planned over, rad; chosen: the robot crosses its crests at a friction of 0.6 (docs/figures.md#ramps). Steeper ground
 counts as a wall."""

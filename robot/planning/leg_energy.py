@@ -21,8 +21,6 @@ from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats, wrap_all
 from robot.model.power import electrical_power, typical_motor_power
 
-__all__ = ["LegEnergy", "RouteEnergy", "turning"]
-
 _HOUR = 3600.0
 """s."""
 _TURN_RATE = 1.0

@@ -19,8 +19,6 @@ from actors.yaml_bounds import check_yaml
 from robot.geometry.vectors import Floats
 from robot.planning.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
-__all__ = ["FREE_BELOW", "OCCUPIED_ABOVE", "InvalidMap", "Mode", "Occupancy", "read_map", "write_map"]
-
 Mode: TypeAlias = Literal["trinary", "scale", "raw"]
 """How the shades of a picture are meant: as free, occupied or unknown; as a probability between; or as the cells' values themselves."""
 

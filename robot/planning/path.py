@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 
-__all__ = ["Path", "line_cells", "pull"]
-
 _SLACK = 0.01
 """By this share a straight line may cost more than the stretch it replaces; chosen: costs are sampled every half cell."""
 _ROUNDING = 1e-9

@@ -17,9 +17,6 @@ from robot.planning.grid import Cell, Grid, block_mean
 from robot.planning.path import Path, pull
 from robot.planning.wavefront import Wavefront
 
-__all__ = ["Margins", "Planner", "check_finite"]
-
-
 _COARSE = 0.1
 """Cells of the first try, m."""
 _ESCAPE = 0.5

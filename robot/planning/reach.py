@@ -8,8 +8,6 @@ from math import atan2, cos, hypot, sin
 from robot.geometry.planar import Pose2
 from robot.model.arm import MOUNT, OutOfReach, Tip, inverse
 
-__all__ = ["GRASP_DISTANCE", "Ring", "reach_ring", "standing_place"]
-
 GRASP_DISTANCE = 0.02
 """The tool's tip holds a thing that is nearer than this, m."""
 _STEP = 0.005

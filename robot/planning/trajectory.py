@@ -16,8 +16,6 @@ import numpy as np
 
 from robot.geometry.vectors import Vector
 
-__all__ = ["ARM_LIMITS", "Motion", "MotionLimits", "Point", "Quintic", "Stop"]
-
 Phases = tuple[float, float, float]
 
 PEAK_SPEED, PEAK_ACCELERATION, PEAK_JERK = 15 / 8, 10 / sqrt(3), 60.0

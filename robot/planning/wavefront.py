@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from robot.geometry.vectors import Floats
 from robot.planning.grid import Cell
 
-__all__ = ["Wavefront", "spread"]
-
 Nodes = NDArray[np.intp]
 
 _SQRT2 = 2.0**0.5

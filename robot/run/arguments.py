@@ -6,10 +6,6 @@ import argparse
 from collections.abc import Callable
 from math import isfinite, nan
 
-from cli.parsing import Parser
-
-__all__ = ["LEVELS", "Parser", "parse_seed", "seconds", "whole", "within"]
-
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 """What may be said for `--log-level`."""
 

@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from actors import Child, Supervisor
 from actors.suggest import did_you_mean
 
-__all__ = ["UnknownNode", "changed", "check_journals", "nodes_of", "only"]
-
 
 class UnknownNode(LookupError):
     """A node was asked for that the tree does not have; the text is one line that names the closest ones."""

@@ -11,9 +11,9 @@ from dataclasses import asdict
 from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
+from cli.command import UsageError
 from cli.starting import interruptible
 from robot.run.crashes import check_crashes, crash, with_hangs
-from robot.run.errands import UsageError
 from robot.run.hardships import Push
 from robot.run.options import Options, parse
 
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from robot.run.web import ServeWeb
     from robot.scenes.scene import Scene
     from robot.sim.simulation import Simulation
-
-__all__ = ["main"]
 
 
 def main(argv: Sequence[str], serve_web: ServeWeb | None = None) -> int:

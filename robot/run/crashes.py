@@ -6,12 +6,11 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from robot.run.errands import Crash, Hang, UsageError
+from cli.command import UsageError
+from robot.run.errands import Crash, Hang
 
 if TYPE_CHECKING:
     from actors import Child, Supervisor, System
-
-__all__ = ["check_crashes", "crash", "with_hangs"]
 
 
 def check_crashes(tree: Supervisor, crashes: Sequence[Crash | Hang], option: str = "--crash") -> None:

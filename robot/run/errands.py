@@ -8,10 +8,6 @@ from math import isfinite, radians
 
 from cli.command import UsageError
 
-__all__ = [
-    "Crash", "Fetch", "Goal", "Hang", "UsageError", "at_a_time", "checked", "parse_fault", "parse_fetch", "parse_goal",
-]  # fmt: skip
-
 Goal = tuple[float, float, float]
 """x and y in metres, the heading in rad."""
 

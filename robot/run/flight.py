@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from robot.run.judge import Score
     from robot.run.options import Options
 
-__all__ = ["Flight"]
-
 
 class Flight:
     """Records from before the tree starts until after it has stopped. The record ends at the first fall, if there is one."""

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import nan, radians, tan
 
-from robot.run.errands import UsageError, at_a_time, checked
+from cli.command import UsageError
+from robot.run.errands import at_a_time, checked
 from robot.sim.ground import Ground
-
-__all__ = ["Push", "parse_ground", "parse_push"]
 
 HARDEST_PUSH = 1000.0
 """N s: 30 m/s of the whole robot."""

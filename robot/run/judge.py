@@ -18,8 +18,6 @@ from robot.planning.grid import signed_distance
 from robot.scenes.scene import Cylinder, Obstacle
 from robot.sim.simulation import Simulation
 
-__all__ = ["Judge", "SafetyStop", "Score", "ScoredGoal"]
-
 RATE = 50.0
 BELIEVED = 0.2
 """A gait that has not said for so long that it stands or walks may have sat down, s."""

@@ -7,13 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from cli.command import UsageError
 from robot.concerns import ELSEWHERE, HERE
-from robot.run.errands import UsageError
 
 if TYPE_CHECKING:
     from actors.hosts import TlsHosts
-
-__all__ = ["Machines", "parse_machines", "tls_hosts"]
 
 _FORM = "CONCERN=HOST[@ADDRESS[:PORT]][,SPARE...], such as navigation=base@192.168.1.6,spare@192.168.1.7"
 

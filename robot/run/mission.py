@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from actors.suggest import did_you_mean
+from cli.command import UsageError
 from robot.control.navigator import Navigator
 from robot.geometry.planar import Pose2
 from robot.nodes.carrier import Delivery
 from robot.planning.errors import NavigationError
 from robot.planning.grasp import Spot, stands
 from robot.planning.grid import Grid, signed_distance
-from robot.run.errands import Fetch, Goal, UsageError
+from robot.run.errands import Fetch, Goal
 from robot.run.options import Options
 from robot.scenes.scene import Scene, Thing
 from robot.scenes.worlds import WORLDS, get_world
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from robot.assembly import Mission
     from robot.run.judge import Score, ScoredGoal
     from robot.sim.simulation import Simulation
-
-__all__ = ["DOCK_GOAL", "failure", "get_mission"]
 
 DOCK_GOAL = "dock"
 """What the patrol's reports call its dock."""

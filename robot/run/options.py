@@ -9,16 +9,15 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Literal
 
+from cli.command import UsageError
+from cli.parsing import Parser
 from robot.hardware.sensors import SensorKind
 from robot.model.actuators import ActuatorDesign
-from robot.run.arguments import Parser
-from robot.run.errands import Crash, Fetch, Goal, Hang, UsageError, checked, parse_fault, parse_fetch, parse_goal
+from robot.run.errands import Crash, Fetch, Goal, Hang, checked, parse_fault, parse_fetch, parse_goal
 from robot.run.hardships import Push, parse_ground, parse_push
 from robot.run.machines import Machines, parse_machines
 from robot.run.words import declare
 from robot.sim.ground import Ground
-
-__all__ = ["VIRTUAL_DURATION", "Options", "Web", "parse"]
 
 VIRTUAL_DURATION = 120.0
 """A run on the virtual clock needs an end; this is its default, seconds."""

@@ -11,8 +11,6 @@ from actors import System
 from robot.run.judge import Score
 from robot.sim.simulation import Simulation
 
-__all__ = ["last_sample", "make_report"]
-
 
 def make_report(system: System, body: Simulation, score: Score, run: Mapping[str, Any]) -> dict[str, Any]:
     """Everything worth knowing of a run. Call it while the system still runs."""

@@ -23,8 +23,6 @@ from robot.planning.path import Path
 from robot.run.judge import Score
 from robot.sim.simulation import Truth
 
-__all__ = ["Part", "Status", "StatusLine", "final_parts"]
-
 LINES_EVERY = 5.0
 """Seconds between the status lines of a log."""
 STATUS = "robot"

@@ -6,16 +6,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol
 
 from actors import Backoff, Intensity
-from robot.run.errands import UsageError
+from cli.command import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
     from actors import Child, System
     from robot.run.options import Options
-
-__all__ = ["ServeWeb", "start"]
-
 
 AGAIN: Final = Backoff(0.5, 30.0)
 """The pause before the server's process is started again, however often it fails: the STOP of the page must not stay away."""

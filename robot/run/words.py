@@ -7,8 +7,6 @@ from typing import Any
 from robot.run.arguments import LEVELS, parse_seed, seconds, whole
 from robot.scenes.worlds import WORLDS
 
-__all__ = ["declare"]
-
 
 def declare(add: Any) -> None:
     """Declare every word by `add`, the `add_argument` of a parser."""

@@ -7,8 +7,6 @@ from math import cos, sin
 from robot.geometry.planar import Pose2
 from robot.scenes.scene import Box, Scene
 
-__all__ = ["BEFORE", "FACE_AHEAD", "FACE_WIDTH", "has_station", "station"]
-
 FACE_AHEAD, FACE_WIDTH, DEPTH, HEIGHT = 0.85, 0.40, 0.15, 0.80
 """The station's face stands so far ahead of the body's middle when docked, and is so wide; the station's depth and height; metres."""
 

@@ -11,8 +11,6 @@ from types import MappingProxyType
 from robot.geometry.planar import Pose2
 from robot.scenes.scene import Box, Cylinder, Scene, Thing
 
-__all__ = ["kitchen"]
-
 BOUNDS = (-3.0, -4.0, 7.0, 4.0)
 WALLS = (
     Box(2.0, -4.05, 10.2, 0.1, height=2.0),

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 from robot.scenes.scene import Thing
 
-__all__ = ["Look", "color_name", "looks_of"]
-
 HUES = (("red", 0.0), ("yellow", 1 / 6), ("green", 1 / 3), ("blue", 2 / 3), ("red", 1.0))
 
 

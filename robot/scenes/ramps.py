@@ -10,8 +10,6 @@ from robot.scenes.dock import station
 from robot.scenes.scene import Box, Scene
 from robot.scenes.terrain import Ramp
 
-__all__ = ["ramps"]
-
 _WALL, _TALL = 0.1, 3.0
 """Of the walls, m: tall enough to be seen from the top of the hill."""
 _BEFORE = 3.0

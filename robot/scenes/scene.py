@@ -13,8 +13,6 @@ from typing import Any
 from robot.geometry.planar import Pose2
 from robot.scenes.terrain import Ramp
 
-__all__ = ["Box", "Cylinder", "Obstacle", "Pit", "Scene", "Thing", "Walker"]
-
 
 @dataclass(frozen=True, slots=True)
 class Box:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import atan2, cos, hypot, sin
 
-__all__ = ["Ramp"]
-
 
 @dataclass(frozen=True, slots=True)
 class Ramp:

@@ -18,8 +18,6 @@ from robot.scenes.kitchen import kitchen
 from robot.scenes.ramps import ramps
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 
-__all__ = ["WORLDS", "UnknownWorld", "get_world"]
-
 _WALL = 0.1
 _EAST, _NORTH, _WEST, _SOUTH = 0.0, math.pi / 2, math.pi, -math.pi / 2
 

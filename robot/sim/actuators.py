@@ -8,8 +8,6 @@ from robot.geometry.vectors import Vector
 from robot.model.actuators import NOMINAL_VOLTAGE, ActuatorDesign
 from robot.model.power import COPPER_LOSS
 
-__all__ = ["Actuators"]
-
 _KNEES = slice(2, None, 3)
 
 

@@ -10,8 +10,6 @@ from __future__ import annotations
 from robot.model.arm import FORE, JOINTS, LIMITS, MOUNT, TOOL, UPPER
 from robot.scenes.scene import Box, Scene, Thing
 
-__all__ = ["HAND", "THING_MASS", "TOOL_SITE", "TORQUES", "arm_body", "drives", "thing_bodies", "thing_name", "welds"]  # fmt: skip
-
 TURRET_MASS, UPPER_MASS, FORE_MASS, HAND_MASS = 2.0, 2.0, 1.4, 0.8
 """kg."""
 THING_MASS = 0.3

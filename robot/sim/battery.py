@@ -15,8 +15,6 @@ import math
 from robot.hardware.battery import PackState, SupplyStatus
 from robot.model.battery import HEAT_CAPACITY, THERMAL_RESISTANCE, PackDesign
 
-__all__ = ["Pack"]
-
 RELAXATION_TIME = 30.0
 CHARGE_EFFICIENCY = 0.995
 LONGEST_STEP = 1.0

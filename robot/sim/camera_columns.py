@@ -16,9 +16,6 @@ from robot.geometry.vectors import Floats
 from robot.hardware.lens import CX, FOCAL, WIDTH, column_slopes
 from robot.scenes.scene import Box, Cylinder, Obstacle
 
-__all__ = ["Eye", "Hits", "Prisms", "columns_of"]
-
-
 NEAREST = 0.05
 """Nothing is seen nearer than this, m."""
 _SLOPES = column_slopes()

@@ -12,8 +12,6 @@ from robot.hardware.lens import CY, FOCAL, HEIGHT, row_slopes
 from robot.scenes.scene import Thing
 from robot.sim.camera_columns import Eye, Prisms, columns_of
 
-__all__ = ["paint_thing", "paint_top"]
-
 Bytes = NDArray[np.uint8]
 Depths = NDArray[np.uint16]
 

@@ -22,8 +22,6 @@ from robot.scenes.scene import Scene, Thing
 from robot.sim.camera_columns import Eye, Hits, Prisms
 from robot.sim.camera_things import paint_thing, paint_top
 
-__all__ = ["RANGE", "View"]
-
 Bytes = NDArray[np.uint8]
 
 RANGE: Final = 10.0

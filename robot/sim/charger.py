@@ -8,8 +8,6 @@ from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.sim.simulation import Truth
 
-__all__ = ["charger_connected"]
-
 REACH = 0.3
 """How far the body may be off the dock, m: the contacts are long."""
 TURN = 0.35

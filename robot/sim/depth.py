@@ -13,8 +13,6 @@ from robot.scenes.scene import Obstacle, Pit
 from robot.scenes.terrain import Ramp
 from robot.sim.sight import sight
 
-__all__ = ["LATENCY", "DepthNoise", "look", "seen"]
-
 LATENCY: Final = 0.05
 """From a picture to its delivery, s."""
 _SD, _SD_SQUARE = 0.003, 0.0025

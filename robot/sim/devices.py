@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from robot.hardware.arm import ArmState, GripperState
     from robot.scenes.scene import Scene
 
-__all__ = ["SimulatedArm", "SimulatedCamera", "SimulatedCharger", "SimulatedDepth", "SimulatedLidar", "simulated"]
-
 
 class _Part(Simulated):
     """Something that is part of a simulated body: its instants are the body's, and so is the clock of whoever reads it."""

@@ -11,8 +11,6 @@ from robot.geometry.vectors import Vector
 from robot.hardware.body import MotorTargets
 from robot.model.legs import foot_velocities, leg_state
 
-__all__ = ["Pushed", "chase", "pushed_body"]
-
 SERVO = 50.0
 """Gain with which joints follow commanded positions, 1/s."""
 STANDING_BAND = 0.004

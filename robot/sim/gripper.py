@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from robot.hardware.arm import GripperState
 
-__all__ = ["SPEED", "WIDEST", "Gripper"]
-
 WIDEST = 0.12
 """Opening of the jaws when open: thicker things cannot be gripped, m."""
 SPEED = 0.4

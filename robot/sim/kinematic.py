@@ -41,8 +41,6 @@ from robot.sim.simulation import Truth
 from robot.sim.stepping import Footwork
 from robot.sim.touch import Outline
 
-__all__ = ["KinematicBody", "NotAchievable"]
-
 LONGEST = 10
 """Ticks of the longest step: the 200 Hz of the sensors."""
 LAG = 0.15
@@ -325,21 +323,22 @@ class KinematicBody(BodyShell):
         reachable: list[bool] = []
         for leg, (hip_x, hip_y) in enumerate(HIPS):
             x, y, z = self._to_body(self._footwork.feet[leg])
-            *angles, within = leg_inverse(SIDES[leg], x - hip_x, y - hip_y, z)
+            q1, q2, q3, within = leg_inverse(SIDES[leg], x - hip_x, y - hip_y, z)
             if not within:
-                nearest = leg_forward(SIDES[leg], *angles)
+                nearest = leg_forward(SIDES[leg], q1, q2, q3)
                 x, y = hip_x + nearest[0], hip_y + nearest[1]
                 if self._contact[leg]:
                     self._footwork.slip(leg, *self._to_world(x, y))
-            joints += angles
+            joints += (q1, q2, q3)
             reachable.append(within)
-            speeds += self._leg_speeds(leg, x, y, angles)
+            speeds += self._leg_speeds(leg, x, y, (q1, q2, q3))
         self._joints, self._speeds = np.array(joints), np.array(speeds)
         self._judge(self._speeds, reachable)
 
-    def _leg_speeds(self, leg: int, x: float, y: float, angles: list[float]) -> Triple:
+    def _leg_speeds(self, leg: int, x: float, y: float, angles: Triple) -> Triple:
         """Joint speeds that give one foot its velocity; a standing foot's is that of a ball rolling on its contact point."""
-        jacobian = leg_jacobian(SIDES[leg], *angles)
+        q1, q2, q3 = angles
+        jacobian = leg_jacobian(SIDES[leg], q1, q2, q3)
         vx, vy, wz = self._twist.vx, self._twist.vy, self._twist.wz
         away = (wz * y - vx, -wz * x - vy, -self._velocity[2])
         if not self._contact[leg]:

@@ -14,8 +14,6 @@ from robot.sim.gripper import Gripper
 from robot.sim.simulation import SimulationArm
 from robot.sim.things import Things, centre, tool_point
 
-__all__ = ["KinematicArm"]
-
 
 class KinematicArm(SimulationArm):
     """`now` is the body's time, s; `pose` its position and quaternion in the world."""

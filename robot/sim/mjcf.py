@@ -20,16 +20,6 @@ from robot.scenes.terrain import Ramp
 from robot.sim.arm_mjcf import arm_body, drives, thing_bodies, welds
 from robot.sim.ground import Ground
 
-__all__ = [
-    "FLOOR_GROUP",
-    "OBSTACLE_GROUP",
-    "ROBOT_GROUP",
-    "obstacle_names",
-    "terrain_names",
-    "walker_names",
-    "write_model",
-]
-
 SKID_DEPTH = 0.17
 """Underside of the landing skid below the hip plane, m: sitting without power the robot rests on it, 16 mm below `sit`."""
 FLOOR_GROUP, ROBOT_GROUP, OBSTACLE_GROUP = 0, 1, 2

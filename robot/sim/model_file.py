@@ -22,8 +22,6 @@ from robot.geometry.vectors import Triple, Vector
 from robot.model.bodies import BODIES
 from robot.model.robot import SPOT, ModelError, Pair, RobotModel
 
-__all__ = ["MOST_BYTES", "find_model", "read_model"]
-
 MOST_BYTES: Final = 4_000_000
 """Of a file; descriptions of robots without their meshes are a hundredth of that."""
 ALIKE: Final = 0.01

@@ -20,8 +20,6 @@ from robot.geometry.vectors import Floats, Vector
 from robot.hardware.body import ImuSample, JointSample
 from robot.hardware.sensors import ContactErrors, EncoderErrors, ImuErrors, LidarErrors
 
-__all__ = ["BiasSteps", "BiasedNoise", "ContactNoise", "EncoderNoise", "ImuNoise", "LidarNoise", "sensor_generator"]
-
 GYRO_WHITE, GYRO_WALK, GYRO_BIAS = 1.7e-4, 1.9e-5, 1e-3
 """rad/s/sqrt(Hz), rad/s2/sqrt(Hz), rad/s."""
 ACCEL_WHITE, ACCEL_WALK, ACCEL_BIAS = 2.0e-3, 3.0e-3, 0.02

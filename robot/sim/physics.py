@@ -42,8 +42,6 @@ from robot.sim.simulation import Truth
 from robot.sim.spin import beam_directions
 from robot.sim.walkers import Walkers
 
-__all__ = ["BackendMissing", "PhysicsBody", "check_engine"]
-
 CONTACT_FORCE = 5.0
 DAMPING = 8.0
 """Gain of that damping, N m s/rad: the robot sinks in about a second instead of dropping."""

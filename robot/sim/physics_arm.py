@@ -22,8 +22,6 @@ from robot.sim.gripper import Gripper
 from robot.sim.simulation import SimulationArm
 from robot.sim.things import Things
 
-__all__ = ["PhysicsArm"]
-
 STIFFNESS = np.array([800.0, 1200.0, 600.0, 200.0])
 """N m/rad."""
 DAMPING = np.array([50.0, 60.0, 24.0, 6.0])

@@ -14,8 +14,6 @@ from robot.hardware.beams import BEAMS, MAX_RANGE, beam_angles
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
 from robot.sim.sight import sight
 
-__all__ = ["cast"]
-
 
 @dataclass(frozen=True, slots=True)
 class _Shapes:

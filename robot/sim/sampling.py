@@ -11,8 +11,6 @@ from collections.abc import Callable
 
 from robot.hardware.body import Sample
 
-__all__ = ["KEPT", "Sampling"]
-
 KEPT = 40
 """Samples that wait for their reader; of more, the newest stay."""
 ROUNDING = 1e-9

@@ -25,8 +25,6 @@ from robot.sim.spin import Spin, beam_directions
 if TYPE_CHECKING:
     import asyncio
 
-__all__ = ["LOST_COMMAND_TICKS", "TICK", "BodyShell", "SimulatedArm"]
-
 TICK = 0.0005
 """Every instant of a body is a whole number of these, s: readers that come a little apart do not chop the simulation up."""
 LOST_COMMAND_TICKS = 200

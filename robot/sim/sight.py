@@ -11,8 +11,6 @@ from robot.geometry.vectors import Floats
 from robot.scenes.scene import Box, Cylinder, Obstacle, Pit
 from robot.scenes.terrain import Ramp
 
-__all__ = ["sight"]
-
 
 def sight(
     obstacles: Sequence[Obstacle],

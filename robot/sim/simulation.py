@@ -20,8 +20,6 @@ from robot.hardware.sensors import Sensors
 from robot.model.robot import RobotModel
 from robot.scenes.scene import Obstacle, Scene, Thing
 
-__all__ = ["Simulation", "SimulationArm", "Truth"]
-
 
 @dataclass(frozen=True, slots=True)
 class Truth:

@@ -11,8 +11,6 @@ from robot.geometry.vectors import Floats
 from robot.hardware.beams import BEAMS, beam_angles
 from robot.hardware.body import Sweep
 
-__all__ = ["GROUP", "Spin", "beam_directions"]
-
 UNREAD = 2
 """Whole revolutions that nobody has taken, after which no more are looked at: the newest, and one that ends while its reader is on the way."""
 GROUP = 0.005

@@ -11,8 +11,6 @@ from robot.geometry.vectors import Triple
 from robot.model.parameters import FOOT_RADIUS
 from robot.model.stance import NOMINAL
 
-__all__ = ["Footwork"]
-
 
 class Footwork:
     """The trot's pattern applied to four feet in world coordinates.

@@ -10,8 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 
-__all__ = ["Ending", "InvalidTarget", "Progress", "TutorialArm"]
-
 JOINT_COUNT = 4
 FARTHEST = 3.14
 

@@ -12,8 +12,6 @@ from robot.model.arm import MOUNT, forward
 from robot.planning.reach import GRASP_DISTANCE
 from robot.scenes.scene import Box, Obstacle, Scene, Thing
 
-__all__ = ["Things", "centre", "tool_point"]
-
 STEP = 0.02
 """A thing that is let go comes to rest on a surface that is at most this much higher than its underside, m."""
 

@@ -11,8 +11,6 @@ from robot.model.footprint import Footprint
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.sim.mjcf import obstacle_names
 
-__all__ = ["Outline"]
-
 LENGTH, WIDTH = Footprint().length, Footprint().width
 
 

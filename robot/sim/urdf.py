@@ -20,8 +20,6 @@ from robot.sim.arm_mjcf import TORQUES
 from robot.sim.ground import Ground
 from robot.sim.mjcf import write_model
 
-__all__ = ["ROOT", "write_urdf"]
-
 ROOT = "base_link"
 """The trunk, named as REP-105 names it; all other links are named like the model's bodies."""
 FASTEST = 30.0

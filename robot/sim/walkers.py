@@ -12,8 +12,6 @@ from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 from robot.scenes.scene import Box, Obstacle, Scene
 
-__all__ = ["Walkers"]
-
 _PATIENT = 2.0
 """Who has stood before the robot for so long goes to the next place, s."""
 _ASIDE = 0.1

@@ -10,8 +10,6 @@ import numpy as np
 
 from robot.hardware.body import ImuSample, JointSample
 
-__all__ = ["FAULTS", "GYRO_FAULTS", "GyroFault", "Spoil", "wrong_gyro"]
-
 Spoil: TypeAlias = Callable[[ImuSample, JointSample], tuple[ImuSample | None, JointSample]]
 """What happens to the samples on their way from the sensors to the controller; no IMU sample: the IMU says nothing."""
 

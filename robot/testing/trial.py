@@ -24,8 +24,6 @@ from robot.sim.physics import PhysicsBody
 from robot.sim.simulation import Truth
 from robot.testing.faults import FAULTS, Spoil
 
-__all__ = ["FLAT", "PERIOD", "Conditions", "Record", "Trial"]
-
 PERIOD: Final = 0.005
 """Of control, s: the rate of the sensors."""
 _LONGEST_RISE = 10.0

@@ -18,8 +18,6 @@ from importlib.resources import files
 from actors.suggest import did_you_mean
 from robot import tutorials
 
-__all__ = ["main", "summaries"]
-
 USAGE = "usage: python -m robot.tutorials NAME [options]     (NAME --help for its options)"
 
 

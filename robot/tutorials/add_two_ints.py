@@ -8,8 +8,6 @@ from actors import ActorError, Node, Service, Supervisor
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 
-__all__ = ["ADD_TWO_INTS", "AddClient", "AddServer", "AsyncAddClient", "tree"]
-
 ADD_TWO_INTS = Service(AddTwoInts, "/add_two_ints")
 
 

@@ -14,8 +14,6 @@ from robot.interfaces.tutorials.my_robot_interfaces.srv import (
 )
 from robot.tutorials.program import Errand, main, system
 
-__all__ = ["GET_BATTERY_STATUS", "BatteryClient", "BatteryServer", "tree"]
-
 GET_BATTERY_STATUS = Service(GetBatteryStatus, "/get_battery_status")
 
 ROBOT = "robot_01"

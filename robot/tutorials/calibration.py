@@ -15,8 +15,6 @@ from robot.interfaces.tutorials.your_package.srv import (
 )
 from robot.tutorials.program import Errand, ErrandFailed, main, system, was_interrupted
 
-__all__ = ["CALIBRATE_SENSOR", "CalibrationClient", "CalibrationService", "DriftingSensor", "Sensor", "tree"]
-
 CALIBRATE_SENSOR = Service(SensorCalibration, "calibrate_sensor")
 
 

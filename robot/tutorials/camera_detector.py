@@ -18,8 +18,6 @@ from actors.interfaces.std_msgs.msg import Header
 from robot.interfaces.robactor_msgs.msg import Detection
 from robot.tutorials.program import main, system
 
-__all__ = ["CMD_VEL", "DETECTIONS", "IMAGE", "Box", "Camera", "Controller", "Detector", "draw", "red_box", "tree"]
-
 IMAGE = Topic(Image, "/camera/image", qos.SENSOR_DATA)
 DETECTIONS = Topic(Detection, "/detections", 10)
 CMD_VEL = Topic(Twist, "/cmd_vel", 10)

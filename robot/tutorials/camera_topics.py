@@ -13,8 +13,6 @@ from actors.interfaces.std_msgs.msg import Header
 from actors.qos import Reliability
 from robot.tutorials.program import main, system
 
-__all__ = ["CAMERA_RGB", "CameraPublisher", "ImageProcessor", "tree"]
-
 CAMERA_RGB = Topic(Image, "/camera/rgb", QoS(depth=5, reliability=Reliability.BEST_EFFORT))
 
 WIDTH, HEIGHT = 640, 480

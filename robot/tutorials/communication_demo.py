@@ -14,8 +14,6 @@ from robot.interfaces.tutorials.proposed_interfaces.srv import (
 )
 from robot.tutorials.program import main, system, was_interrupted
 
-__all__ = ["ALERT", "AVERAGE", "ROBOT_STATUS", "TEMPERATURE", "DataProcessor", "SensorSimulator", "tree"]
-
 TEMPERATURE = Topic(Float32, "temperature", 10)
 ROBOT_STATUS = Topic(String, "robot_status", 10)
 ALERT = Topic(String, "temperature_alert", 10)

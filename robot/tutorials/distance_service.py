@@ -12,8 +12,6 @@ from robot.interfaces.tutorials.my_robot_pkg.srv import (
 )
 from robot.tutorials.program import main, system
 
-__all__ = ["CALCULATE_DISTANCE", "DistanceService", "tree"]
-
 CALCULATE_DISTANCE = Service(CalculateDistance, "calculate_distance")
 
 

@@ -17,8 +17,6 @@ from robot.interfaces.tutorials.my_robot_pkg.action import (
 )
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 
-__all__ = ["FIBONACCI", "LARGEST", "FibonacciClient", "FibonacciServer", "numbers_up_to", "tree", "why_not"]
-
 FIBONACCI = Action(Fibonacci, "fibonacci")
 
 PAUSE = 1.0

@@ -21,17 +21,6 @@ from robot.interfaces.tutorials.humanoid_control_interfaces.srv import (
 )
 from robot.tutorials.program import main, system
 
-__all__ = [
-    "MOTOR_COMMANDS",
-    "PLAN_TRAJECTORY",
-    "SENSOR_DATA",
-    "MotorController",
-    "Planner",
-    "SensorSimulator",
-    "steered",
-    "tree",
-]
-
 SENSOR_DATA = Topic(SensorData, "/sensor/data", 10)
 MOTOR_COMMANDS = Topic(MotorCommand, "/motor/commands", 10)
 PLAN_TRAJECTORY = Service(PlanTrajectory, "plan_trajectory")

@@ -26,8 +26,6 @@ from robot.scenes.scene import Obstacle, Scene
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 from robot.tutorials.strides import is_finite, turn_left, turned
 
-__all__ = ["HUMANOID_NAVIGATE", "HumanoidNavClient", "HumanoidNavServer", "tree"]
-
 HUMANOID_NAVIGATE = Action(HumanoidNav, "humanoid_navigate")
 
 TICK = 0.1

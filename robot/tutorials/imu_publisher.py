@@ -8,8 +8,6 @@ from actors.interfaces.sensor_msgs.msg import Imu
 from actors.interfaces.std_msgs.msg import Header
 from robot.tutorials.program import main, system
 
-__all__ = ["IMU", "ImuPublisher", "tree"]
-
 IMU = Topic(Imu, "/imu/data", qos.SENSOR_DATA)
 
 GRAVITY = 9.81

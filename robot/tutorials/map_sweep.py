@@ -13,8 +13,6 @@ from actors.interfaces import ActionType, Message
 from actors.interfaces.types import float32, int32, string
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 
-__all__ = ["SWEEP", "Sweep", "SweepClient", "SweepServer", "tree"]
-
 
 class Sweep_Goal(Message, frozen=True, kw_only=True):
     """How many cells there are."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from actors import Node, Supervisor
 from robot.tutorials.program import main, system
 
-__all__ = ["MinimalNode", "tree"]
-
 
 class MinimalNode(Node):
     """Says hello. No topics, services or parameters."""

@@ -6,8 +6,6 @@ from actors import Node, Service, Supervisor
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
 from robot.tutorials.program import Errand, main, system
 
-__all__ = ["ADD_TWO_INTS", "MinimalClient", "MinimalService", "tree"]
-
 ADD_TWO_INTS = Service(AddTwoInts, "add_two_ints")
 
 

@@ -14,8 +14,6 @@ from actors.interfaces.std_msgs.msg import Float64
 from actors.parameters import on_set
 from robot.tutorials.program import main, system
 
-__all__ = ["MOTOR_VELOCITY", "MotorController", "tree"]
-
 MOTOR_VELOCITY = Topic(Float64, "motor_velocity", 10)
 
 RATE = 10

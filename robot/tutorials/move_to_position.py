@@ -18,8 +18,6 @@ from robot.interfaces.tutorials.my_robot_interfaces.action import (
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 from robot.tutorials.strides import distance, is_finite, stride, turn_left
 
-__all__ = ["MOVE_TO_POSITION", "MoveClient", "MoveServer", "tree"]
-
 MOVE_TO_POSITION = Action(MoveToPosition, "/move_to_position")
 
 SPEED = 0.5

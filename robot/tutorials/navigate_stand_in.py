@@ -17,8 +17,6 @@ from actors.interfaces.example_interfaces.action import (
 from robot.tutorials.fibonacci import numbers_up_to, why_not
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 
-__all__ = ["NAVIGATE_TO_GOAL", "NavigationClient", "NavigationServer", "tree"]
-
 NAVIGATE_TO_GOAL = Action(Fibonacci, "navigate_to_goal")
 
 TICK = 0.1

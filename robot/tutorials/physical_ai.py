@@ -11,17 +11,6 @@ from actors.interfaces.std_msgs.msg import Float32, String
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
 from robot.tutorials.program import main, system, was_interrupted
 
-__all__ = [
-    "CONTROL_COMMAND",
-    "ROBOT_STATUS",
-    "SENSOR_INPUT",
-    "SENSOR_TEXT",
-    "PhysicalAi",
-    "PhysicalAiTwin",
-    "SensorFeed",
-    "tree",
-]
-
 ROBOT_STATUS = Topic(String, "robot_status", 10)
 SENSOR_INPUT = Topic(Float32, "sensor_input", 10)
 SENSOR_TEXT = Topic(String, "sensor_input", 10)

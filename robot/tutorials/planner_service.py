@@ -22,8 +22,6 @@ from robot.planning.planner import Planner
 from robot.scenes.scene import Obstacle, Scene
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 
-__all__ = ["ADD_TO_PLAN", "PLAN_PATH", "MotionPlanner", "PlannerClient", "PlannerServer", "call_safely", "tree"]
-
 ADD_TO_PLAN = Service(AddTwoInts, "plan_path")
 PLAN_PATH = Service(PlanPath, "plan_path")
 

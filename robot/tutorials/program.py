@@ -31,14 +31,13 @@ from actors import (
 from actors.logs import Level, LogRecord, console_sink
 from actors.transport import WireUnavailable, transport_from_environment
 from actors.typing import Spec
-from robot.run.arguments import LEVELS, Parser, seconds
+from cli.command import UsageError
+from cli.parsing import Parser
+from robot.run.arguments import LEVELS, seconds
 from robot.run.choice import UnknownNode, only
-from robot.run.errands import UsageError
 
 if TYPE_CHECKING:
     from actors.transport import Transport
-
-__all__ = ["Errand", "ErrandFailed", "main", "system", "was_interrupted"]
 
 SLICE = 1.0
 """How often a client that waits for its server says so, s."""

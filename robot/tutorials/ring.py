@@ -6,8 +6,6 @@ from actors import Child, Node, Supervisor, Topic, parameter, transient
 from actors.interfaces.std_msgs.msg import Int32
 from robot.tutorials.program import Errand, main, system
 
-__all__ = ["Link", "Starter", "ring", "tree"]
-
 NODES = 200
 
 

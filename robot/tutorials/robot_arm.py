@@ -30,16 +30,6 @@ from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition, GetPos
 from robot.sim.stepping_arm import Ending, InvalidTarget, TutorialArm
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 
-__all__ = [
-    "ARM_STATE",
-    "GET_CURRENT_POSITION",
-    "MOVE_ARM",
-    "ArmControlClient",
-    "MoveArmServer",
-    "PositionService",
-    "tree",
-]
-
 GET_CURRENT_POSITION = Service(GetPosition, "get_current_position")
 MOVE_ARM = Action(MoveArm, "move_arm")
 ARM_STATE = Topic(ArmState, "arm_state", qos.STATE)

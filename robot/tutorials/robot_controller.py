@@ -12,8 +12,6 @@ from robot.nodes import teleop as node
 from robot.nodes.teleop import TUTORIAL_LIMITS
 from robot.tutorials.program import main, system
 
-__all__ = ["RobotController", "tree"]
-
 
 class RobotController(node.RobotController):
     """The robot's own controller, which says that it is there."""

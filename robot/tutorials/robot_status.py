@@ -6,8 +6,6 @@ from actors import Node, Service, Supervisor, parameter
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from robot.tutorials.program import main, system
 
-__all__ = ["GET_STATUS", "RobotStatusService", "tree"]
-
 GET_STATUS = Service(Trigger, "/robot/get_status")
 
 

@@ -10,8 +10,6 @@ from actors.interfaces.std_msgs.msg import Header
 from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.tutorials.program import main, system
 
-__all__ = ["SENSOR_DATA", "SensorDataPublisher", "tree"]
-
 SENSOR_DATA = Topic(SensorData, "/sensor_data", 10)
 
 

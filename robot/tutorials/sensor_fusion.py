@@ -11,8 +11,6 @@ from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import Header
 from robot.tutorials.program import main, system
 
-__all__ = ["FUSED", "FusedCamera", "FusedLidar", "SensorFusion", "tree"]
-
 FUSED = Topic(Image, "/sensor/fused", 10)
 
 PIXELS = np.zeros(64 * 48 * 3, dtype=np.uint8)

@@ -10,8 +10,6 @@ from actors.interfaces.sensor_msgs.msg import Image, JointState
 from actors.interfaces.std_msgs.msg import Float32, Header
 from robot.tutorials.program import main, system, was_interrupted
 
-__all__ = ["CMD_VEL", "IMAGE", "JOINT_STATES", "PRESSURE", "SensorPublisher", "SensorSubscriber", "tree"]
-
 IMAGE = Topic(Image, "/camera/image_raw", qos.SENSOR_DATA)
 JOINT_STATES = Topic(JointState, "/joint_states", 10)
 CMD_VEL = Topic(Twist, "/cmd_vel", 1)

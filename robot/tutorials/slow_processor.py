@@ -11,8 +11,6 @@ from actors import Node, Supervisor, Topic, every, publishes, system_of
 from actors.interfaces.std_msgs.msg import Int32
 from robot.tutorials.program import main, system
 
-__all__ = ["READINGS", "FastSensor", "MendedProcessor", "SlowProcessor", "diagnosis", "tree"]
-
 READINGS = Topic(Int32, "readings", 5)
 
 RATE = 30

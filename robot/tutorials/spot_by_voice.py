@@ -11,8 +11,6 @@ from robot.tutorials.imu_publisher import ImuPublisher
 from robot.tutorials.program import main, system
 from robot.tutorials.spot_controller import SpotController
 
-__all__ = ["tree"]
-
 
 def tree() -> Supervisor:
     """A quadruped's joints that obey the voice: call /robot/enable, /spot/stand and /spot/walk, and publish on /voice_command."""

@@ -15,8 +15,6 @@ from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Res
 from robot.hardware.body import JOINT_NAMES, LEGS
 from robot.tutorials.program import main, system
 
-__all__ = ["CMD_VEL", "IMU", "JOINT_STATES", "SIT", "STAND", "WALK", "SpotController", "balance", "tree", "trot"]
-
 JOINT_STATES = Topic(JointState, "/joint_states", 10)
 CMD_VEL = Topic(Twist, "/cmd_vel", 10)
 IMU = Topic(Imu, "/imu/data", qos.SENSOR_DATA)

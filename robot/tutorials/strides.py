@@ -7,8 +7,6 @@ import math
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 
-__all__ = ["distance", "is_finite", "stride", "turn_left", "turned"]
-
 
 def distance(here: Pose2, there: Pose2) -> float:
     """Metres between two places."""

@@ -6,8 +6,6 @@ from actors import Node, Supervisor, Topic, every, publishes
 from actors.interfaces.std_msgs.msg import String
 from robot.tutorials.program import main, system
 
-__all__ = ["CHATTER", "Listener", "Talker", "tree"]
-
 CHATTER = Topic(String, "/chatter", 10)
 
 

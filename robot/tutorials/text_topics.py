@@ -6,8 +6,6 @@ from actors import Node, Supervisor, Topic, every, publishes
 from actors.interfaces.std_msgs.msg import String
 from robot.tutorials.program import main, system
 
-__all__ = ["MOTOR_COMMANDS", "SENSOR_DATA", "MotorSubscriber", "SensorPublisher", "tree"]
-
 SENSOR_DATA = Topic(String, "sensor_data", 10)
 MOTOR_COMMANDS = Topic(String, "motor_commands", 10)
 

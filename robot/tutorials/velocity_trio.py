@@ -11,8 +11,6 @@ from actors import Node, Supervisor, Topic, every, publishes
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from robot.tutorials.program import main, system
 
-__all__ = ["CMD_VEL", "Autonomy", "SafetyMonitor", "Teleop", "tree"]
-
 CMD_VEL = Topic(Twist, "/cmd_vel", 10)
 
 LIMIT = 1.0

@@ -19,8 +19,6 @@ from actors.supervision.declarations import Spec
 from actors.system import System
 from actors.time.real_loop import new_event_loop
 
-__all__ = ["Span", "actor_class", "living", "node_of", "on_loop", "pykka_actors", "xoscar_pool"]
-
 T = TypeVar("T")
 N = TypeVar("N", bound=Node)
 

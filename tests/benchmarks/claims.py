@@ -8,8 +8,6 @@ from __future__ import annotations
 from tests.benchmarks import Row
 from tests.benchmarks._claims import callbacks, graphs, latency, queues
 
-__all__ = ["run"]
-
 
 def run() -> list[Row]:
     """Every figure once: they are beside claims, not beside other contestants."""

@@ -42,8 +42,6 @@ from actors.transport.simulated.conditions import Conditions
 from actors.transport.simulated.network import Network
 from robot.control.fence import Fence
 
-__all__ = ["PLANTED", "Outcome", "run_hosts", "run_seed"]
-
 SECONDS = 60.0
 """Of faults in each run; afterwards everything is healed."""
 TAKEN_OVER = LEASE_SECONDS + 1.0

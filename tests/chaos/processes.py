@@ -27,8 +27,6 @@ from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport, SafetySta
 from robot.link.remote import LinkedBody
 from robot.link.segment import PREFIX
 
-__all__ = ["run_kills"]
-
 CONCERNS = ("control", "perception", "safety", "navigation", "mission")
 SAFE = 0.3
 """Within so many seconds of control's death the drives must act by themselves."""

@@ -16,11 +16,10 @@ from actors.transport.figures import (
     ServedFigures,
     TimerFigures,
 )
-from actors.transport.protocol import EndpointKind, RemoteEndpoint, RemoteNode
+from actors.transport.format.tokens import EndpointKind
+from actors.transport.protocol import RemoteEndpoint, RemoteNode
 from cli.graph.view import Endpoint
 from cli.verbs.doctor.observation import Observation, Told
-
-__all__ = ["end", "figures", "graph", "handler", "node", "process", "queue", "served", "timer"]
 
 STRING = "std_msgs/msg/String"
 SESSION = "a" * 32

@@ -17,10 +17,9 @@ from actors.transport.figures import ProcessFigures
 from cli.verbs.doctor import checks
 from cli.verbs.doctor.inside import LOST, Inside
 from cli.verbs.doctor.observation import Finding
-from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.hosts import Hosts
 from tests.cli.doctor_stage import figures
 
-__all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
 
 SPOKEN = Topic(String, "/spoken", qos.SENSOR_DATA)

@@ -16,8 +16,6 @@ from actors.contracts.contracts import Action
 from tests.conformance.client import News, SentGoal
 from tests.conformance.pickled import dumps
 
-__all__ = ["ClientProcess", "Remote"]
-
 
 class ClientProcess:
     """One process of `tests.conformance.elsewhere`, with the clients of all cases."""

@@ -22,8 +22,6 @@ from actors.testing import Probe
 from actors.transport.bridge import connect
 from actors.transport.protocol import Participant, Transport
 
-__all__ = ["FOUND_WITHIN", "Client", "Counted", "News", "SentGoal", "Told", "until"]
-
 FOUND_WITHIN: Final = 10.0
 """Seconds in which two systems have to find each other."""
 _NOT_COUNTED: Final = ("/rosout", "/parameter_events")

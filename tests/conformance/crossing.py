@@ -26,23 +26,6 @@ from tests.conformance.client import FOUND_WITHIN, Client, Counted, Told, until
 if TYPE_CHECKING:
     from tests.conformance.apart import ClientProcess
 
-__all__ = [
-    "Meeting",
-    "Pair",
-    "Sent",
-    "Stage",
-    "Wire",
-    "ask",
-    "counts",
-    "delay",
-    "meet",
-    "over",
-    "rig",
-    "runner",
-    "send_goal",
-    "tell",
-]
-
 M = TypeVar("M", bound=Message)
 Wire: TypeAlias = Literal["simulated", "zenoh", "dds"]
 counts: Final = Counter[str]()

@@ -12,8 +12,6 @@ from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.conformance.client import Client
 from tests.conformance.pickled import dumps
 
-__all__ = ["transport_at"]
-
 
 def transport_at(wire: str, place: int) -> Transport:
     """A transport that meets only those of the same place: of a gossip port, or over ``dds`` of a domain."""

@@ -10,8 +10,6 @@ from typing import Any
 from actors.interfaces import decode, encode, registry
 from actors.interfaces.message import Message
 
-__all__ = ["dumps", "message_of", "type_of"]
-
 
 class _Pickler(pickle.Pickler):
     def reducer_override(self, thing: Any) -> Any:

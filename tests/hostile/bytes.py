@@ -10,8 +10,6 @@ from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.extensions import Extension, Waiting, write_extension
 from actors.transport.format.replies import TIMED_OUT
 
-__all__ = ["attachment", "broken_attachment", "damaged", "noise", "payload", "reply_error", "token"]
-
 HUGE = 2**63 - 1
 
 

@@ -24,8 +24,6 @@ from cli.web.outbox import MOST_BYTES
 from cli.web.server import WebServer
 from cli.web.settings import WebSettings
 
-__all__ = ["CrowdOutcome", "findings", "watch"]
-
 HZ = 200
 COUNTED = Topic(UInt64, "/counted")
 PICTURES = Topic(Image, "/pictures")

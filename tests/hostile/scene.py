@@ -14,8 +14,6 @@ from actors.qos import LATCHED, Reliability
 from actors.transport.keyed.protocol import Outlet
 from tests.stage import ADD, COUNT, result, step, total
 
-__all__ = ["BUILT", "ORACLE", "WORDS", "Honest", "Logs", "Stranger", "Tokens", "Victim"]
-
 WORDS = Topic(String, "words", QoS(depth=1000, reliability=Reliability.RELIABLE))
 BUILT = Topic(String, "built", LATCHED)
 ORACLE = Service(AddTwoInts, "oracle")

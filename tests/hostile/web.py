@@ -23,8 +23,6 @@ from actors.logs import ERROR, LogRecord
 from cli.web.server import WebServer
 from cli.web.settings import WebSettings
 
-__all__ = ["WebOutcome", "attack", "findings"]
-
 ATTACKERS = 4
 """Connections at the same time."""
 AT_ONCE = 50

@@ -23,8 +23,6 @@ from tests.hostile import bytes as hostile
 from tests.hostile.scene import ORACLE, Honest, Logs, Tokens, Victim
 from tests.stage import two
 
-__all__ = ["Outcome", "attack", "findings"]
-
 BURST = 50
 """Hostile messages between two honest exchanges."""
 PAUSE = 10.0

@@ -10,8 +10,6 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-__all__ = ["DISTRIBUTIONS", "NotHere", "foreign_python", "ros2_python"]
-
 REQUIREMENTS: Final = (
     "zenoh-ros2-sdk==0.1.8",
     "pyzeros==0.1.0",

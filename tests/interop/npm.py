@@ -12,8 +12,6 @@ import pytest
 
 from tests.interop.environment import FOLDER
 
-__all__ = ["installed"]
-
 
 def installed(*packages: str) -> Path:
     """A folder with these packages, made once and kept outside the repository. Skips the test where they cannot be had."""

@@ -20,8 +20,6 @@ from actors.system import System
 from actors.transport import Transport
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 
-__all__ = ["PATIENCE", "Ours", "Program", "deliver", "our_system", "until"]
-
 T = TypeVar("T")
 PATIENCE = 60.0
 """Seconds after which a test gives up. No test that passes waits so long."""

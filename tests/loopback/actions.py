@@ -27,8 +27,6 @@ from actors.time.values import nanoseconds_of, stamp_of
 from tests.loopback import carried
 from tests.loopback.services import RemoteName
 
-__all__ = ["install"]
-
 CANCELED_BY: Final = "canceled by a client"
 """The reason at the server: the request has none."""
 

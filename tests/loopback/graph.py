@@ -7,8 +7,6 @@ from typing import Any
 from actors.graph.graph import Graph
 from tests.loopback.topics import LoopbackTopic
 
-__all__ = ["LoopbackGraph"]
-
 
 class LoopbackGraph(Graph):
     """As `Graph`; its names stand for both sides of a transport."""

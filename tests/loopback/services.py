@@ -18,8 +18,6 @@ from actors.services.client import Client
 from actors.services.peers import Caller, OpenCall, ServedName, ServiceName, ServicePeer
 from tests.loopback import carried
 
-__all__ = ["RemoteName", "install"]
-
 P = TypeVar("P")
 
 

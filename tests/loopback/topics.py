@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-__all__ = ["LoopbackTopic", "RemotePublisher", "RemoteSubscription"]
-
 
 class Packet(NamedTuple):
     """One message on its way."""

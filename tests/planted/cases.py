@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["CASES", "Case"]
-
 
 class Case(NamedTuple):
     """One module of this folder."""

@@ -8,8 +8,6 @@ from actors import Service
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_srvs.srv import Trigger
 
-__all__ = ["number", "ok", "turns"]
-
 
 async def turns(count: int) -> None:
     """Let the others have so many turns of the loop: in plain order they have done by then what they had begun."""

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-__all__ = ["Edge", "Kind", "circles", "edges", "imported_from", "modules"]
-
 Kind = Literal["top", "lazy", "typing"]
 """At module level; in a function; under ``if TYPE_CHECKING``."""
 

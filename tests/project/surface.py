@@ -12,8 +12,6 @@ from typing import NamedTuple
 
 from tests.project.imports import imported_from, modules
 
-__all__ = ["NO_CONSTRUCTOR", "Definition", "Surface"]
-
 NO_CONSTRUCTOR = "no public constructor"
 """What the docstring of a class says whose instances only the framework makes: its ``__init__`` is not a public signature."""
 

@@ -27,7 +27,7 @@ def test_the_steps_are_listed() -> None:
     done = nightly("--list")
     steps = [line.split()[0] for line in done.stdout.splitlines()]
     assert steps == [
-        "contracts", "realtime", "slow", "interop", "browser", "package", "coverage", "twice", "python-3.12", "python-3.13", "eager", "chaos",
+        "contracts", "realtime", "slow", "interop", "wheels", "browser", "package", "coverage", "twice", "python-3.12", "python-3.13", "eager", "chaos",
         "kills", "fuzz", "mutants", "sight", "figures", "stops",
     ]  # fmt: skip
     assert done.returncode == 0

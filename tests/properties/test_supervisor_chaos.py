@@ -10,23 +10,23 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from actors.supervision.declarations import (
+from actors.supervision.child import Child
+from actors.supervision.declarations import Supervisor
+from actors.supervision.errors import (
+    StartFailed,
+    SupervisionError,
+    SupervisorGaveUp,
+)
+from actors.supervision.policy import (
     Backoff,
-    Child,
     Intensity,
     Strategy,
-    Supervisor,
     one_for_all,
     one_for_one,
     permanent,
     rest_for_one,
     temporary,
     transient,
-)
-from actors.supervision.errors import (
-    StartFailed,
-    SupervisionError,
-    SupervisorGaveUp,
 )
 from actors.supervision.reasons import Stop
 from actors.supervision.running import RunningSupervisor

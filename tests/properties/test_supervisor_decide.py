@@ -28,21 +28,7 @@ from actors.supervision.acts import (
 )
 from actors.supervision.children import Children, merged
 from actors.supervision.decide import decide
-from actors.supervision.declarations import (
-    Backoff,
-    DynamicSupervisor,
-    Intensity,
-    Supervisor,
-    all_significant,
-    any_significant,
-    never,
-    one_for_all,
-    one_for_one,
-    permanent,
-    rest_for_one,
-    temporary,
-    transient,
-)
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import SupervisionError
 from actors.supervision.events import (
     AllReady,
@@ -57,6 +43,19 @@ from actors.supervision.events import (
     StartChild,
     StopAsked,
     TerminateChild,
+)
+from actors.supervision.policy import (
+    Backoff,
+    Intensity,
+    all_significant,
+    any_significant,
+    never,
+    one_for_all,
+    one_for_one,
+    permanent,
+    rest_for_one,
+    temporary,
+    transient,
 )
 from actors.supervision.reasons import Failed, Killed, Leaked, Returned, Stopped, is_abnormal
 from actors.supervision.refs import ChildRef

@@ -9,19 +9,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from actors.supervision.declarations import (
-    Child,
-    Intensity,
-    Restart,
-    Strategy,
-    Supervisor,
-    one_for_all,
-    one_for_one,
-    permanent,
-    rest_for_one,
-    temporary,
-    transient,
-)
+from actors.supervision.child import Child
+from actors.supervision.declarations import Supervisor
 from actors.supervision.errors import (
     AlreadyPresent,
     AlreadyStarted,
@@ -30,6 +19,17 @@ from actors.supervision.errors import (
     StartFailed,
     SupervisorDown,
     SupervisorGaveUp,
+)
+from actors.supervision.policy import (
+    Intensity,
+    Restart,
+    Strategy,
+    one_for_all,
+    one_for_one,
+    permanent,
+    rest_for_one,
+    temporary,
+    transient,
 )
 from actors.supervision.reasons import Stop
 from actors.time.virtual_loop import VirtualLoop

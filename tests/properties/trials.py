@@ -14,8 +14,6 @@ from typing import Any
 
 from actors.time.virtual_loop import VirtualLoop
 
-__all__ = ["check_trials", "in_loop"]
-
 MOST_FAILURES = 5
 """After so many trials that failed, the others say nothing new."""
 

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 
 from tests.scenarios.rows import Row, read_rows
 
-__all__ = ["main"]
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the rows, the command that runs the tests of each, and how many there are."""

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-__all__ = ["ROOT", "Row", "read_rows"]
-
 ROOT: Final = Path(__file__).parents[2]
 
 

@@ -16,8 +16,6 @@ from pathlib import Path
 from tests.site.check import Links, faults
 from tests.site.pages import ROOT, pages
 
-__all__ = ["main"]
-
 BUILD = ROOT / "build"
 SITE = BUILD / "site"
 

@@ -9,8 +9,6 @@ from typing import NamedTuple
 
 from tests.site.markdown import blocks
 
-__all__ = ["FOLDER", "THEMES", "Diagram", "diagrams"]
-
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "diagrams"
 THEMES = {"light": "neutral", "dark": "dark"}

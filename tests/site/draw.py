@@ -17,8 +17,6 @@ from playwright.sync_api import Page, sync_playwright
 
 from tests.site.diagrams import FOLDER, THEMES, diagrams
 
-__all__ = ["main"]
-
 MERMAID = "mermaid@12.3.0"
 DRAWN = """async ([source, theme]) => {
     mermaid.initialize({startOnLoad: false, theme, htmlLabels: false, flowchart: {htmlLabels: false}, deterministicIds: true});

@@ -13,8 +13,6 @@ from typing import NamedTuple
 from tests.site.markdown import headlines
 from tests.tools.reference import SECTIONS
 
-__all__ = ["Example", "Name", "examples", "names_used"]
-
 ROOT = Path(__file__).parents[2]
 FACES = frozenset({"actors", *SECTIONS.values()})
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)

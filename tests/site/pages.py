@@ -19,8 +19,6 @@ from tests.site.examples import examples
 from tests.site.markdown import anchored, fenced, headlines, in_prose, relinked
 from tests.tools.reference import SECTIONS
 
-__all__ = ["documents", "pages"]
-
 ROOT = Path(__file__).parents[2]
 FIRST = {"README.md": "index.md", "CHANGELOG.md": "changelog.md"}
 """Where the documents of the top level are on the site; those of docs/ keep their places."""

@@ -15,8 +15,6 @@ from typing import Final
 
 from actors.transport.simulated.conditions import Conditions
 
-__all__ = ["Cable", "Cables"]
-
 QUEUE_SECONDS: Final = 0.05
 """What a cable of limited bandwidth holds, at most. A packet that finds it full is lost, as in a switch."""
 LEAST_QUEUE: Final = 32 * 1024

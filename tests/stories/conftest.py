@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import pytest
 import pytest_asyncio
@@ -16,7 +16,8 @@ from actors import Child, Node, System, run
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.transport.zenoh.wires import free_port
 
-__all__ = ["Program", "Start", "nodes", "until"]
+if TYPE_CHECKING:
+    from tests.stories.hosts import Hosts
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 30.0
@@ -120,3 +121,16 @@ async def observer(port: int) -> AsyncGenerator[System]:
     transport = ZenohTransport(ZenohConfig(gossip_port=port))
     async with run(Child(Node, name="observer"), transport=transport, signals=False, sinks=()) as system:
         yield system
+
+
+@pytest_asyncio.fixture
+async def hosts(request: pytest.FixtureRequest) -> AsyncGenerator[Hosts]:
+    """Three machines, or as many as the test's parameter says."""
+    from tests.stories.hosts import Hosts, NotAllowed  # late: they import this module
+
+    try:
+        made = Hosts(getattr(request, "param", 3))
+    except NotAllowed as error:
+        pytest.skip(f"no network namespaces with TUN interfaces here: {error}")
+    yield made
+    await made.close()

@@ -13,18 +13,12 @@ import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import AsyncGenerator
 from pathlib import Path
 from typing import Final
-
-import pytest
-import pytest_asyncio
 
 from actors.transport.simulated.conditions import Conditions
 from tests.stories.cables import Cable, Cables
 from tests.stories.conftest import ROOT, Program
-
-__all__ = ["WIRE", "Hosts", "address", "endpoint", "hosts"]
 
 WIRE: Final = Conditions(delay=0.0001)
 """A good cable."""
@@ -147,14 +141,3 @@ class Hosts:
         for machine in self._machines.values():
             machine.close()
         self._folder.cleanup()
-
-
-@pytest_asyncio.fixture
-async def hosts(request: pytest.FixtureRequest) -> AsyncGenerator[Hosts]:
-    """Three machines, or as many as the test's parameter says."""
-    try:
-        made = Hosts(getattr(request, "param", 3))
-    except NotAllowed as error:
-        pytest.skip(f"no network namespaces with TUN interfaces here: {error}")
-    yield made
-    await made.close()

@@ -11,8 +11,6 @@ from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Fee
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from actors.transport.environment import transport_from_environment
 
-__all__ = ["COUNT", "PING", "PONG", "SLOW"]
-
 PING, PONG, SLOW = (Service(Trigger, name) for name in ("ping", "pong", "slow"))
 COUNT = Action(Fibonacci, "count")
 

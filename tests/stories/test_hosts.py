@@ -9,9 +9,8 @@ import pytest
 
 from actors.transport.simulated.conditions import Conditions
 from tests.stories.conftest import Program
-from tests.stories.hosts import WIRE, Hosts, endpoint, hosts
+from tests.stories.hosts import WIRE, Hosts, endpoint
 
-__all__ = ["hosts"]
 pytestmark = [pytest.mark.realtime, pytest.mark.slow]
 
 TWO = pytest.mark.parametrize("hosts", [2], indirect=True)

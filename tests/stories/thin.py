@@ -13,8 +13,6 @@ from actors import Node, QoS, Topic, every, parameter, publishes, qos
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import Image
 
-__all__ = ["Base", "Camera", "Driver", "Viewer"]
-
 WIDTH, HEIGHT = 640, 480
 IMAGES = Topic(Image, "camera/image", qos.SENSOR_DATA)
 CMD_VEL = Topic(Twist, "cmd_vel", QoS(depth=10))

@@ -22,8 +22,6 @@ from typing import NamedTuple
 from actors.bag import BagReader
 from tests.tools.cli_docs import ROBACTOR, Scene, running
 
-__all__ = ["Load", "main", "measured"]
-
 ROBOT = Scene("the robot", ("",), ("/gait", "/motors"), ())
 SUMMARY = re.compile(r"(\d+) messages recorded, (\d+) lost")
 

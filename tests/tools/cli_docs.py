@@ -23,22 +23,6 @@ from cli.command import COMMANDS, Exit, added, found
 from cli.parsing import actions_of
 from cli.verb import Group
 
-__all__ = [
-    "DOCTOR",
-    "PAGE",
-    "ROBACTOR",
-    "SCENES",
-    "Command",
-    "Scene",
-    "codes",
-    "masked",
-    "part",
-    "running",
-    "transcript",
-    "verbs",
-    "written",
-]
-
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "cli.md"
 WIDEST = 14

@@ -15,8 +15,6 @@ from collections.abc import Mapping
 
 from tests.tools.cli_docs import ROBACTOR, SCENES, running
 
-__all__ = ["main"]
-
 RUNS = 10
 COMMANDS = (
     ("--help", 60),

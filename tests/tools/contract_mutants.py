@@ -19,8 +19,6 @@ from typing import Final, NamedTuple
 from tests.tools.mutants.mutate import Mutant
 from tests.tools.mutants.trial import Workshop
 
-__all__ = ["KNOWN", "TABLES", "drawn", "known", "main", "mutants_of"]
-
 ROOT: Final = Path(__file__).parents[2]
 FILES: Final = ("robot/contracts.py", "robot/tutorials/*.py")
 TABLES: Final = ("tests/robot/nodes/test_contract_tables.py",)

@@ -21,8 +21,6 @@ from robot.assembly import Robot
 from robot.contracts import DOCK, STAND
 from robot.interfaces.robactor_msgs.action import Dock
 
-__all__ = ["main"]
-
 JOURNALS = ("navigation", "gait", "battery", "safety_monitor", "robot_controller", "localizer")
 
 

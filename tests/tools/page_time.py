@@ -27,8 +27,6 @@ from websockets.asyncio.client import connect
 from tests.cli.web.stage import Foxglove
 from tests.tools.web_load import robot_served
 
-__all__ = ["Costs", "costs", "main", "measure"]
-
 FLAT: Final = ("--no-sandbox", "--disable-gpu")
 SOLID: Final = ("--no-sandbox", "--enable-unsafe-swiftshader")
 BAG: Final = "everything"

@@ -30,8 +30,6 @@ from robot.contracts import EMERGENCY_STOP, ENABLE, SIT, STAND, WALK
 from robot.run.choice import changed
 from tests.tools.web_load import PICTURE
 
-__all__ = ["main"]
-
 DOCS: Final = Path(__file__).parents[2] / "docs"
 BEGIN: Final = 2.2
 """Second of the run at which the robot begins to walk."""

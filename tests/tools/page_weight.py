@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["PAGE", "Weight", "main", "weights"]
-
 PAGE = Path(__file__).parents[2] / "cli" / "web" / "page"
 SENT = {".html", ".js", ".css", ".svg"}
 """What a browser asks for."""

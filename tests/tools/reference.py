@@ -23,8 +23,6 @@ from actors import ActorError
 from tests.project.surface import NO_CONSTRUCTOR, Surface
 from tests.site.markdown import headlines
 
-__all__ = ["PAGE", "entries", "main", "page"]
-
 PAGE = Path(__file__).parents[2] / "docs" / "reference.md"
 SURFACE = Surface(Path(actors.__file__).parent)
 
@@ -77,6 +75,7 @@ SECTIONS: Mapping[str, str] = {
     "Message filters": "actors.message_filters",
     "Other processes": "actors.transport",
     "Other processes, by Zenoh": "actors.transport.zenoh",
+    "Other processes, by DDS": "actors.transport.dds",
     "Other machines": "actors.hosts",
     "Security": "actors.transport.security",
     "A small authority": "actors.transport.security.authority",

@@ -20,8 +20,6 @@ from actors.parameters.files import ParameterOverrides
 from actors.parameters.ros_yaml import dump_yaml, load_yaml
 from actors.parameters.values import Parameter
 
-__all__ = ["changed", "texts"]
-
 ODD = (
     "", " ", "y", "n", "Yes", "off", "true", "null", "~", "1e3", "0483", "0x10", "0o7", "08", "12:30", "1_000", "inf", "-inf", ".nan",
     "Infinity", "NaN", "0x1p3", "123E5", "2001-01-01", "a: b", "- a", "? a", "# no", "a #b", "*a", "&a", "!a", "!!int 3", "%a", "@a", "`a",

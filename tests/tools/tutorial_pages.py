@@ -23,8 +23,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-__all__ = ["ELSEWHERE", "FOLDER", "PAGES", "Reader", "blocks", "commands_of", "masked", "played"]
-
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "tutorials"
 PAGES = tuple(sorted(path.name for path in FOLDER.glob("*.md")))

@@ -16,8 +16,6 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-__all__ = ["LIMIT", "differences", "main"]
-
 LIMIT = 4 * 10**9
 """Bytes."""
 SHOWN = 20

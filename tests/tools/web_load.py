@@ -22,8 +22,6 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from robot.evaluate.load import processor_seconds
 
-__all__ = ["CASES", "Load", "Served", "main", "measure", "robot_served"]
-
 LARGE: Final = frozenset(f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "PointCloud2"))
 PICTURE: Final = "/camera/rgb/compressed"
 ROBOT_PANE: Final = frozenset(

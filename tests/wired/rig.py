@@ -15,8 +15,6 @@ from actors.testing import Probe, Rig
 from actors.transport.bridge import connect
 from tests.actors.transport.memory import Network
 
-__all__ = ["WiredRig"]
-
 M = TypeVar("M", bound=Message)
 
 

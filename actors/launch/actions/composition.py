@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.plan import Scope
 
-__all__ = ["ComposableLifecycleNode", "ComposableNode", "ComposableNodeContainer", "LoadComposableNodes"]
-
 
 class ComposableNode:
     """The description of a node to be loaded into a container: `plugin` is its class, ``package::Class``."""

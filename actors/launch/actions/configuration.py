@@ -17,22 +17,6 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.plan import Scope
 
-__all__ = [
-    "DeclareBooleanLaunchArgument",
-    "DeclareLaunchArgument",
-    "PopLaunchConfigurations",
-    "PushLaunchConfigurations",
-    "PushRosNamespace",
-    "ResetLaunchConfigurations",
-    "SetLaunchConfiguration",
-    "SetParameter",
-    "SetParametersFromFile",
-    "SetRemap",
-    "SetUseSimTime",
-    "UnsetLaunchConfiguration",
-    "joined_namespace",
-]
-
 
 class DeclareLaunchArgument(Action):
     """Declares an argument of the launch file. Without a default it is required; `choices` are the values that it may have."""

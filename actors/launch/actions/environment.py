@@ -14,17 +14,6 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.plan import Scope
 
-__all__ = [
-    "AppendEnvironmentVariable",
-    "PopEnvironment",
-    "PushEnvironment",
-    "ReplaceEnvironmentVariables",
-    "ResetEnvironment",
-    "SetEnvironmentVariable",
-    "SetROSLogDir",
-    "UnsetEnvironmentVariable",
-]
-
 
 class SetEnvironmentVariable(Action):
     """Sets an environment variable."""

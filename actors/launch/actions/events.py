@@ -16,21 +16,6 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.plan import Scope
 
-__all__ = [
-    "EmitEvent",
-    "Log",
-    "LogDebug",
-    "LogError",
-    "LogInfo",
-    "LogWarning",
-    "ReadyToTest",
-    "RegisterEventHandler",
-    "RosTimer",
-    "Shutdown",
-    "TimerAction",
-    "UnregisterEventHandler",
-]
-
 LEVELS = ("debug", "info", "warning", "error")
 
 

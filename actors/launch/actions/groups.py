@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.plan import Scope
 
-__all__ = ["ForEach", "ForLoop", "GroupAction", "OpaqueFunction"]
-
 
 class GroupAction(Action):
     """Actions under one condition. With `scoped` what they set holds in the group only; without `forwarding` it begins empty."""

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.plan import Scope
 
-__all__ = ["DEEPEST", "IncludeLaunchDescription", "LaunchDescriptionSource", "include_file"]
-
 DEEPEST = 50
 """How many launch files may include each other before they are taken for a circle."""
 

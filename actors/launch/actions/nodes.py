@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.plan import Scope
 
-__all__ = ["LifecycleNode", "LifecycleTransition", "Node", "namespace_of", "node_name_of", "remaps_of"]
-
 CONTAINERS = "rclcpp_components"
 """The package of ROS 2's containers. Where it is not installed, a container of this framework takes their place."""
 

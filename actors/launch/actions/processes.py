@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
     from actors.launch.plan import NodeSpec, Scope
 
-__all__ = ["ExecuteProcess"]
-
 
 class ExecuteProcess(Action):
     """Starts a program: `cmd` is its path and its arguments, each of them a text or a list of texts that are joined.

@@ -10,8 +10,6 @@ from actors.launch.frontend.grammar import parse_substitution
 from actors.launch.substitution import Substitution
 from actors.suggest import did_you_mean
 
-__all__ = ["Element", "Unquoted"]
-
 
 class Unquoted(str):
     """A scalar of YAML without quotes, as it is written: where a value with a type is wanted, that of ROS 2 is read in it."""

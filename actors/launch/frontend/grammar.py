@@ -44,8 +44,6 @@ from actors.launch.substitutions.values import (
 from actors.suggest import did_you_mean
 from actors.yaml_bounds import DEEPEST
 
-__all__ = ["SUBSTITUTIONS", "parse_command_line", "parse_substitution"]
-
 _NAME: Final = re.compile(r"[A-Za-z][\w-]*")
 _OPEN: Final = "$("
 

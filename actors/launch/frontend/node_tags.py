@@ -19,8 +19,6 @@ from actors.launch.substitution import Substitution, TextSubstitution, yaml_valu
 from actors.parameters.files import plain_scalar
 from actors.suggest import did_you_mean
 
-__all__ = ["NODE_TAGS", "Joined"]
-
 TYPES: Final[Mapping[str, Any]] = MappingProxyType(
     {
         "bool": bool,

@@ -44,8 +44,6 @@ from actors.launch.frontend.element import Element
 from actors.launch.frontend.node_tags import NODE_TAGS, Joined
 from actors.suggest import did_you_mean
 
-__all__ = ["TAGS", "action_of", "description_of"]
-
 
 def description_of(root: Element) -> LaunchDescription:
     """The launch description below the root of a file. Raises `LaunchError`."""

@@ -12,8 +12,6 @@ from actors.launch.frontend.element import Element
 from actors.launch.frontend.tags import description_of
 from actors.yaml_bounds import DEEPEST
 
-__all__ = ["read_xml"]
-
 
 def read_xml(path: Path) -> LaunchDescription:
     """The launch description in an XML file. Raises `LaunchError`, with the line.

@@ -12,8 +12,6 @@ from actors.launch.frontend.tags import description_of
 from actors.parameters.ros_yaml import PLAIN, loader
 from actors.yaml_bounds import check_yaml
 
-__all__ = ["read_yaml"]
-
 
 def read_yaml(path: Path) -> LaunchDescription:
     """The launch description in a YAML file. Raises `LaunchError`, with the line."""

@@ -12,19 +12,6 @@ from actors.launch.substitution import Substitution, Text, as_bool, normalized, 
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
 
-__all__ = [
-    "AllSubstitution",
-    "AndSubstitution",
-    "AnySubstitution",
-    "EqualsSubstitution",
-    "IfElseSubstitution",
-    "NotEqualsSubstitution",
-    "NotSubstitution",
-    "OrSubstitution",
-    "PythonExpression",
-    "StringJoinSubstitution",
-]
-
 _WORDS = {"true": 1.0, "1": 1.0, "false": 0.0, "0": 0.0}
 
 

@@ -16,20 +16,6 @@ from actors.launch.substitution import Substitution, Text, normalized, perform, 
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
 
-__all__ = [
-    "Command",
-    "ExecutableInPackage",
-    "FileContent",
-    "FindExecutable",
-    "FindPackage",
-    "FindPackagePrefix",
-    "FindPackageShare",
-    "PathJoinSubstitution",
-    "PathSubstitution",
-    "ThisLaunchFile",
-    "ThisLaunchFileDir",
-]
-
 COMMAND = "$(command "
 """How the text begins that stands for what a command would print."""
 

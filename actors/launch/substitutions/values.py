@@ -12,17 +12,6 @@ from actors.suggest import did_you_mean
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
 
-__all__ = [
-    "AnonName",
-    "EnvironmentVariable",
-    "ForEachVar",
-    "ForLoopIndex",
-    "LaunchConfiguration",
-    "LaunchLogDir",
-    "LocalSubstitution",
-    "Parameter",
-]
-
 
 class LaunchConfiguration(Substitution):
     """The value of a launch configuration: of an argument, or of what `SetLaunchConfiguration` has set."""

@@ -9,21 +9,6 @@ from typing import Any, Protocol
 from actors.launch.events import ProcessExited
 from actors.launch.testing.matching import Expected, build_text_match, resolve_processes, without_colours
 
-__all__ = [
-    "EXIT_OK",
-    "EXIT_SIGINT",
-    "EXIT_SIGKILL",
-    "EXIT_SIGQUIT",
-    "EXIT_SIGSEGV",
-    "SequentialTextChecker",
-    "assert_default_stream",
-    "assert_exit_codes",
-    "assert_in_stderr",
-    "assert_in_stdout",
-    "assert_in_stream",
-    "assert_sequential_stdout",
-]
-
 EXIT_OK = 0
 EXIT_SIGINT = 130
 EXIT_SIGQUIT = 131

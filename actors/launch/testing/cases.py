@@ -9,8 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
 from typing import Any
 
-__all__ = ["suite_of"]
-
 
 def suite_of(module: ModuleType, given: Mapping[str, Any], *, after: bool) -> unittest.TestSuite:
     """The tests of a module that run beside the launch, or those that run `after` its end.

@@ -13,8 +13,6 @@ from actors.launch.events import ExecutionComplete, ProcessExited, Shutdown
 from actors.launch.handlers import OnExecutionComplete, OnProcessExit
 from actors.launch.service import LaunchService
 
-__all__ = ["LaunchTestService"]
-
 
 class LaunchTestService:
     """Ends a launch when all of its test actions have ended, when one of them fails, or when a fixture process dies."""

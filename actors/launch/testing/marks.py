@@ -12,17 +12,6 @@ from typing import Any, TypeVar
 from actors.launch.actions.processes import ExecuteProcess
 from actors.launch.handlers import OnProcessIO
 
-__all__ = [
-    "ReadyAggregator",
-    "StdoutReadyListener",
-    "keep_alive",
-    "keep_alive_process",
-    "parametrize",
-    "post_shutdown_test",
-    "ready_to_test_action_timeout",
-    "retry_on_failure",
-]
-
 Any_ = TypeVar("Any_")
 
 

@@ -8,16 +8,6 @@ from typing import Any, Protocol, TypeAlias, cast
 
 from actors.launch.actions.processes import ExecuteProcess
 
-__all__ = [
-    "NO_CMD_ARGS",
-    "Expected",
-    "NoMatchingProcessException",
-    "Records",
-    "build_text_match",
-    "resolve_processes",
-    "without_colours",
-]
-
 NO_CMD_ARGS = object()
 """As `cmd_args`: the process has no arguments."""
 

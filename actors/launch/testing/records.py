@@ -10,8 +10,6 @@ from actors.launch.events import ProcessExited
 from actors.launch.testing.asserts import assert_in_stream
 from actors.launch.testing.matching import Expected, NoMatchingProcessException, resolve_processes
 
-__all__ = ["IoHandler", "ProcInfoHandler"]
-
 TAIL = 20
 """How many lines an error shows of what was written."""
 

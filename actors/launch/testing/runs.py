@@ -29,8 +29,6 @@ from actors.launch.shim import shim
 from actors.launch.testing.cases import suite_of
 from actors.launch.testing.records import IoHandler, ProcInfoHandler
 
-__all__ = ["LaunchTest", "Outcome", "launch_tests"]
-
 READY_SECONDS = 15.0
 """How long the launch may take until it is ready for its tests, unless the file says otherwise."""
 LAST_MOMENT = 0.1

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from actors.launch.service import LaunchService
     from actors.launch.testing.records import IoHandler, ProcInfoHandler
 
-__all__ = ["ProcessProxy", "basic_output_filter", "expect_output", "launch_process"]
-
 Filter = Callable[[str], str]
 
 

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from actors.supervision.seam import ChildStatus
     from actors.system import System
 
-__all__ = ["miscounts"]
-
 
 def miscounts(system: System, beside: Iterable[System] = ()) -> Iterator[str]:
     """Yield a sentence for each contradiction in the counts of a system in which nothing can run without time passing.

@@ -27,8 +27,6 @@ from actors.testing.simulation.known import names_nothing
 from actors.testing.simulation.search import Finding, search
 from actors.testing.simulation.trial import Scenario, Trial
 
-__all__ = ["scenario"]
-
 SEEDS = 200
 
 

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from actors.time.virtual_loop import VirtualLoop
     from actors.topics.peers import Peer
 
-__all__ = ["PATIENCE", "Invariant", "InvariantBroken", "Watch"]
-
-
 PATIENCE = 10.0
 """How many seconds a handler may hold its node, or a canceled goal may go on, before it counts as stuck."""
 

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from actors.system import System
     from actors.time.virtual_loop import VirtualLoop
 
-__all__ = ["BLOCKED_SECONDS", "ENDLESS", "Elsewhere", "Isolated", "in_a_copy"]
-
 T = TypeVar("T")
 
 ENDLESS = ("Blocked", "ProcessEnded")

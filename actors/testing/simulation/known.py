@@ -8,8 +8,6 @@ from itertools import permutations
 from actors.suggest import did_you_mean
 from actors.testing.fault_values import CLOCK, OF_NETWORK, ON_LINKS, ROUTER, Fault, Profile
 
-__all__ = ["names_nothing", "not_come"]
-
 MOST = 12
 """The maximum number of names listed."""
 

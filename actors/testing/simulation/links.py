@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
 M = TypeVar("M", bound=Message)
 
-__all__ = ["Link", "has_numbers", "interceptor", "not_a_number"]
-
-
 MOST_AT_ONCE = 100
 """The maximum number of repeated messages at one instant. A node that answers each message at once would otherwise never let time pass."""
 

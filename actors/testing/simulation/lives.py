@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from actors.topics.handler import HandlerSubscription
     from actors.topics.peers import SubscriptionPeer
 
-__all__ = ["InjectedCrash", "Simulation"]
-
 G = TypeVar("G", bound=Message)
 R = TypeVar("R", bound=Message)
 F = TypeVar("F", bound=Message)

@@ -16,8 +16,6 @@ import anyio
 
 from actors.places import parked
 
-__all__ = ["circle_of_locks"]
-
 
 def circle_of_locks(tasks: Iterable[asyncio.Task[Any]]) -> tuple[asyncio.Task[Any], ...]:
     """Return the tasks of one deadlock, each waiting for a lock of the next, the last for one of the first; empty if there is none."""

@@ -11,9 +11,6 @@ from actors.bag import FlightRecorder
 from actors.testing.faults import Fault, Possible, draw
 from actors.testing.simulation.trial import Outcome, Scenario, Trial
 
-__all__ = ["Finding", "Playable", "search", "shrink"]
-
-
 SHRINKING_SECONDS = 120.0
 """How many seconds of real time the reduction may take. A trial of a whole robot can take several seconds."""
 

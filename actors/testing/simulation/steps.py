@@ -10,8 +10,6 @@ from typing import Any, cast
 from actors.inbox.control import Unwinding
 from actors.testing.faults import Fault
 
-__all__ = ["Death", "Steps", "Watched", "target_of"]
-
 _AWKWARD = re.compile(r"[^\w./:-]+")
 
 

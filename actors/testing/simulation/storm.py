@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from actors.transport.simulated.conditions import Conditions
     from actors.transport.simulated.network import Network
 
-__all__ = ["Storm"]
-
 
 class Weathered(Protocol):
     """What faults need of a lab."""

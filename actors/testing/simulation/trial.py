@@ -23,8 +23,6 @@ from actors.testing.simulation.invariants import PATIENCE, Invariant, InvariantB
 from actors.testing.simulation.lives import InjectedCrash, Simulation
 from actors.time.virtual_loop import VirtualLoop
 
-__all__ = ["Body", "Outcome", "Scenario", "Trial"]
-
 CLEAN_UP_SECONDS = 60.0
 """How many seconds the rest of a canceled trial has to end."""
 

@@ -12,8 +12,6 @@ from actors.suggest import did_you_mean
 from actors.transport.domain_id import domain_from_environment
 from actors.transport.protocol import WireUnavailable
 
-__all__ = ["DdsConfig", "Range", "domain_settings"]
-
 Range: TypeAlias = Literal["OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT"]
 
 _RANGE: Final = "ROS_AUTOMATIC_DISCOVERY_RANGE"

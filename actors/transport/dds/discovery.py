@@ -11,8 +11,6 @@ from actors.transport.dds.library import BuiltinEndpoint, BuiltinParticipant, Li
 from actors.transport.dds.qos import EndpointQos, read_property, read_qos, read_user_data
 from actors.transport.dds.reading import Report
 
-__all__ = ["Discovery", "Events", "RemoteEndpoint", "RemoteParticipant"]
-
 _PARTICIPANTS: Final = 0x7FFF0001
 _PUBLICATIONS: Final = 0x7FFF0003
 _SUBSCRIPTIONS: Final = 0x7FFF0004

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from actors.transport.dds.participant import Participant
     from actors.transport.protocol import Events, Request, Take, TypeInfo
 
-__all__ = ["Domain", "Pair"]
-
 _TOLD: Final = DdsNames("robactor/told", "robactor::msg::dds_::Told_")
 """The topic by which processes of this library tell each other what ROS has no place for."""
 _KEPT: Final = 1000

@@ -13,8 +13,6 @@ from actors.transport.dds.library import DATA_AVAILABLE, TIMEOUT, Library
 from actors.transport.dds.qos import POLICIES, EndpointQos, the_qos
 from actors.transport.dds.within import Within
 
-__all__ = ["KEEP_ALL", "Endpoint", "Kind", "Reader", "Sample", "Status", "Writer"]
-
 KEEP_ALL: Final = 64 * 1024 * 1024
 """The bytes that wait at most in an endpoint that may not drop, on their way to the loop or from it. Then it drops nevertheless."""
 

@@ -15,8 +15,6 @@ from __future__ import annotations
 import struct
 from typing import Final, NamedTuple
 
-__all__ = ["Extra", "add_extra", "split_extra"]
-
 _END: Final = struct.Struct("<IB7s")
 _MARK: Final = b"robactr"
 

@@ -24,16 +24,15 @@ from actors.transport.dds.format.user_data import (
     parse_process,
 )
 from actors.transport.format.errors import WireFormatError
+from actors.transport.format.tokens import EndpointKind
 from actors.transport.format.types import NO_TYPE_HASH
-from actors.transport.protocol import EndpointKind, RemoteEndpoint, RemoteNode
+from actors.transport.protocol import RemoteEndpoint, RemoteNode
 
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.transport.dds import discovery
     from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
     from actors.transport.protocol import Events
-
-__all__ = ["BARE", "FAST_DDS", "Known", "Peer", "Shown", "number_of"]
 
 FAST_DDS: Final = b"\x01\x0f"
 """How the GUIDs of Fast DDS begin."""

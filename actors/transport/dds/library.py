@@ -14,23 +14,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.transport.protocol import WireUnavailable
 
-__all__ = [
-    "ANY_STATE",
-    "DATA_AVAILABLE",
-    "DURATION_INFINITE",
-    "TIMEOUT",
-    "BuiltinEndpoint",
-    "BuiltinParticipant",
-    "Library",
-    "Region",
-    "SampleInfo",
-    "Status",
-    "Vector",
-    "load",
-    "reason",
-    "the_descriptor",
-]
-
 _ERRORS: Final = 0x3
 """What the library writes to the standard error stream: errors, but no warnings, a line of which each malformed packet of a stranger would be.
 `Tracing` in CYCLONEDDS_URI is another matter."""

@@ -9,8 +9,6 @@ from actors.transport.dds.format.participants import NodeEntities
 from actors.transport.dds.known import number_of
 from actors.transport.format.names import check_chunk, check_namespace
 
-__all__ = ["NodeHere"]
-
 
 class NodeHere:
     """A node of this process. Raises WireFormatError for a name that the wire cannot represent."""

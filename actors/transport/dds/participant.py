@@ -22,8 +22,6 @@ from actors.transport.protocol import WireUnavailable
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
 
-__all__ = ["Participant", "Traffic"]
-
 _PRECONDITION: Final = -4
 
 

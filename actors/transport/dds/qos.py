@@ -10,8 +10,6 @@ from typing import Any, Final
 
 from actors.transport.dds.library import DURATION_INFINITE, Library
 
-__all__ = ["POLICIES", "EndpointQos", "read_property", "read_qos", "read_user_data", "the_qos"]
-
 POLICIES: Final = {
     2: "DURABILITY", 3: "PRESENTATION", 4: "DEADLINE", 5: "LATENCY_BUDGET", 6: "OWNERSHIP", 8: "LIVELINESS", 10: "PARTITION", 11: "RELIABILITY",
     12: "DESTINATION_ORDER", 21: "LIFESPAN", 24: "TYPE", 25: "DATA_REPRESENTATION",

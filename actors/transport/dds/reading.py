@@ -10,8 +10,6 @@ from typing import Final
 
 from actors.transport.dds.library import DURATION_INFINITE, Library
 
-__all__ = ["Reading", "Report"]
-
 _AT_ONCE: Final = 64
 """The most entities that one wake-up names; the others are named by the next one."""
 

@@ -9,8 +9,6 @@ from typing import Final, Protocol
 
 from actors.transport.dds.library import Vector
 
-__all__ = ["Sending", "Waiting"]
-
 _ROUND: Final = 0.002
 """Seconds after which full writers are tried again, if none of their readers is faster."""
 

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from actors.transport.dds.nodes import NodeHere
     from actors.transport.protocol import Request
 
-__all__ = ["REMEDY", "Client", "Server"]
-
 _PATIENCE: Final = 5.0
 """Seconds for which a reply waits until its client is matched; `rmw_cyclonedds_cpp` waits for a part of a second."""
 _MOST_WAITING: Final = 1000

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from actors.transport.dds.nodes import NodeHere
     from actors.transport.protocol import Take
 
-__all__ = ["Publisher", "Receiver", "Subscription"]
-
 _MOST_WRITERS: Final = 10_000
 """So many writers are counted for one reader, the last ones that were heard."""
 

@@ -17,8 +17,6 @@ from actors.transport.dds.participant import Participant
 from actors.transport.format.sessions import new_session
 from actors.transport.protocol import Events, Link
 
-__all__ = ["DdsTransport"]
-
 
 class DdsTransport:
     """A `Transport` by Cyclone DDS, in the format of ROS 2's ``rmw_cyclonedds_cpp``.

@@ -12,8 +12,6 @@ from actors.transport.dds.sending import Sending
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
 
-__all__ = ["Open", "Within"]
-
 
 class Open(Protocol):
     """A reader or writer that is open."""

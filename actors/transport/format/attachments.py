@@ -22,8 +22,6 @@ from typing import Final, NamedTuple
 from actors.transport.format.errors import refuse
 from actors.transport.format.gids import GID_SIZE
 
-__all__ = ["ATTACHMENT_SIZE", "Attachment", "attached", "attaching", "parse_attachment", "write_attachment"]
-
 _LAYOUT: Final = struct.Struct("<qqB16s")
 _NUMBERS: Final = struct.Struct("<qq")
 _WITHOUT_SIZE: Final = struct.Struct("<qqx16s")
@@ -74,7 +72,7 @@ def attached(data: bytes) -> tuple[int, int, bytes]:
         raise refuse(
             data, "an attachment", f"it has at least {ATTACHMENT_SIZE} bytes, of which number 16 is {GID_SIZE}"
         )
-    return _WITHOUT_SIZE.unpack_from(data)  # type: ignore[return-value]
+    return _WITHOUT_SIZE.unpack_from(data)
 
 
 def parse_attachment(data: bytes) -> Attachment:

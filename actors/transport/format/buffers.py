@@ -15,16 +15,6 @@ from actors.transport.format.errors import refuse
 from actors.transport.format.gids import GID_SIZE
 from actors.transport.format.keys import DataKey, parse_key, write_key
 
-__all__ = [
-    "CPU",
-    "Backend",
-    "BufferKey",
-    "parse_backends",
-    "parse_buffer_key",
-    "write_backends",
-    "write_buffer_key",
-]
-
 
 class Backend(NamedTuple):
     """A kind of memory from which a subscription can read."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["WireFormatError", "refuse"]
-
 
 class WireFormatError(ValueError):
     """A text or bytes from the network are not in the format of a middleware of ROS 2, or a value cannot be written in it."""

@@ -12,8 +12,6 @@ from actors.interfaces import CdrError, Message, decode, encode
 from actors.interfaces.types import Many, default, uint64
 from actors.transport.format.errors import WireFormatError, refuse
 
-__all__ = ["Extension", "Waiting", "parse_extension", "write_extension"]
-
 _MARK: Final = b"RBA\x01"
 _LONGEST: Final = 1 << 16
 """Bytes; a chain of a hundred nodes needs some ten thousand."""

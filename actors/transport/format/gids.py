@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["GID_SIZE", "gid_of"]
-
 GID_SIZE: Final = 16
 """The size of an identifier, in bytes."""
 

@@ -15,17 +15,6 @@ from actors.transport.format.errors import refuse
 from actors.transport.format.keys import DataKey, parse_key, write_key
 from actors.transport.format.names import check_number, check_session, parse_number
 
-__all__ = [
-    "HistoryQuery",
-    "Presence",
-    "parse_heartbeat",
-    "parse_history_query",
-    "parse_presence",
-    "write_heartbeat",
-    "write_history_query",
-    "write_presence",
-]
-
 _BELOW: Final = "/@adv/"
 _PARAMETERS: Final = re.compile(r"_max=([0-9]{1,20});_anyke\Z")
 

@@ -12,8 +12,6 @@ from actors.transport.format.errors import refuse
 from actors.transport.format.names import check_chunk, check_name, check_number, parse_number
 from actors.transport.format.types import parse_type, write_type
 
-__all__ = ["DataKey", "parse_key", "write_key"]
-
 
 class DataKey(NamedTuple):
     """The content of a data key."""

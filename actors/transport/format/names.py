@@ -14,18 +14,6 @@ from typing import Final
 from actors.logs.terminal import CONTROLS
 from actors.transport.format.errors import refuse
 
-__all__ = [
-    "check_chunk",
-    "check_name",
-    "check_namespace",
-    "check_number",
-    "check_session",
-    "parse_name",
-    "parse_namespace",
-    "parse_number",
-    "write_name",
-]
-
 _CHUNK: Final = rf"[^/%*$?#@\ud800-\udfff{CONTROLS}][^/%*$?#\ud800-\udfff{CONTROLS}]*"
 """A part of a name that is written unchanged: no separator, no wildcard, not verbatim, encodable, and nothing that controls a terminal."""
 _LONGEST: Final = 512

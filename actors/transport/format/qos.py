@@ -25,8 +25,6 @@ from actors.qos.policies import (
 from actors.transport.format.errors import refuse
 from actors.transport.format.names import parse_number
 
-__all__ = ["parse_qos", "write_qos"]
-
 _RELIABILITY: Final = {
     "": Reliability.RELIABLE,
     "0": Reliability.SYSTEM_DEFAULT,

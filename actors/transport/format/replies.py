@@ -13,8 +13,6 @@ from actors.interfaces import CdrError, Message, decode, encode
 from actors.interfaces.types import Many, default, uint64
 from actors.transport.format.errors import refuse
 
-__all__ = ["TIMED_OUT", "ReplyError", "parse_reply_error", "write_reply_error"]
-
 ReplyError: TypeAlias = CallCycle | NodeRestarting | NotRunning | ServiceFailed
 """Why a server could not answer. The caller receives it as if the server were in its own process."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from random import Random
 from typing import Final
 
-__all__ = ["is_ours", "new_session"]
-
 _MARK: Final = "b0bac708"
 """How the sessions of this library begin; one of four billion others does, too."""
 

@@ -29,8 +29,6 @@ from actors.transport.format.names import (
 from actors.transport.format.qos import parse_qos, write_qos
 from actors.transport.format.types import parse_type, write_type
 
-__all__ = ["ALL_GRAPHS", "EndpointKind", "EndpointToken", "NodeToken", "graph_of", "parse_token", "write_token"]
-
 _SPACE: Final = "@ros2_lv"
 ALL_GRAPHS: Final = f"{_SPACE}/**"
 """The key expression that matches all tokens of all domains."""

@@ -12,8 +12,6 @@ from typing import Final
 
 from actors.transport.format.errors import refuse
 
-__all__ = ["NO_TYPE_HASH", "parse_type", "write_type"]
-
 NO_TYPE_HASH: Final = "TypeHashNotSupported"
 """What ROS 2 Humble writes instead of a type hash."""
 

@@ -13,8 +13,6 @@ from actors.transport.format.sessions import is_ours
 from actors.transport.format.tokens import EndpointToken, parse_token
 from actors.transport.protocol import RemoteEndpoint, RemoteNode
 
-__all__ = ["Known"]
-
 
 class Known:
     """All that is known from tokens.

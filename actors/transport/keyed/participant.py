@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from actors.transport.keyed import protocol as keyed
     from actors.transport.protocol import Handle, NodeHere, Request, Take, TypeInfo
 
-__all__ = ["KeyedParticipant"]
-
 _TOLD: Final = 5.0
 """Seconds within which another process takes what it is told; what it answers is of no interest."""
 

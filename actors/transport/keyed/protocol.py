@@ -31,20 +31,6 @@ from actors.transport.protocol import Failed, Handle, Link, NoAnswer
 if TYPE_CHECKING:
     from actors.transport import protocol
 
-__all__ = [
-    "BULK",
-    "NORMAL",
-    "Answer",
-    "Delivery",
-    "Events",
-    "KeyTransport",
-    "Outlet",
-    "Query",
-    "Replied",
-    "Sample",
-]
-
-
 NORMAL: Final = 5
 """The priority of what is not said otherwise, questions and answers among it."""
 

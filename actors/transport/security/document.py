@@ -12,8 +12,6 @@ from actors.suggest import did_you_mean
 from actors.transport.security.errors import SecurityError
 from actors.yaml_bounds import check_yaml
 
-__all__ = ["Document", "Path"]
-
 T = TypeVar("T")
 Path = tuple[str | int, ...]
 """The place of a value: the keys and indices that lead to it."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from actors.transport.protocol import WireUnavailable
 
-__all__ = ["SecurityError"]
-
 
 class SecurityError(WireUnavailable):
     """A security file, or a file that it names, cannot be used; the text is one line that begins with file and line. No secret is in it."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import stat
 from pathlib import Path
 
-__all__ = ["Unusable", "read_password", "read_pem", "read_users"]
-
 
 class Unusable(ValueError):
     """A file cannot be used; the text says which, where and why, without what is in it."""

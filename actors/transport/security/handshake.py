@@ -5,8 +5,6 @@ from __future__ import annotations
 import ssl
 from pathlib import Path
 
-__all__ = ["refusal_of"]
-
 
 def refusal_of(authority: Path, certificate: Path, key: Path) -> tuple[str, str] | None:
     """Which of ``authority``, ``certificate`` and ``key`` is wrong and why; None if others who trust `authority` take the certificate now."""

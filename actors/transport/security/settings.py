@@ -15,8 +15,6 @@ from actors.transport.security.errors import SecurityError
 from actors.transport.security.files import Unusable, read_password, read_pem, read_users
 from actors.transport.security.handshake import refusal_of
 
-__all__ = ["EVERYBODY", "AccessRule", "Secret", "Security", "Tls", "User", "load_security"]
-
 EVERYBODY: Final = "*"
 """Stands in `AccessRule.peers` for all who have a certificate of the authority."""
 

@@ -7,8 +7,6 @@ import math
 from heapq import heappop, heappush
 from typing import Protocol
 
-__all__ = ["Arrivals", "Arriving"]
-
 
 class Arriving(Protocol):
     """Something that is on its way."""

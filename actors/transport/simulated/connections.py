@@ -11,8 +11,6 @@ from actors.transport.simulated.link import Stream
 from actors.transport.simulated.session import SimulatedTransport
 from actors.transport.simulated.topology import Topology
 
-__all__ = ["Connections"]
-
 _KEEP_ALIVE = 0.25
 """The share of the lease within which every process says that it is alive: so long before a cut it may have been heard last."""
 

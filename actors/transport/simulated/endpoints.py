@@ -9,8 +9,6 @@ from typing import TypeAlias
 from actors.transport.keyed.protocol import Delivery, Query, Sample
 from actors.transport.simulated.link import Flow, Message, Stream
 
-__all__ = ["Announcement", "Declared", "Outlet", "Server", "Subscription"]
-
 
 class Announcement:
     """A token, until it is closed."""

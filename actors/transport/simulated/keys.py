@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["matcher"]
-
 _CHUNK = "/[^/@][^/]*"
 """What a wildcard stands for: a chunk that begins with ``@`` is matched by its own text only."""
 

@@ -13,8 +13,6 @@ from random import Random
 from actors.transport.simulated.arrivals import Arrivals
 from actors.transport.simulated.conditions import Conditions
 
-__all__ = ["HEADER", "Flow", "Link", "Message", "Stream"]
-
 HEADER = 64
 """Bytes that each message takes beside its content."""
 

@@ -14,8 +14,6 @@ from actors.transport.simulated.link import Link
 from actors.transport.simulated.session import SimulatedTransport
 from actors.transport.simulated.topology import Host, Mode, Topology
 
-__all__ = ["Network"]
-
 
 class Network:
     """Hosts by name, the links between them, and the transports of their processes. It is made while its event loop runs.

@@ -10,8 +10,6 @@ from actors.transport.keyed.protocol import Answer, Replied
 from actors.transport.protocol import Failed, NoAnswer
 from actors.transport.simulated.link import Stream
 
-__all__ = ["IncomingQuestion", "Question"]
-
 
 class Question:
     """A question that this process asks: the handle of `Transport.ask`.

@@ -17,8 +17,6 @@ from actors.transport.simulated.keys import matcher
 from actors.transport.simulated.link import Message, Stream
 from actors.transport.simulated.questions import IncomingQuestion, Question
 
-__all__ = ["SimulatedTransport", "Surroundings"]
-
 _CONTROL, _DATA, _FAREWELL = 0, 5, 8
 """Priorities: of declarations, of questions and answers, and of the farewell of a process, before which all else leaves."""
 _DECLARATION = 128

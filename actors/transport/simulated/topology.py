@@ -11,8 +11,6 @@ from actors.transport.simulated.arrivals import Arrivals
 from actors.transport.simulated.conditions import LOOPBACK, Conditions
 from actors.transport.simulated.link import Link
 
-__all__ = ["Host", "Mode", "Topology"]
-
 Mode: TypeAlias = Literal["peer", "client"]
 
 

@@ -13,8 +13,6 @@ from typing import Any, Final, NamedTuple
 from actors.transport.security import AccessRule
 from actors.transport.security.settings import EVERYBODY
 
-__all__ = ["access_control"]
-
 _SERVICES: Final = ("send_goal", "cancel_goal", "get_result")
 _TOPICS: Final = ("feedback", "status")
 """The parts of an action; see `actors.names.names.action_names`."""

@@ -15,8 +15,6 @@ from actors.transport.zenoh.library import import_zenoh, one_line
 from actors.transport.zenoh.memory import LARGE
 from actors.transport.zenoh.secured import secured_settings
 
-__all__ = ["LEASE", "ZenohConfig", "point_settings", "router_settings", "session_settings", "write_config"]
-
 LEASE: Final = 60_000
 """After so many milliseconds of silence on a link its two ends give it up. This side announces it, the other side applies it.
 

@@ -30,8 +30,6 @@ from actors.transport.zenoh.questions import Question
 from actors.transport.zenoh.subscriptions import Subscription
 from actors.transport.zenoh.traffic import Traffic
 
-__all__ = ["Connection"]
-
 _SETTLING: Final = 0.01
 """Seconds for which vanished tokens and unanswered questions are collected, because those of one lost process come one by one."""
 _LONGEST_SESSION: Final = 32

@@ -13,8 +13,6 @@ from typing import Final
 from actors.transport.numbers import Numbers
 from actors.transport.zenoh import objects
 
-__all__ = ["Contacts", "Source"]
-
 Source = tuple[str, int]
 """A publisher: the session and the number of the entity within it."""
 

@@ -14,8 +14,6 @@ from actors.transport.zenoh import objects
 from actors.transport.zenoh.config import ZenohConfig, point_settings, write_config
 from actors.transport.zenoh.library import import_zenoh
 
-__all__ = ["GossipPoint"]
-
 
 class GossipPoint:
     """This process's part in it. All methods may wait, and are called by one thread, one after the other.

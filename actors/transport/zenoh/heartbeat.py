@@ -6,8 +6,6 @@ from asyncio import AbstractEventLoop, Handle
 from collections.abc import Callable, Iterable
 from typing import Final
 
-__all__ = ["PERIOD", "SILENCE", "Heartbeat"]
-
 PERIOD: Final = 0.5
 SILENCE: Final = 2.0
 """Seconds from one beat to the next, and after which a process counts as lost."""

@@ -12,8 +12,6 @@ from actors.transport.zenoh.contact import Source
 from actors.transport.zenoh.library import direct, import_ext, import_zenoh
 from actors.transport.zenoh.outlets import Publishers
 
-__all__ = ["ask_history", "declare_publishers", "declare_subscriber"]
-
 _PATIENCE: Final = 5.0
 """Seconds within which a publisher must tell what it keeps."""
 

@@ -10,8 +10,6 @@ from typing import Any, Final
 
 from actors.transport.protocol import WireUnavailable
 
-__all__ = ["cannot_listen", "direct", "import_ext", "import_zenoh", "one_line"]
-
 _RUNTIME: Final = "ZENOH_RUNTIME"
 _FEW_THREADS: Final = "(rx: (worker_threads: 1), tx: (worker_threads: 1), net: (handover: app), acc: (handover: app))"
 """As few threads as a robot's process can do with. Receiving keeps its own thread, because a full KEEP_ALL queue makes it wait. So does

@@ -13,8 +13,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-__all__ = ["LARGE", "keep_freed_memory", "leave_no_segments"]
-
 LARGE: Final = 64 * 1024
 """Bytes from which on a payload is large: Zenoh then sends it in fragments, or by shared memory."""
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-__all__ = ["Declared", "Matching", "Publisher", "Query", "Reply", "Sample", "Session", "Text"]
-
 
 class Text(Protocol):
     """Bytes that Zenoh holds; they are copied once."""

@@ -15,8 +15,6 @@ from actors.transport.zenoh.library import direct, import_zenoh
 from actors.transport.zenoh.memory import LARGE
 from actors.transport.zenoh.traffic import Traffic
 
-__all__ = ["Outlet", "Publishers"]
-
 KEEP_ALL: Final = 64 * 1024 * 1024
 """The bytes that wait for the worker at most, in an outlet that may not drop: then it drops nevertheless, because `put` cannot wait."""
 

@@ -10,8 +10,6 @@ from typing import Final, NamedTuple
 from actors.transport.format.sessions import is_ours
 from actors.transport.keyed.protocol import Events
 
-__all__ = ["Presence", "Process", "scope_of", "session_of"]
-
 _SPACE: Final = "@robactor"
 _UNUSUAL: Final = re.compile(r"[^A-Za-z0-9_.-]")
 _SESSION: Final = re.compile(r"[1-9a-f][0-9a-f]{0,31}")

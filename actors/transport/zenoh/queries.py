@@ -12,8 +12,6 @@ from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
 
-__all__ = ["Server"]
-
 
 class _Query:
     """One of them. Zenoh waits for a slow asker when it sends the answer; therefore the worker sends it.

@@ -14,8 +14,6 @@ from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
 
-__all__ = ["Question"]
-
 _FOREVER: Final = 1.8e16
 """Seconds; Zenoh knows no infinite time. The time of a question is measured here, so that its end is told from an error."""
 

@@ -10,8 +10,6 @@ from actors.transport.worker import Worker
 from actors.transport.zenoh.config import router_settings, write_config
 from actors.transport.zenoh.library import cannot_listen, import_zenoh
 
-__all__ = ["router"]
-
 
 @asynccontextmanager
 async def router(

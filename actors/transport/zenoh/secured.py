@@ -5,8 +5,6 @@ from __future__ import annotations
 from actors.transport.security import Security
 from actors.transport.zenoh.access import access_control
 
-__all__ = ["secured_settings"]
-
 
 def secured_settings(security: Security) -> dict[str, object]:
     """By their paths. They are to count more than all others, so that nothing else opens a link without TLS."""

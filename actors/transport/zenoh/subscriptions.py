@@ -13,8 +13,6 @@ from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Contacts, Source
 from actors.transport.zenoh.traffic import Traffic
 
-__all__ = ["Subscription"]
-
 _KEEP_ALL: Final = 1000
 """The least number of samples that a KEEP_ALL queue holds before it holds the sender back."""
 

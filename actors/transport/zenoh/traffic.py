@@ -9,8 +9,6 @@ from actors.transport.protocol import Link
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.presence import Process
 
-__all__ = ["Traffic"]
-
 _GID: Final = slice(17, 33)
 """Where the identity of the sender stands in the attachment of every message of ROS 2."""
 

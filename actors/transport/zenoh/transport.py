@@ -21,8 +21,6 @@ from actors.transport.zenoh.gossip_point import GossipPoint
 from actors.transport.zenoh.library import cannot_listen, import_zenoh, one_line
 from actors.transport.zenoh.memory import keep_freed_memory, leave_no_segments
 
-__all__ = ["ZenohKeys", "ZenohTransport"]
-
 _LOOKING: Final = 0.2
 """Seconds after which it is seen that the gossip point has gone."""
 

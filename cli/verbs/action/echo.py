@@ -28,8 +28,6 @@ from cli.verbs.topic.echo import style_of
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
 
-__all__ = ["INTERFACES", "echo"]
-
 INTERFACES: Final = ("GOAL_SERVICE", "CANCEL_SERVICE", "RESULT_SERVICE", "FEEDBACK_TOPIC", "STATUS_TOPIC")
 
 

@@ -21,8 +21,6 @@ from cli.verbs.topic.pub import now
 if TYPE_CHECKING:
     from actors import Goal
 
-__all__ = ["send_goal", "uses_of"]
-
 CANCELING = 10.0
 """Seconds that a goal has to end after Ctrl-C."""
 

@@ -10,8 +10,6 @@ from contextlib import contextmanager
 
 from actors.bag import Player
 
-__all__ = ["keys", "press"]
-
 SPACE, RIGHT, UP, DOWN = b" ", b"\x1b[C", b"\x1b[A", b"\x1b[B"
 STEP = 1.1
 """By how much a key changes the rate."""

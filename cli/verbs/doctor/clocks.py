@@ -10,8 +10,6 @@ from cli.graph.view import PUBLISHER, SUBSCRIPTION
 from cli.parsing import count
 from cli.verbs.doctor.observation import Finding, Observation
 
-__all__ = ["offsets", "simulated_time"]
-
 CLOCK: Final = "/clock"
 NOTED_LAG: Final = 0.1
 """Seconds by which the clocks of two machines may differ before transforms and ages of messages are wrong."""

@@ -10,8 +10,6 @@ from cli.graph.view import PUBLISHER, SUBSCRIPTION
 from cli.parsing import count
 from cli.verbs.doctor.observation import Finding, Observation, Told
 
-__all__ = ["ages", "blocked", "queues", "restarts", "timers"]
-
 OLD: Final = 0.2
 """Messages that have waited longer than this, in seconds, are late."""
 

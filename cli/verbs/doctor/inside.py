@@ -11,9 +11,10 @@ from actors.interfaces.foreign import ForeignType
 from actors.names.names import is_hidden
 from actors.qos.policies import QoS
 from actors.qos.profiles import SERVICES
-from actors.transport.environment import domain_from_environment
+from actors.transport.domain_id import domain_from_environment
 from actors.transport.figures import PERIOD, ProcessFigures, process_figures
-from actors.transport.protocol import EndpointKind, RemoteEndpoint, RemoteNode
+from actors.transport.format.tokens import EndpointKind
+from actors.transport.protocol import RemoteEndpoint, RemoteNode
 from actors.transport.standard_names import standard_services
 from actors.transport.types_here import type_info
 from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, Endpoint
@@ -22,8 +23,6 @@ from cli.verbs.doctor.observation import Observation, Told
 if TYPE_CHECKING:
     from actors import System
     from actors.graph.servers import ServiceEntry
-
-__all__ = ["Inside"]
 
 LOST: Final = 3.5 * PERIOD
 """A process that has not told its figures for so many seconds has ended."""

@@ -8,10 +8,9 @@ from typing import Final, Literal
 
 from actors.names.names import is_hidden
 from actors.transport.figures import NodeFigures, ProcessFigures
-from actors.transport.protocol import EndpointKind, RemoteNode
+from actors.transport.format.tokens import EndpointKind
+from actors.transport.protocol import RemoteNode
 from cli.graph.view import PUBLISHER, SERVER, SUBSCRIPTION, Endpoint
-
-__all__ = ["Finding", "Listened", "Observation", "Told", "Word"]
 
 STARVED: Final = 0.2
 """The share of its time for which a process may wait for a processor."""

@@ -14,7 +14,8 @@ from typing import Final
 
 from actors.interfaces.cdr import decode
 from actors.interfaces.errors import InterfaceError
-from actors.transport.environment import domain_from_environment, security_from_environment
+from actors.transport.domain_id import domain_from_environment
+from actors.transport.environment import security_from_environment
 from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
 from actors.transport.protocol import Participant, RemoteEndpoint, RemoteNode, WireUnavailable
 from actors.transport.types_here import type_info
@@ -23,8 +24,6 @@ from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, GraphView, t
 from cli.quality import add_qos_options
 from cli.verbs.doctor.observation import Listened, Observation, Told, Word
 from cli.verbs.topic.raw import Ear
-
-__all__ = ["AllDomains", "Reports", "observe", "packages_named"]
 
 PATIENCE: Final = 1.5 * PERIOD
 """Seconds for which a process that has told its figures once is waited for to tell them again."""

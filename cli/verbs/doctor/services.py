@@ -12,8 +12,6 @@ from cli.parsing import count
 from cli.verbs.doctor.observation import Finding, Observation
 from cli.verbs.doctor.topics import different_types
 
-__all__ = ["node_is_there", "polling", "service_types", "serving", "twins"]
-
 ALMOST: Final = 0.7
 """A service whose name resembles the missing one so much was probably meant."""
 

@@ -11,8 +11,6 @@ from cli.graph.view import CLIENT, SERVER
 from cli.parsing import count
 from cli.verbs.doctor.observation import Finding, Observation
 
-__all__ = ["domain", "leases", "packages", "processes", "security", "transport"]
-
 ZENOH = "rmw_zenoh_cpp"
 FAST_DDS_GIDS = b"\x01\x0f"
 """How the GIDs of Fast DDS begin."""

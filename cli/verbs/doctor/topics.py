@@ -13,8 +13,6 @@ from cli.graph.view import PUBLISHER, SUBSCRIPTION, Endpoint
 from cli.parsing import count
 from cli.verbs.doctor.observation import Finding, Observation
 
-__all__ = ["best_effort_commands", "names", "quality", "sending", "types"]
-
 COMMAND_WORDS: Final = frozenset({"cmd", "command", "commands", "estop", "stop"})
 """A topic with such a word in its last part tells a robot what to do."""
 

@@ -16,8 +16,6 @@ from cli.graph.seen import Seen, seen
 from cli.output import print_json
 from cli.parsing import complain
 
-__all__ = ["set_levels", "show"]
-
 GET, SET = "get_logger_levels", "set_logger_levels"
 REMEDY = "start it with --ros-args -p enable_logger_service:=true"
 

@@ -20,8 +20,6 @@ from cli.graph.seen import Seen, seen
 from cli.output import print_json
 from cli.parsing import complain
 
-__all__ = ["delete", "describe", "dump", "get", "list_parameters", "load", "put"]
-
 _LABELS: Final = {
     ParameterType.BOOL: "Boolean value is:",
     ParameterType.INTEGER: "Integer value is:",

@@ -19,8 +19,6 @@ from cli.command import CommandFailed, Exit
 from cli.output import print_json
 from cli.parsing import complain
 
-__all__ = ["create"]
-
 PYTHON_TESTS = ("python3-pytest",)
 CMAKE_TESTS = ("ament_lint_auto", "ament_lint_common")
 

@@ -8,8 +8,6 @@ from typing import Final
 
 from matplotlib.figure import Figure
 
-__all__ = ["picture"]
-
 WIDTH: Final = 900
 PANEL: Final = 240
 """Pixels."""

@@ -21,8 +21,6 @@ from cli.graph.view import absolute
 from cli.output import control
 from cli.verbs.topic.echo import field_of, topic_of
 
-__all__ = ["Series", "braille", "plot", "split"]
-
 PERIOD = 0.2
 """Seconds between two pictures."""
 

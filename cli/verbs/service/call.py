@@ -19,8 +19,6 @@ from cli.text import message_json, message_repr
 from cli.values import Values, read_stdin, read_values
 from cli.verbs.topic.pub import now
 
-__all__ = ["call", "uses_of"]
-
 SAY = 1.0
 """Seconds after which a wait for a service is spoken of, also where nothing is called like it."""
 LOOK = 0.1

@@ -20,8 +20,6 @@ from cli.text import message_csv, message_json, plain, yaml_of
 from cli.verbs.service.call import uses_of
 from cli.verbs.topic.echo import style_of
 
-__all__ = ["echo", "named_event"]
-
 _EVENTS = {constant.value: constant.name for constant in ServiceEventInfo.__ros_constants__}
 
 

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from actors import QoS
     from actors.graph.graph import TopicEntry
 
-__all__ = ["chosen_filter", "echo", "field_of", "style_of", "topic_of"]
-
 _ITEM = re.compile(r"\[(-?\d+)\]")
 
 

@@ -11,8 +11,6 @@ from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, Endpoint, Gr
 from cli.output import print_json, print_names, print_of_type, print_types
 from cli.parsing import count
 
-__all__ = ["endpoint_json", "endpoint_lines", "find", "info", "list_topics", "type_of", "unknown"]
-
 _WORDS = {PUBLISHER: "PUBLISHER", SUBSCRIPTION: "SUBSCRIPTION", SERVER: "SERVER", CLIENT: "CLIENT"}
 
 

@@ -23,8 +23,6 @@ from cli.values import Values, read_documents, read_stdin, read_values
 if TYPE_CHECKING:
     from actors import Publisher
 
-__all__ = ["now", "pub"]
-
 LOOK = 0.1
 """Seconds between two looks for subscriptions."""
 

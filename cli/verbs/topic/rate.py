@@ -16,8 +16,6 @@ from cli.output import clear_screen, print_json, table
 from cli.parsing import complain
 from cli.verbs.topic.raw import Arrival, listening, topic_names
 
-__all__ = ["Sizes", "Spread", "Window", "bandwidth", "bw", "delay", "hz"]
-
 PERIOD = 1.0
 """Seconds between two lines."""
 

@@ -18,8 +18,6 @@ from cli.output import clear_screen, print_json
 from cli.parsing import complain
 from cli.quality import fitting_qos, objections
 
-__all__ = ["Arrival", "Ear", "echo_raw", "listening", "topic_names"]
-
 
 class Arrival(NamedTuple):
     """A message that has arrived."""

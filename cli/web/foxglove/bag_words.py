@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from cli.web.client import Client, Session
     from cli.web.operations import Op
 
-__all__ = ["bag_ops"]
-
 
 def bag_ops(bags: Bags, client: Client, session: Session) -> dict[str, Op]:
     """What a client may ask for, by word. Each request has an `id`; the answer is `robactor.done` with it, and with a value or why not.

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from actors.interfaces import Message
     from cli.web.types import Types
 
-__all__ = ["Catalog", "Changes", "Channel", "ServedService"]
-
 Get = Callable[[], Awaitable[Any]]
 
 PATIENCE: Final = 5.0

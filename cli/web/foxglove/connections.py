@@ -9,8 +9,6 @@ from actors.names.names import is_hidden
 if TYPE_CHECKING:
     from actors.graph.snapshot import Snapshot
 
-__all__ = ["Connections"]
-
 Users = dict[str, list[str]]
 
 

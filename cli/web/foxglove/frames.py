@@ -8,20 +8,6 @@ from typing import Final, NamedTuple
 from cli.web.errors import BadRequest
 from cli.web.outbox import Spliced
 
-__all__ = [
-    "ClientMessage",
-    "PlaybackRequest",
-    "PlaybackState",
-    "ServiceRequest",
-    "asset_failure",
-    "asset_frame",
-    "message_frame",
-    "playback_frame",
-    "read_frame",
-    "response_frame",
-    "time_frame",
-]
-
 _MESSAGE: Final = Struct("<BIQ")
 _TIME: Final = Struct("<BQ")
 _RESPONSE: Final = Struct("<BIII")

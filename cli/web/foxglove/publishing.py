@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from actors import Publisher
     from cli.web.hub import Hub
 
-__all__ = ["Publishing"]
-
 ENCODINGS = ("cdr", "json")
 
 

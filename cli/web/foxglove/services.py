@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from cli.web.foxglove.catalog import ServedService
     from cli.web.hub import Hub
 
-__all__ = ["PATIENCE", "call"]
-
 PATIENCE = 30.0
 """Seconds for an answer: a person waits for it."""
 

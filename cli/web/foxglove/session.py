@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from cli.web.foxglove.catalog import Changes
     from cli.web.hub import Hub
 
-__all__ = ["SUBPROTOCOLS", "FoxgloveSession"]
-
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CAPABILITIES: Final = (
     "clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph", "assets", "robactor",

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from actors.graph.snapshot import Snapshot
     from cli.web.overview import Overview
 
-__all__ = ["StateReports"]
-
 ROUNDED: Final = 3
 
 

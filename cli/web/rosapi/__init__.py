@@ -15,8 +15,6 @@ from cli.web.rosapi.parameters import ParameterAnswers
 if TYPE_CHECKING:
     from cli.web.hub import Hub
 
-__all__ = ["Rosapi"]
-
 Answer = Callable[..., "Awaitable[dict[str, Any]] | dict[str, Any]"]
 
 

@@ -12,8 +12,6 @@ from cli.web.names import interface
 if TYPE_CHECKING:
     from cli.web.hub import Hub
 
-__all__ = ["Definitions"]
-
 
 class Definitions:
     """The definitions of types, each followed by those of the types in its fields."""

@@ -12,8 +12,6 @@ from cli.web.parameters import node_names
 if TYPE_CHECKING:
     from cli.web.hub import Hub
 
-__all__ = ["GraphAnswers"]
-
 
 class GraphAnswers:
     """The answers from the graph as it is when it is asked for. Hidden names are left out of lists."""

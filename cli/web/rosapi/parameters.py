@@ -12,8 +12,6 @@ from cli.web.parameters import plain_value
 if TYPE_CHECKING:
     from cli.web.hub import Hub
 
-__all__ = ["ParameterAnswers"]
-
 
 class ParameterAnswers:
     """The answers of the nodes."""

@@ -12,8 +12,6 @@ from cli.web.conversion import BYTES
 if TYPE_CHECKING:
     from actors.interfaces import FieldType
 
-__all__ = ["cbor", "cbor_joined", "cbor_message"]
-
 _TYPED: Final = {
     "int8": 72, "uint16": 69, "uint32": 70, "uint64": 71, "int16": 77, "int32": 78, "int64": 79, "float32": 85, "float64": 86,
 }  # fmt: skip

@@ -9,8 +9,6 @@ from cli.web.conversion import write_json
 from cli.web.errors import BadRequest
 from cli.web.fields import number, text
 
-__all__ = ["MOST_CHARACTERS", "Fragments", "fragments_of"]
-
 MOST_CHARACTERS: Final = 4 * 1024 * 1024
 """The longest text that may come in fragments, and the room for all that are not complete."""
 MOST_FRAGMENTS: Final = 4096

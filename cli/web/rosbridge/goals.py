@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from cli.web.hub import Hub
     from cli.web.rosbridge.serving import Say
 
-__all__ = ["Goals"]
-
 PATIENCE: Final = 10.0
 """Seconds for the acceptance of a goal, if a client names no other limit."""
 LONGEST: Final = 600.0

@@ -7,8 +7,6 @@ import math
 import zlib
 from struct import pack
 
-__all__ = ["png_text"]
-
 PIXEL = 3
 """Bytes of a pixel."""
 

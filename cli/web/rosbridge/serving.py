@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from actors.runtime.unsupervised import UnsupervisedNode
     from cli.web.hub import Hub
 
-__all__ = ["ActionsServed", "ServicesServed"]
-
 PATIENCE: Final = 30.0
 """Seconds that a browser has to answer a request, and to end a goal that is canceled."""
 CONCURRENT: Final = 64

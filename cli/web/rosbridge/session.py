@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from cli.web.client import Client
     from cli.web.hub import Hub
 
-__all__ = ["RosbridgeSession"]
-
 PATIENCE: Final = 10.0
 """Seconds for the answer of a service, if a client names no other limit."""
 LONGEST: Final = 600.0

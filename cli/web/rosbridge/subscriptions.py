@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from cli.web.feeds import Outgoing
     from cli.web.hub import Hub
 
-__all__ = ["Subscriptions"]
-
 COMPRESSIONS: Final = ("none", "png", "cbor", "cbor-raw")
 MOST: Final = 1024
 """Subscriptions of one client."""

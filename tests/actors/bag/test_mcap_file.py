@@ -6,7 +6,7 @@ import pytest
 from rosbags.rosbag2.metadata import parse_qos
 
 from actors import QoS, qos
-from actors.bag.mcap_file import qos_profiles_text
+from actors.bag.qos_text import qos_profiles_text
 from actors.qos.policies import History, Liveliness
 
 

@@ -16,8 +16,6 @@ from actors.transport.security import Security, load_security
 from actors.transport.security.authority import create
 from tests.actors.processes.kit import alive
 
-__all__ = ["ACTED", "AgentProgram", "Fleet", "Hearer", "Worker", "fleet", "free_port", "placement", "until"]
-
 ACTED = Topic(UInt64, "acted")
 
 

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-__all__ = ["ADAPTIVE", "ALIGNED", "EXACT", "INTERVALS", "SLOP", "Case", "Interval", "arrivals", "sets"]
-
 
 class Case(NamedTuple):
     """Options of the filter, the messages that come in, and the sets that come out."""

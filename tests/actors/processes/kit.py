@@ -17,8 +17,6 @@ from actors.processes.signals import PARENT
 from actors.runtime.node import ErrorVerdict
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 
-__all__ = ["PATIENCE", "Diary", "Scripted", "alive", "in_order", "running", "until"]
-
 PATIENCE = 30.0
 """Seconds after which a condition that should become true counts as missed, on a machine however slow."""
 

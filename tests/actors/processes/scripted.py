@@ -14,17 +14,17 @@ from actors.errors import ProgramExit
 from actors.processes.life import Process, ProcessLife
 from actors.processes.messages import Event, News, Order, Over, Ready, Request, StopAsked, Told
 from actors.processes.simulated import SimulatedProcess
+from actors.supervision.child import Child
 from actors.supervision.child_task import ChildTask
-from actors.supervision.declarations import Child, Intensity, Supervisor, any_significant, temporary
+from actors.supervision.declarations import Supervisor
 from actors.supervision.errors import StartFailed
+from actors.supervision.policy import Intensity, any_significant, temporary
 from actors.supervision.reasons import ExitReason, Stopped
 from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
 from actors.supervision.running import RunningSupervisor
 from actors.supervision.seam import Life
 from tests.actors.supervision.kit import World
-
-__all__ = ["life_in_a_process"]
 
 _numbers = count(1)
 _life_here = World.life

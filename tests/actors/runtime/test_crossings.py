@@ -24,7 +24,7 @@ from actors.actions.server import ActionServer
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
-from actors.supervision.declarations import Backoff
+from actors.supervision.policy import Backoff
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, number, order, result, total, two
 

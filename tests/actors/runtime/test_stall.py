@@ -16,7 +16,7 @@ from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
 from actors.places import line_of
 from actors.runtime.stall import StallWatch
-from actors.supervision.declarations import Child
+from actors.supervision.child import Child
 from actors.system import System
 from actors.time.lockstep import Lockstep
 from actors.time.processor import Share

@@ -34,7 +34,7 @@ from actors import (
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
-from actors.supervision.declarations import Restart
+from actors.supervision.policy import Restart
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, total, two
 

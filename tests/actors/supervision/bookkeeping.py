@@ -12,8 +12,6 @@ from actors.supervision.events import Ended
 from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildRef
 
-__all__ = ["books", "end", "life"]
-
 
 def life(name: str, *, ready: bool = True, **facts: Any) -> ChildTask:
     """The facts of one life, with no task behind it."""

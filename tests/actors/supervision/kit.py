@@ -9,8 +9,9 @@ from contextlib import asynccontextmanager
 from random import Random
 from typing import Any, ParamSpec
 
-from actors.supervision.declarations import Child, DynamicSupervisor, Supervisor
-from actors.supervision.reasons import Failed, Stop
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
+from actors.supervision.reasons import Failed
 from actors.supervision.report import Report
 from actors.supervision.running import RunningSupervisor
 from actors.time.virtual_loop import VirtualLoop
@@ -254,21 +255,3 @@ def failure(reason: object) -> str:
     """The text of the exception in a `Failed`."""
     assert isinstance(reason, Failed), reason
     return str(reason.error)
-
-
-__all__ = [
-    "Script",
-    "ScriptedLife",
-    "Stop",
-    "World",
-    "child",
-    "failure",
-    "launch",
-    "node",
-    "run_to_end",
-    "run_virtual",
-    "running",
-    "settle",
-    "state",
-    "virtual",
-]

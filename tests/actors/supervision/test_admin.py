@@ -8,14 +8,7 @@ import math
 import pytest
 
 from actors.errors import DeclarationError
-from actors.supervision.declarations import (
-    DynamicSupervisor,
-    Intensity,
-    Supervisor,
-    rest_for_one,
-    temporary,
-    transient,
-)
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import (
     AlreadyPresent,
     AlreadyStarted,
@@ -26,6 +19,7 @@ from actors.supervision.errors import (
     SupervisorDown,
     TooManyChildren,
 )
+from actors.supervision.policy import Intensity, rest_for_one, temporary, transient
 from actors.supervision.reasons import Skip, Stopped
 from actors.supervision.refs import ChildInfo, ChildRef, Counts
 from actors.supervision.running import RunningSupervisor

@@ -6,14 +6,13 @@ import asyncio
 
 import pytest
 
-from actors.supervision.declarations import (
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
+from actors.supervision.policy import (
     AutoShutdown,
     Backoff,
-    Child,
-    DynamicSupervisor,
     Restart,
     Strategy,
-    Supervisor,
     all_significant,
     any_significant,
     never,

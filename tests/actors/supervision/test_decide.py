@@ -30,27 +30,10 @@ from actors.supervision.acts import (
     Terminate,
     Update,
 )
+from actors.supervision.child import Child
 from actors.supervision.children import Children, Phase, merged
 from actors.supervision.decide import decide
-from actors.supervision.declarations import (
-    AutoShutdown,
-    Backoff,
-    Child,
-    DynamicSupervisor,
-    Intensity,
-    Strategy,
-    Supervisor,
-    all_significant,
-    any_significant,
-    never,
-    one_for_all,
-    one_for_one,
-    permanent,
-    rest_for_one,
-    temporary,
-    transient,
-)
-from actors.supervision.declarations import Restart as RestartType
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import (
     AlreadyPresent,
     AlreadyStarted,
@@ -76,6 +59,22 @@ from actors.supervision.events import (
     StopAsked,
     TerminateChild,
 )
+from actors.supervision.policy import (
+    AutoShutdown,
+    Backoff,
+    Intensity,
+    Strategy,
+    all_significant,
+    any_significant,
+    never,
+    one_for_all,
+    one_for_one,
+    permanent,
+    rest_for_one,
+    temporary,
+    transient,
+)
+from actors.supervision.policy import Restart as RestartType
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Stopped
 from actors.supervision.refs import ChildRef
 from tests.actors.supervision.bookkeeping import books, end, life

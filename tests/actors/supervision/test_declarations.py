@@ -14,12 +14,11 @@ from hypothesis import strategies as st
 
 from actors import Node
 from actors.errors import DeclarationError
-from actors.supervision.declarations import (
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
+from actors.supervision.policy import (
     Backoff,
-    Child,
-    DynamicSupervisor,
     Intensity,
-    Supervisor,
     all_significant,
     any_significant,
     one_for_all,

@@ -12,17 +12,10 @@ from typing import Any
 
 import pytest
 
-from actors.supervision.declarations import (
-    Backoff,
-    Child,
-    DynamicSupervisor,
-    Intensity,
-    Supervisor,
-    rest_for_one,
-    temporary,
-    transient,
-)
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import SupervisorGaveUp
+from actors.supervision.policy import Backoff, Intensity, rest_for_one, temporary, transient
 from actors.supervision.reasons import Failed, Gone, Killed, Leaked, Returned, Skip, Stop, Stopped, is_abnormal
 from actors.supervision.refs import ChildRef, Down
 from actors.supervision.report import Report

@@ -6,13 +6,12 @@ import asyncio
 
 import pytest
 
-from actors.supervision.declarations import (
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
+from actors.supervision.policy import (
     Backoff,
-    DynamicSupervisor,
     Intensity,
     Restart,
     Strategy,
-    Supervisor,
     one_for_all,
     one_for_one,
     permanent,

@@ -9,17 +9,9 @@ import anyio
 import pytest
 
 from actors.supervision.child_task import GRACE
-from actors.supervision.declarations import (
-    DynamicSupervisor,
-    Restart,
-    Supervisor,
-    permanent,
-    rest_for_one,
-    temporary,
-    transient,
-)
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import StartFailed
-from actors.supervision.policy import StopTimeout
+from actors.supervision.policy import Restart, StopTimeout, permanent, rest_for_one, temporary, transient
 from actors.supervision.reasons import Killed, Leaked, Skip, Stop, Stopped
 from actors.supervision.running import RunningSupervisor
 from tests.actors.supervision.kit import Script, World, child, failure, launch, running, settle, state, virtual

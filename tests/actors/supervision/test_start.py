@@ -15,16 +15,10 @@ from typing import Any
 import pytest
 
 from actors.errors import DeclarationError
-from actors.supervision.declarations import (
-    Child,
-    DynamicSupervisor,
-    Supervisor,
-    any_significant,
-    rest_for_one,
-    temporary,
-    transient,
-)
+from actors.supervision.child import Child
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import AlreadyPresent, StartFailed, SupervisorDown
+from actors.supervision.policy import any_significant, rest_for_one, temporary, transient
 from actors.supervision.reasons import Skip, Stop, Stopped
 from actors.supervision.refs import Counts
 from actors.supervision.running import RunningSupervisor

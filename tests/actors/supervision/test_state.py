@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from actors.supervision.child_task import GRACE, ChildTask
-from actors.supervision.declarations import Backoff, DynamicSupervisor, Intensity, Supervisor
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.entry import Entry
 from actors.supervision.errors import NotFound, StartFailed, SupervisorDown, SupervisorGaveUp
+from actors.supervision.policy import Backoff, Intensity
 from actors.supervision.report import Report
 from actors.supervision.running import RunningSupervisor
 from actors.supervision.steps import Steps

@@ -7,18 +7,13 @@ import asyncio
 import pytest
 
 from actors.errors import DeclarationError
-from actors.supervision.declarations import (
-    Backoff,
-    DynamicSupervisor,
-    Intensity,
-    Supervisor,
-    rest_for_one,
-)
+from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import (
     NotFound,
     StartFailed,
     TooManyChildren,
 )
+from actors.supervision.policy import Backoff, Intensity, rest_for_one
 from actors.supervision.refs import Counts
 from tests.actors.supervision.kit import Script, World, child, launch, node, running, settle, state, virtual
 

@@ -6,11 +6,9 @@ import asyncio
 
 import pytest
 
-from actors.supervision.declarations import (
-    Supervisor,
-    transient,
-)
+from actors.supervision.declarations import Supervisor
 from actors.supervision.errors import LinkBroken, NotFound
+from actors.supervision.policy import transient
 from actors.supervision.reasons import Failed, Gone, Returned, Skip, Stop, Stopped
 from actors.supervision.refs import ChildRef, Down
 from tests.actors.supervision.kit import Script, World, child, running, settle, state, virtual

@@ -12,7 +12,7 @@ import pytest
 
 from actors.testing.fuzz import FuzzLoop
 from actors.testing.orders import ByPriority, Shuffled, order_of
-from actors.time.virtual_loop import Livelock
+from actors.time.deadlock import Livelock
 
 EVEN, ODD = range(0, 100, 2), range(1, 100, 2)
 

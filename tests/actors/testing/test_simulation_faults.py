@@ -17,7 +17,7 @@ from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
-from actors.supervision.declarations import Child
+from actors.supervision.child import Child
 from actors.testing import Rig
 from actors.testing.fault_values import OF_NETWORK
 from actors.testing.faults import (

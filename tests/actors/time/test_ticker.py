@@ -14,10 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from actors.testing.fuzz import FuzzLoop
+from actors.time.deadlock import Deadlock
 from actors.time.handles import is_dead
 from actors.time.real_loop import new_event_loop
 from actors.time.ticker import Ticker, TickHandle
-from actors.time.virtual_loop import Deadlock, VirtualLoop
+from actors.time.virtual_loop import VirtualLoop
 
 
 def run(

@@ -19,7 +19,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from actors.time.virtual_loop import Deadlock, Livelock, Stalled, VirtualLoop
+from actors.time.deadlock import Deadlock, Livelock, Stalled
+from actors.time.virtual_loop import VirtualLoop
 
 
 def run(main: Callable[..., Awaitable[Any]], *args: Any, start: float = 0.0, **attributes: Any) -> Any:

@@ -11,7 +11,8 @@ import anyio
 import pytest
 
 from actors.testing.fuzz import FuzzLoop
-from actors.time.virtual_loop import Deadlock, VirtualLoop
+from actors.time.deadlock import Deadlock
+from actors.time.virtual_loop import VirtualLoop
 
 
 def run(main: Callable[[], Awaitable[Any]], seed: int | None = None) -> Any:

@@ -21,7 +21,8 @@ import anyio.to_process
 import anyio.to_thread
 import pytest
 
-from actors.time.virtual_loop import Deadlock, Livelock, Stalled, VirtualLoop
+from actors.time.deadlock import Deadlock, Livelock, Stalled
+from actors.time.virtual_loop import VirtualLoop
 
 PYTHON = sys.executable
 

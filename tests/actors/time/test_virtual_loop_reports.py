@@ -10,7 +10,8 @@ from typing import Any
 import anyio
 import pytest
 
-from actors.time.virtual_loop import Deadlock, Livelock, VirtualLoop
+from actors.time.deadlock import Deadlock, Livelock
+from actors.time.virtual_loop import VirtualLoop
 
 
 def failure(main: Callable[[], Awaitable[Any]], kind: type[Exception], **attributes: Any) -> str:

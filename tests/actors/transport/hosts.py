@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
 from typing import Any
-
-import pytest_asyncio
 
 from actors.testing import Rig
 from tests.actors.transport.memory import End, Network
-
-__all__ = ["Hosts", "hosts"]
 
 
 class Hosts:
@@ -40,10 +35,3 @@ class Hosts:
         for rig in self.rigs:
             await rig.close()
         assert not self.network.tokens
-
-
-@pytest_asyncio.fixture
-async def hosts() -> AsyncIterator[Hosts]:
-    hosts = Hosts()
-    yield hosts
-    await hosts.close()

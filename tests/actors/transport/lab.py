@@ -11,8 +11,6 @@ from actors.transport.protocol import Handle
 from actors.transport.simulated.network import Network
 from tests.actors.transport.contract.parties import ALL_OF_IT, Changes, Party
 
-__all__ = ["BEST_EFFORT", "KEY", "Lab", "Timed", "numbered"]
-
 KEY = "7/chatter/T/H"
 BEST_EFFORT = Delivery(reliable=False, depth=100)
 

@@ -13,13 +13,12 @@ from actors.testing import Rig
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
 from actors.transport.keyed.protocol import Delivery, Events
-from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.hosts import Hosts
 from tests.actors.transport.memory import End, Network
 from tests.actors.transport.test_bridge_actions import Counter
 from tests.actors.transport.test_bridge_services import Adder
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, result, total, two
 
-__all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
 
 

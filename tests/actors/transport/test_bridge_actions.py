@@ -37,10 +37,9 @@ from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.types import write_type
 from actors.transport.keyed.protocol import Answer, Delivery, Replied
-from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.hosts import Hosts
 from tests.stage import COUNT, events, order, result, step
 
-__all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
 
 GET_RESULT = Service(derived.get_result_service(Fibonacci), "count/_action/get_result")

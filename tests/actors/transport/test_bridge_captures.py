@@ -19,10 +19,9 @@ from actors.topics.arrival import Arrival
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
 from actors.transport.keyed.protocol import Delivery, Sample
-from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.hosts import Hosts
 from tests.stage import NUMBERS, events, number, values
 
-__all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
 
 LATCHED = Topic(Int32, "latched", qos.LATCHED.replace(depth=3))

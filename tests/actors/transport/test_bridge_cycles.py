@@ -12,10 +12,9 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.transport.format.extensions import Extension, Waiting, write_extension
-from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.hosts import Hosts
 from tests.stage import COUNT, WORDS, order, result, word
 
-__all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
 
 FIRST, SECOND, THIRD, FOURTH = (Service(Trigger, name) for name in ("first", "second", "third", "fourth"))

@@ -11,10 +11,9 @@ from actors import run
 from actors.inbox.border import INSIDE
 from actors.replay import Journal
 from tests.actors.replay.story import HERO, OTHERS, Hero, Visitor, lived
-from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.hosts import Hosts
 from tests.actors.transport.memory import End, In, Out, Serving, Shown
 
-__all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
 
 ASKED = [

@@ -35,10 +35,9 @@ from actors.transport.format.gids import gid_of
 from actors.transport.format.replies import parse_reply_error
 from actors.transport.keyed.protocol import Answer, Replied
 from actors.transport.protocol import Failed, NoAnswer
-from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.hosts import Hosts
 from tests.stage import ADD, events, total, two
 
-__all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
 
 ADD_KEY = "0/add/example_interfaces::srv::dds_::AddTwoInts_/RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"

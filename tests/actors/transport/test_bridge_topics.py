@@ -20,10 +20,9 @@ from actors.transport.format.attachments import Attachment, parse_attachment, wr
 from actors.transport.format.gids import gid_of
 from actors.transport.format.sessions import new_session
 from actors.transport.keyed.protocol import Delivery, Sample
-from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.hosts import Hosts
 from tests.stage import NUMBERS, WORDS, events, number, values, word
 
-__all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
 
 LATCHED = Topic(Int32, "latched", qos.LATCHED.replace(depth=3))

@@ -6,7 +6,8 @@ import pytest
 
 from actors.transport import WireUnavailable
 from actors.transport.dds import DdsTransport
-from actors.transport.environment import domain_from_environment, transport_from_environment
+from actors.transport.domain_id import domain_from_environment
+from actors.transport.environment import transport_from_environment
 from actors.transport.zenoh import ZenohTransport
 
 

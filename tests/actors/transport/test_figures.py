@@ -17,11 +17,10 @@ from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
 from actors.transport.figures import FIGURES, NodeFigures, ProcessFigures
 from actors.transport.keyed.protocol import Delivery
-from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.hosts import Hosts
 from tests.actors.transport.test_bridge_topics import NUMBERS_KEY, Listener, Talker
 from tests.stage import NUMBERS
 
-__all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
 
 SWITCH = Service(SetBool, "switch")

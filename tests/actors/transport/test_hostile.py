@@ -14,7 +14,7 @@ from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
 from actors.transport.keyed.protocol import Delivery
 from actors.transport.unreadable import Unreadable
-from tests.actors.transport.hosts import Hosts, hosts
+from tests.actors.transport.hosts import Hosts
 from tests.actors.transport.test_bridge_actions import Counter
 from tests.actors.transport.test_bridge_services import Adder
 from tests.actors.transport.test_bridge_topics import NUMBERS_KEY, Listener, Talker
@@ -22,7 +22,6 @@ from tests.hostile.scene import Tokens
 from tests.hostile.wire import attack, findings
 from tests.stage import NUMBERS, events, number, order, values
 
-__all__ = ["hosts"]
 pytestmark = pytest.mark.virtual
 
 KEPT = Topic(Int32, "kept", QoS(depth=1_000_000, durability="transient_local"))

@@ -6,7 +6,8 @@ import asyncio
 
 import pytest
 
-from actors.time.virtual_loop import Deadlock, VirtualLoop
+from actors.time.deadlock import Deadlock
+from actors.time.virtual_loop import VirtualLoop
 from actors.transport.keyed.protocol import Replied
 from actors.transport.protocol import NoAnswer
 from actors.transport.simulated.topology import Host

@@ -11,8 +11,6 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Float64
 from tests.benchmarks import Row
 
-__all__ = ["rows"]
-
 WORK = 0.01
 """How long a callback blocks, s."""
 CALLBACKS = 4

@@ -13,8 +13,6 @@ from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import Float64
 from tests.benchmarks import Row
 
-__all__ = ["rows"]
-
 VALUES = Topic(Float64, "values", 1)
 PICTURES = Topic(Image, "pictures", qos.SENSOR_DATA)
 SIZES = (10, 100, 300)

@@ -10,8 +10,6 @@ from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import Header
 from tests.benchmarks import Row
 
-__all__ = ["rows"]
-
 IMAGES = Topic(Image, "images", qos.SENSOR_DATA)
 SIZES = (64, 921_600)
 ROUNDS = 2000

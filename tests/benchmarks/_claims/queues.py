@@ -6,8 +6,6 @@ from actors import Child, Node, Topic, every, execute, publishes, run
 from actors.interfaces.std_msgs.msg import Float64
 from tests.benchmarks import Row
 
-__all__ = ["rows"]
-
 SAMPLES = Topic(Float64, "samples")
 SECONDS = 60.0
 HZ = 30

@@ -15,8 +15,6 @@ from cyclonedds.topic import Topic
 
 from tests.benchmarks._wire import IMAGE, SMALL, Arrivals, Far, Work, stream, ticks
 
-__all__ = ["far", "near"]
-
 CONFIG = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
 <Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>"""

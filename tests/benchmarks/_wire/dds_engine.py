@@ -11,8 +11,6 @@ from actors.transport.dds.participant import Participant
 from actors.transport.dds.qos import EndpointQos
 from tests.benchmarks._wire import IMAGE, SMALL, Arrivals, Far, Work, calls, stream, ticks
 
-__all__ = ["far", "near"]
-
 KEPT = EndpointQos(keep_all=True)
 HEAD = b"\0\1\0\0"
 STAMP = struct.Struct("<q")

@@ -17,8 +17,6 @@ from cyclonedds.topic import Topic
 from tests.benchmarks._wire import IMAGE, SMALL, Arrivals, Far, Work, stream, ticks
 from tests.benchmarks._wire.dds import joined
 
-__all__ = ["far", "near"]
-
 KEPT = Qos(Policy.Reliability.Reliable(10**10), Policy.History.KeepAll)
 HEAD = b"\0\1\0\0"
 STAMP = struct.Struct("<q")

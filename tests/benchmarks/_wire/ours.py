@@ -18,8 +18,6 @@ from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Res
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.benchmarks._wire import IMAGE, SMALL, Arrivals, Far, Work, calls, stream, ticks
 
-__all__ = ["far", "near"]
-
 DEEP = qos.DEFAULT.replace(depth=4_000)
 TEXTS, STAMPS = Topic(String, "texts", DEEP), Topic(Int64, "stamps", DEEP)
 IMAGES = Topic(

@@ -12,8 +12,6 @@ import zenoh
 
 from tests.benchmarks._wire import IMAGE, SMALL, Arrivals, Far, Work, calls, stream, ticks
 
-__all__ = ["far", "near"]
-
 ATTACHMENT = b"\0" * 33
 STAMP = struct.Struct("<q")
 

@@ -13,8 +13,6 @@ import zenoh
 from tests.benchmarks._wire import SMALL, Arrivals, Far, Work, stream
 from tests.benchmarks._wire.raw import opened
 
-__all__ = ["far", "near"]
-
 TEXT = "x" * (SMALL - 9)
 HEAD = struct.Struct("<4sI")
 """Of a string in CDR: the encoding and the length."""

@@ -10,8 +10,6 @@ import zmq.asyncio
 
 from tests.benchmarks._wire import IMAGE, SMALL, Arrivals, Far, Work, calls, stream, ticks
 
-__all__ = ["far", "near"]
-
 STAMP = struct.Struct("<q")
 
 

@@ -21,8 +21,6 @@ from cli.web.settings import WebSettings
 from robot import Robot
 from robot.run.choice import changed
 
-__all__ = ["AXE", "CHROMIUM", "PHONE", "WIDE", "Browsing", "browsing", "node", "until", "visiting"]
-
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 AXE = Path(os.environ.get("ROBACTOR_AXE", "axe.min.js"))
 """axe-core's script, which `.ci/nightly` fetches."""

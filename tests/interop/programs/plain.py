@@ -25,6 +25,3 @@ except ImportError:
                 set_message_fields(getattr(message, name), value)
             else:
                 setattr(message, name, value)
-
-
-__all__ = ["message_to_ordereddict", "set_message_fields"]

@@ -17,8 +17,6 @@ from actors.transport import transport_from_environment
 from tests.actors.transport.zenoh.wires import free_port
 from tests.interop.parties import PATIENCE, Ours, Program, our_system
 
-__all__ = ["MIDDLEWARES", "Bench", "Check", "NoRos", "Ros", "bench", "find_ros"]
-
 MIDDLEWARES: Final = {"zenoh": "rmw_zenoh_cpp", "cyclonedds": "rmw_cyclonedds_cpp", "fastrtps": "rmw_fastrtps_cpp"}
 
 

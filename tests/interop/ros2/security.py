@@ -16,8 +16,6 @@ from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.transport.zenoh.wires import free_port
 from tests.interop.ros2.bench import Bench, Check
 
-__all__ = ["checks"]
-
 ALLOWED, REFUSED = "/secure/allowed", "/secure/refused"
 RULES = f"access:\n  - peers: [ros2]\n    publish: [{ALLOWED}]\n"
 

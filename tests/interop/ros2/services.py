@@ -12,8 +12,6 @@ from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from tests.interop.parties import until
 from tests.interop.ros2.bench import Bench, Check
 
-__all__ = ["Counter", "checks"]
-
 COUNT = Action(Fibonacci, "/ours/fibonacci")
 THEIR_COUNT = Action(Fibonacci, "/ros/fibonacci")
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6

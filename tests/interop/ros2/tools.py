@@ -13,8 +13,6 @@ from actors.interfaces.std_msgs.msg import String
 from tests.interop.parties import until
 from tests.interop.ros2.bench import Bench, Check
 
-__all__ = ["Talker", "Ticker", "checks"]
-
 WORDS = Topic(String, "/ours/words")
 TICKS = Topic(String, "/ours/ticks")
 NEW = ("--no-daemon", "--spin-time", "3")

@@ -14,8 +14,6 @@ from tests.interop.parties import deliver, until
 from tests.interop.ros2.bench import Bench, Check
 from tests.interop.test_topics import MESSAGES
 
-__all__ = ["checks"]
-
 TYPE = "std_msgs/msg/String"
 SOME = [{"data": "first"}, {"data": "zwölf 🦊"}, {"data": ""}, {"data": "last"}]
 PROFILES = tuple(product(("RELIABLE", "BEST_EFFORT"), ("VOLATILE", "TRANSIENT_LOCAL")))

@@ -17,8 +17,6 @@ from typing import Final
 
 from tests.interop.ros2.bench import Bench, Check
 
-__all__ = ["checks", "masked"]
-
 ROOT: Final = Path(__file__).parents[3]
 NEW: Final = ("--no-daemon", "--spin-time", "3")
 SUM = "example_interfaces/srv/AddTwoInts"

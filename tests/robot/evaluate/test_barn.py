@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
+from cli.command import UsageError
 from robot.control.motion import State
 from robot.control.unmapped import unmapped_grid
 from robot.evaluate import barn
 from robot.evaluate.barn_run import Walk, run, score
 from robot.evaluate.barn_worlds import find_worlds, read_world
 from robot.geometry.planar import Pose2
-from robot.run.errands import UsageError
 
 
 def write(folder: Path, index: int = 7, **changes: Any) -> Path:

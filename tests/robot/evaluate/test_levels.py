@@ -6,10 +6,10 @@ import json
 
 import pytest
 
+from cli.command import UsageError
 from robot.evaluate import walk
 from robot.evaluate.levels import Metric, conclude, measure, table
 from robot.evaluate.machine import machine
-from robot.run.errands import UsageError
 
 
 def metric(name: str, bounds: tuple[float | None, float | None, float | None] = (3.0, 2.0, 1.0)) -> Metric:

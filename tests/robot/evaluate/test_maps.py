@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cli.command import UsageError
 from robot.evaluate import maps
 from robot.evaluate.map_questions import Question, read_map, read_questions
 from robot.evaluate.maps import evaluate
-from robot.run.errands import UsageError
 
 MAP = """type octile
 height 3

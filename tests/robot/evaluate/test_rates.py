@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cli.command import UsageError
 from robot.assembly import Robot
 from robot.evaluate import odometry, rates
 from robot.evaluate.fidelity import IDEAL
@@ -20,7 +21,6 @@ from robot.evaluate.levels import measure
 from robot.evaluate.load import busy, family, processor_seconds
 from robot.evaluate.rates_run import Punctuality, Run, at_rate, punctuality
 from robot.run.choice import nodes_of
-from robot.run.errands import UsageError
 
 ROOT = Path(__file__).parents[3]
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cli.command import UsageError
 from robot.control.follow_config import FollowerConfig
 from robot.control.navigator_config import NavigatorConfig
 from robot.control.unmapped import SHEET
@@ -18,7 +19,6 @@ from robot.evaluate import command, sensitivity
 from robot.evaluate.barn_run import Ended, Outcome, Walk
 from robot.evaluate.field_worlds import field_world
 from robot.evaluate.sensitivity import LEFT_OUT, THRESHOLDS, difference, main, scaled, value_of, wilson
-from robot.run.errands import UsageError
 
 stats: Any = importlib.import_module("scipy.stats")  # it has no types
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from cli.command import UsageError
 from robot.evaluate import slip
-from robot.run.errands import UsageError
 
 
 def outcome(*, fallen: bool, sat: bool, tilt: float) -> dict[str, object]:

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from cli.command import UsageError
 from robot.evaluate import command, stops
 from robot.evaluate.fidelity import Fidelity
 from robot.evaluate.stops_run import CAUSES, FAULTY, Case, Outcome, run
 from robot.hardware.sensors import Sensors
 from robot.model.actuators import ActuatorDesign
-from robot.run.errands import UsageError
 from robot.testing import Conditions, Trial
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from cli.command import UsageError
 from robot.evaluate.trials import trials
-from robot.run.errands import UsageError
 
 
 def square(seed: int) -> dict[str, Any]:

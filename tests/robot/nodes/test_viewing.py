@@ -16,6 +16,7 @@ from actors.interfaces.std_srvs.srv import Trigger
 from actors.interfaces.visualization_msgs.msg import Marker
 from actors.testing import Rig
 from actors.tf2 import Transform
+from actors.tf2.broadcasters import TF, TF_STATIC
 from robot import Robot
 from robot.contracts import (
     BATTERY_STATUS,
@@ -30,8 +31,6 @@ from robot.contracts import (
     SAFETY_STATE,
     SCAN,
     STAND,
-    TF,
-    TF_STATIC,
 )
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, FootContacts, GaitStatus, SafetyState
 from robot.model.kinematics import feet

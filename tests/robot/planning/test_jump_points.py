@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import ndimage
 
+from cli.command import UsageError
 from robot.evaluate import maps
 from robot.evaluate.jump_points import OctileSearch
 from robot.evaluate.landmarks import components
@@ -24,7 +25,6 @@ from robot.planning.errors import GoalBlocked, StartBlocked, Unreachable
 from robot.planning.grid import Cell
 from robot.planning.path import line_cells, pull
 from robot.planning.wavefront import Wavefront
-from robot.run.errands import UsageError
 
 VECTORS = Path(__file__).parents[2] / "conformance" / "vectors" / "movingai"
 SHARED = Path(os.environ.get("ROBACTOR_SHARED", Path(__file__).parents[4] / "shared")) / "maps" / "movingai"

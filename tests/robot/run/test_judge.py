@@ -11,11 +11,13 @@ import pytest
 from actors import Child
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.testing import Rig
+from cli.command import UsageError
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, GOAL_REPORT, SAFETY_STATE
 from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus, GoalReport, SafetyState
-from robot.run.command import Session, check_crashes
-from robot.run.errands import Crash, Fetch, UsageError
+from robot.run.command import Session
+from robot.run.crashes import check_crashes
+from robot.run.errands import Crash, Fetch
 from robot.run.judge import Judge, SafetyStop, Score, ScoredGoal
 from robot.run.mission import failure, get_mission
 from robot.run.options import parse

@@ -15,11 +15,12 @@ import pytest
 from actors import Supervisor
 from actors.hosts import HostLost
 from actors.testing import Rig
+from cli.command import UsageError
 from robot import Robot
 from robot.contracts import GOAL_REPORT
 from robot.geometry.planar import Pose2
-from robot.run.command import with_hangs
-from robot.run.errands import Hang, UsageError
+from robot.run.crashes import with_hangs
+from robot.run.errands import Hang
 from robot.run.machines import Machines, parse_machines, tls_hosts
 from robot.run.options import parse
 from tests.actors.hosts.kit import AgentProgram, Fleet, fleet, free_port, until

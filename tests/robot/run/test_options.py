@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from cli.command import UsageError
 from robot.model.actuators import ActuatorDesign
 from robot.run.arguments import parse_seed, seconds, whole, within
-from robot.run.errands import Crash, Fetch, UsageError, parse_fetch, parse_goal
+from robot.run.errands import Crash, Fetch, parse_fetch, parse_goal
 from robot.run.hardships import Push
 from robot.run.options import Web, parse
 from robot.sim.ground import Ground

@@ -14,6 +14,7 @@ import pytest
 
 from actors import Supervisor
 from actors.testing import Rig
+from cli.command import UsageError
 from robot.evaluate.load import family, processor_seconds
 from robot.hardware.sensors import Sensors
 from robot.link import segment
@@ -23,7 +24,7 @@ from robot.nodes import process_care
 from robot.nodes.process_care import ProcessCare
 from robot.run.choice import nodes_of
 from robot.run.crashes import with_hangs
-from robot.run.errands import Hang, UsageError
+from robot.run.errands import Hang
 from robot.run.options import parse
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack

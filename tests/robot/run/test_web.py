@@ -9,8 +9,8 @@ import pytest
 
 from actors import Child, Node, Supervisor, System
 from actors.testing import Rig
+from cli.command import UsageError
 from robot.nodes import process_care
-from robot.run.errands import UsageError
 from robot.run.options import parse
 from robot.run.web import start
 

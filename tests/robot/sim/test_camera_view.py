@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from robot.estimation.detect import find_blobs
+from robot.hardware.devices import Frame
 from robot.hardware.lens import CX, CY, FOCAL, HEIGHT, WIDTH, deproject, project
 from robot.scenes.scene import Box, Cylinder, Obstacle, Thing
 from robot.scenes.worlds import get_world
 from robot.sim.camera_columns import Eye
-from robot.sim.camera_view import RANGE, Frame, View
+from robot.sim.camera_view import RANGE, View
 from tests.robot.stage import floor
 
 RED, BLUE = (210, 30, 30), (30, 40, 200)

@@ -19,10 +19,11 @@ from robot.geometry.vectors import Vector
 from robot.hardware.body import MotorTargets
 from robot.model.kinematics import feet, inverse
 from robot.model.legs import foot_velocities, leg_state
+from robot.model.modes import Mode
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
 from robot.model.stance import NOMINAL, nominal_feet
 from robot.scenes.scene import Box, Cylinder, Scene
-from robot.sim.kinematic import KinematicBody, Mode
+from robot.sim.kinematic import KinematicBody
 from robot.sim.simulation import Simulation
 from tests.robot.stage import floor
 

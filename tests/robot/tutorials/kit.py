@@ -8,8 +8,6 @@ from itertools import pairwise
 from actors import Child, transient
 from robot.tutorials.program import Errand
 
-__all__ = ["alone", "increasing"]
-
 
 def alone(errand: type[Errand], **parameters: object) -> Child:
     """A client without its server, that is not started again when it is done."""

@@ -28,8 +28,6 @@ from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanTraje
 from robot.tutorials.humanoid_lab import MOTOR_COMMANDS, PLAN_TRAJECTORY, MotorController, Planner, SensorSimulator
 from tests.stage import COUNT, NUMBERS, order, result, step
 
-__all__ = ["Ledger", "keeps_its_promises", "start_lab"]
-
 MODE = Topic(Int32, "mode", qos.LATCHED)
 FOREVER = 1e6
 """The timeout of a call that is to be ended by its answer, or because its server is lost; seconds."""

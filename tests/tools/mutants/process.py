@@ -6,8 +6,6 @@ import os
 import sys
 from typing import Final
 
-__all__ = ["OUTPUT", "PRELOADED", "PROFILE", "run_tests"]
-
 OUTPUT: Final = "output.txt"
 """The file in the folder of the copy with what the last run of the tests printed."""
 PROFILE: Final = "mutants"

@@ -16,8 +16,6 @@ from typing import Final, Literal
 from tests.tools.mutants.mutate import Mutant
 from tests.tools.mutants.process import OUTPUT, PRELOADED, PROFILE, run_tests
 
-__all__ = ["SUBJECTS", "Fate", "Subject", "Workshop"]
-
 OPTIONS: Final = (
     "-x", "-q", "-n", "0", "--no-header", "-p", "no:cacheprovider", f"--hypothesis-profile={PROFILE}",
     "-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning",

@@ -24,8 +24,6 @@ from actors.transport.format.errors import WireFormatError, refuse
 from actors.transport.format.names import check_name
 from actors.transport.format.types import parse_type, write_type
 
-__all__ = ["DISCOVERY_TOPIC", "DdsNames", "Role", "RosNames", "parse_names", "write_names"]
-
 
 class Role(StrEnum):
     """What is sent on a topic of DDS; the value is the first part of its name."""

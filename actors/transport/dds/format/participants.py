@@ -13,8 +13,6 @@ from typing import Final, NamedTuple
 from actors.transport.format.errors import WireFormatError, refuse
 from actors.transport.format.names import check_chunk, check_namespace
 
-__all__ = ["GUID_SIZE", "OLD_GID_SIZE", "NodeEntities", "ParticipantEntities", "parse_participant", "write_participant"]
-
 GUID_SIZE: Final = 16
 """The size of a GID, in bytes."""
 OLD_GID_SIZE: Final = 24

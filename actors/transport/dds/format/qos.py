@@ -12,8 +12,6 @@ from typing import Final, NamedTuple
 
 from actors.qos.policies import BEST_AVAILABLE_DURATION, Durability, History, Liveliness, QoS, QoSWarning, Reliability
 
-__all__ = ["INFINITE", "DdsQos", "parse_qos", "write_qos"]
-
 INFINITE: Final = 2**63 - 1
 """The nanoseconds of an infinite duration in DDS."""
 _SECOND: Final = 10**9

@@ -20,8 +20,6 @@ from typing import Final, NamedTuple
 
 from actors.transport.format.errors import refuse
 
-__all__ = ["RequestId", "parse_request", "write_request"]
-
 _HEAD: Final = 4
 _BODY: Final = 20
 _LITTLE: Final = struct.Struct("<Qq")

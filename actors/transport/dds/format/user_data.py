@@ -13,18 +13,6 @@ from actors.transport.format.errors import refuse
 from actors.transport.format.names import check_namespace
 from actors.transport.format.types import NO_TYPE_HASH
 
-__all__ = [
-    "EndpointData",
-    "Process",
-    "parse_endpoint_data",
-    "parse_participant_data",
-    "parse_process",
-    "write_endpoint_data",
-    "write_pair_id",
-    "write_participant_data",
-    "write_process",
-]
-
 _LONGEST: Final = 4096
 """Bytes that are looked at."""
 _PAIRS: Final = re.compile(r"([A-Za-z0-9]+)=([^;=\x00-\x1f\x7f-\xff]+)(?:;|\Z)")

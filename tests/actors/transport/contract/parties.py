@@ -14,21 +14,6 @@ import pytest
 from actors.transport.keyed.protocol import Answer, Delivery, KeyTransport, Outlet, Query, Sample
 from actors.transport.protocol import Handle
 
-__all__ = [
-    "ALL_OF_IT",
-    "DOMAIN",
-    "TOKENS",
-    "Breakable",
-    "Happened",
-    "Heard",
-    "Mortal",
-    "Party",
-    "Wire",
-    "kept",
-    "parties",
-    "token",
-]
-
 DOMAIN = 7
 TOKENS = f"@ros2_lv/{DOMAIN}/**"
 ALL_OF_IT = Delivery(reliable=True, keep_all=True, depth=1000)

@@ -8,8 +8,6 @@ from typing import Any, Final
 from actors.transport.dds import DdsConfig, DdsTransport
 from actors.transport.protocol import Participant
 
-__all__ = ["HERE", "MeetingTransport", "free_domain"]
-
 HERE: Final = DdsConfig(discovery_range="LOCALHOST")
 _domains = count(20)
 

@@ -10,8 +10,6 @@ import yaml
 from actors.transport.security import Security, load_security
 from actors.transport.security.authority import create
 
-__all__ = ["Fleet"]
-
 
 class Fleet:
     """One authority, and its processes."""

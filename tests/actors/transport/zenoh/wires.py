@@ -10,8 +10,6 @@ from actors.transport.keyed.protocol import KeyTransport
 from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.transport import ZenohKeys
 
-__all__ = ["CutWire", "PeerWire", "Relay", "free_port"]
-
 
 def free_port() -> int:
     """A port of the loopback interface at which nobody listens."""
