@@ -58,7 +58,7 @@ async def test_a_journal_of_a_running_robot_is_begun_from_another_terminal_and_r
         assert await recording.wait() == 0
         refused = await robot("bag", "record", "--replay", "motors", "--restart", "-o", str(tmp_path / "none"))
         assert refused.code == 1
-        assert "KinematicBody is the robot's body" in refused.err
+        assert "KinematicBody is the robot's hardware" in refused.err
     replayed = await robot("bag", "replay", str(bag), "--node", "navigation")
     assert replayed.code == 0, replayed.out + replayed.err
     assert replayed.out.startswith("/navigation: equal; ")

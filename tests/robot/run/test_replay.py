@@ -122,7 +122,7 @@ def test_six_nodes_are_replayed_alone_bit_for_bit_by_processes_without_body_and_
     with burning(loops):
         journal, goals = execute(troubled_walk, clock=clock)
     assert goals[0] == "<CANCELED: preempted by a newer goal>"
-    with pytest.raises(ReplayError, match="KinematicBody is the robot's body"):
+    with pytest.raises(ReplayError, match="KinematicBody is the robot's hardware"):
         journal.tape("motors")
     asked = [
         entry for entry in journal.tape("safety_monitor").entries if isinstance(entry, tuple) and entry[0] == "done"
@@ -204,7 +204,7 @@ def test_a_planted_constant_inside_a_subtree_is_found_at_its_first_effect_at_the
 
 def test_a_subtree_with_the_body_is_refused_by_the_name_of_its_node(docked: Journal) -> None:
     with pytest.raises(
-        ReplayError, match=r"no journal of all/robot/control: /motors: .*KinematicBody is the robot's body"
+        ReplayError, match=r"no journal of all/robot/control: /motors: .*KinematicBody is the robot's hardware"
     ):
         docked.tape("all/robot/control")
 

@@ -7,11 +7,13 @@ import json
 import threading
 from collections.abc import AsyncIterator, Iterator
 from contextlib import closing
+from random import Random
 
 import pytest
 import zenoh
 import zenoh.ext
 
+from actors.transport.format.sessions import new_session
 from actors.transport.keyed.protocol import Delivery, Query, Replied
 from actors.transport.protocol import Link, NoAnswer
 from actors.transport.wakeup import Wakeup
@@ -49,8 +51,21 @@ async def a(port: int) -> AsyncIterator[Party]:
 @pytest.fixture
 def other(port: int, a: Party) -> Iterator[zenoh.Session]:
     """A plain session that is linked with it."""
+    with closing(zenoh.open(config_of(port))) as session:
+        yield session
+
+
+@pytest.fixture
+def ours(port: int, a: Party) -> Iterator[zenoh.Session]:
+    """Such a session with the identity of a process of this library, which is expected to beat."""
+    with closing(zenoh.open(config_of(port, id=new_session(Random(1))))) as session:
+        yield session
+
+
+def config_of(port: int, **more: str) -> zenoh.Config:
     config = zenoh.Config()
     for key, value in {
+        **more,
         "connect/endpoints": [f"tcp/127.0.0.1:{port}"],
         "listen/endpoints": [],
         "scouting/multicast/enabled": False,
@@ -58,8 +73,7 @@ def other(port: int, a: Party) -> Iterator[zenoh.Session]:
         "timestamping/enabled": True,
     }.items():
         config.insert_json5(key, json.dumps(value))
-    with closing(zenoh.open(config)) as session:
-        yield session
+    return config
 
 
 def handler(call: object) -> zenoh.handlers.Callback:  # type: ignore[type-arg]
@@ -80,26 +94,26 @@ async def test_a_process_of_ros_2_is_shown_by_its_tokens(a: Party, other: zenoh.
 
 
 async def test_the_questions_to_a_process_that_has_fallen_silent_end_unless_another_serves_them(
-    a: Party, other: zenoh.Session, monkeypatch: pytest.MonkeyPatch
+    a: Party, ours: zenoh.Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("actors.transport.zenoh.heartbeat.PERIOD", 0.02)
     monkeypatch.setattr("actors.transport.zenoh.heartbeat.SILENCE", 0.3)
-    session = str(other.zid())
+    session = str(ours.zid())
     asked: list[object] = []
     both = "7/both/a::srv::dds_::B_/H"
     scope = "@robactor/_ros2_lv_7"
     kept = [
-        other.declare_queryable(KEY, handler(asked.append), complete=True),
-        other.declare_queryable(both, handler(asked.append), complete=True),
-        other.liveliness().declare_token(of_server(session)),
-        other.liveliness().declare_token(of_server(session).replace("%b", "%both")),
-        other.liveliness().declare_token(of_server(session).replace("SS", "SX")),
-        other.liveliness().declare_token(of_server(session).replace("SS", "MP")),
-        other.liveliness().declare_token(of_server("c3").replace("%b", "%both")),
-        other.liveliness().declare_token(f"{scope}/{session}/4711/lab"),
+        ours.declare_queryable(KEY, handler(asked.append), complete=True),
+        ours.declare_queryable(both, handler(asked.append), complete=True),
+        ours.liveliness().declare_token(of_server(session)),
+        ours.liveliness().declare_token(of_server(session).replace("%b", "%both")),
+        ours.liveliness().declare_token(of_server(session).replace("SS", "SX")),
+        ours.liveliness().declare_token(of_server(session).replace("SS", "MP")),
+        ours.liveliness().declare_token(of_server("c3").replace("%b", "%both")),
+        ours.liveliness().declare_token(f"{scope}/{session}/4711/lab"),
     ]
     await a.until(lambda: len(a.told("appeared")) == 5, "all tokens appear")
-    other.put(f"{scope}/alive", session.encode())  # who has never been heard has not fallen silent
+    ours.put(f"{scope}/alive", session.encode())  # who has never been heard has not fallen silent
     (lost, _), (waiting, _), (elsewhere, _) = a.ask(KEY), a.ask(both), a.ask("7/else/T/H", timeout=60)
     await a.until(lambda: lost, "the question ends")
 
@@ -109,8 +123,8 @@ async def test_the_questions_to_a_process_that_has_fallen_silent_end_unless_anot
     assert [one.kind for one in a.log if one.of == session] == ["up", "down"]
     assert [one for one in a.transport.report() if one.session == session] == []
 
-    other.put(f"{scope}/alive", b"\xff")
-    other.put(f"{scope}/alive", session.encode())
+    ours.put(f"{scope}/alive", b"\xff")
+    ours.put(f"{scope}/alive", session.encode())
     await a.until(lambda: a.is_linked(session), "it is heard again")
     assert {one.of for one in a.told("appeared")[5:]} == {one.of for one in a.told("vanished")}
     assert [(one.host, one.process) for one in a.transport.report() if one.session == session] == [("lab", 4711)]

@@ -14,7 +14,7 @@ from actors.transport.security import SecurityError
 from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.config import point_settings, router_settings, session_settings, write_config
 from actors.transport.zenoh.router import router
-from actors.transport.zenoh.transport import ZenohKeys
+from actors.transport.zenoh.transport import ZenohKeys, ZenohTransport
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.security.fleet import Fleet
 from tests.actors.transport.zenoh.wires import free_port
@@ -114,8 +114,8 @@ async def test_a_client_that_is_refused_is_told_where_that_may_come_from(fleet: 
 
 def test_the_variable_names_a_file_and_an_argument_counts_more(fleet: Fleet, tmp_path: Path) -> None:
     file = str(fleet.file("robot"))
-    assert isinstance(transport_from_environment({"ROBACTOR_SECURITY": file}), ZenohKeys)
-    assert isinstance(transport_from_environment({"ROBACTOR_SECURITY": "lost"}, security=file), ZenohKeys)
+    assert isinstance(transport_from_environment({"ROBACTOR_SECURITY": file}), ZenohTransport)
+    assert isinstance(transport_from_environment({"ROBACTOR_SECURITY": "lost"}, security=file), ZenohTransport)
     with pytest.raises(SecurityError, match="lost: the security file cannot be read"):
         transport_from_environment({"ROBACTOR_SECURITY": "lost"})
     with pytest.raises(SecurityError, match="lost: the security file cannot be read"):
