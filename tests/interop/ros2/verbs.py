@@ -20,7 +20,7 @@ from tests.interop.ros2.bench import Bench, Check
 __all__ = ["checks", "masked"]
 
 ROOT: Final = Path(__file__).parents[3]
-NEW: Final = ("--no-daemon", "--spin-time", "3")
+NEW: Final = ("--no-daemon", "--spin-time", "5")
 SUM = "example_interfaces/srv/AddTwoInts"
 FIBONACCI = "example_interfaces/action/Fibonacci"
 
