@@ -182,12 +182,10 @@ async def test_words_that_doctor_does_not_understand_are_one_line(
 async def test_an_unknown_rmw_implementation_is_one_clear_line(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")
+    monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_connextdds")
     said = await command("doctor")
     assert (said.code, said.out) == (1, "")
-    assert said.err.startswith(
-        "RMW_IMPLEMENTATION is rmw_cyclonedds_cpp: this library speaks rmw_zenoh_cpp, the default"
-    )
+    assert said.err.startswith("RMW_IMPLEMENTATION is rmw_connextdds: this library speaks rmw_zenoh_cpp, the default")
 
 
 @pytest.mark.realtime

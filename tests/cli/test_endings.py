@@ -121,9 +121,9 @@ def test_our_exit_codes_are_those_of_ros_2_but_where_a_script_would_be_deceived(
 
 
 async def test_a_middleware_that_is_none_is_one_line(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")
+    monkeypatch.setenv("RMW_IMPLEMENTATION", "rmw_connextdds")
     for words in (("node", "list"), ("param", "list"), ("topic", "hz", "/x")):
         refused = await command(*words)
         assert (refused.code, refused.out) == (1, "")
-        assert refused.err.startswith("RMW_IMPLEMENTATION is rmw_cyclonedds_cpp")
+        assert refused.err.startswith("RMW_IMPLEMENTATION is rmw_connextdds")
         assert refused.err.count("\n") == 1

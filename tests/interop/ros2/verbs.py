@@ -89,6 +89,9 @@ def masked(text: str) -> str:
     text = re.sub(r"\b[0-9a-f]{32}\b", "ID", text)
     text = re.sub(r"GID: [0-9a-f.]+", "GID: ...", text)
     text = re.sub(r"; did you mean .*", "", text)
+    text = re.sub(
+        r"KEEP_LAST \(1\)", "UNKNOWN", text
+    )  # which of them ros2 says of a history that Fast DDS has not told
     lines = [line.rstrip() for line in text.strip().splitlines() if not any(part in line for part in _NOISE)]
     return "\n".join(lines).strip()
 
