@@ -20,6 +20,7 @@ import pytest
 from actors import Child, Node, Supervisor, System, run
 from actors.transport import transport_from_environment
 from cli.command import run_command
+from tests.wires import meeting_place
 
 ROOT = Path(__file__).parents[2]
 
@@ -45,23 +46,14 @@ def port() -> int:
 
 @pytest.fixture
 def wire() -> str:
-    """How processes meet: ``zenoh`` or ``dds``. Tests for both have it as a parameter, or from `tests.cli.wires`."""
+    """How processes meet. A test for both wires has it as a parameter; see `tests.wires`."""
     return "zenoh"
 
 
 @pytest.fixture
 def place(wire: str, port: int) -> dict[str, str]:
     """The variables by which processes meet each other and nobody else."""
-    if wire == "zenoh":
-        return {"ROBACTOR_GOSSIP_PORT": str(port), "RMW_IMPLEMENTATION": "", "ROS_DOMAIN_ID": "7"}
-    pytest.importorskip("cyclonedds")
-    tag = f"<CycloneDDS><Domain><Discovery><Tag>{port}</Tag></Discovery></Domain></CycloneDDS>"
-    return {
-        "RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp",
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "CYCLONEDDS_URI": tag,
-        "ROS_DOMAIN_ID": "7",
-    }
+    return {**meeting_place(wire, port), "ROS_DOMAIN_ID": "7"}
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from actors import Child, Node, System
 from actors.interfaces.example_interfaces.action import Fibonacci
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import COUNT, Counter
-from tests.cli.wires import wire
+from tests.wires import wire
 
 __all__ = ["wire"]
 

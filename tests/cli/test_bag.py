@@ -23,6 +23,7 @@ from actors.transport import transport_from_environment
 from cli.verbs.bag.keys import press
 from tests.actors.bag.bags import BEGIN, MS, WORDS, by_rosbags, foreign_bag, text, words_of, write
 from tests.cli.conftest import ROOT, Command
+from tests.wires import BOTH
 
 CHATTER = Topic(String, "chatter", 10)
 SAID = Topic(String, "words", 1000)
@@ -55,7 +56,7 @@ async def system(environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -
 # -- record and play ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("wire", ["zenoh", "dds"])
+@BOTH
 async def test_what_another_process_publishes_is_recorded_until_ctrl_c(
     system: System, environment: dict[str, str], tmp_path: Path
 ) -> None:
@@ -91,7 +92,7 @@ async def test_what_another_process_publishes_is_recorded_until_ctrl_c(
     assert len(by_rosbags(bag)) == sum(counts.values())
 
 
-@pytest.mark.parametrize("wire", ["zenoh", "dds"])
+@BOTH
 async def test_a_bag_is_played_to_another_process(system: System, robot: Command, tmp_path: Path) -> None:
     bag = write(tmp_path / "walk", [f"{number}" for number in range(50)])
     done = await robot("bag", "play", str(bag), "--rate", "2", "--clock", "100", "--topics", "/words")

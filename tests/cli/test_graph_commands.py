@@ -13,6 +13,7 @@ from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_msgs.msg import String
 from actors.transport import transport_from_environment
 from tests.cli.conftest import Command
+from tests.wires import BOTH
 
 CHATTER = Topic(String, "chatter", 10)
 LATCHED = Topic(String, "robot/description", qos.LATCHED)
@@ -44,7 +45,7 @@ async def system(environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -
         yield system
 
 
-@pytest.mark.parametrize("wire", ["zenoh", "dds"])
+@BOTH
 async def test_the_nodes_of_another_process_are_listed_by_their_full_names(
     system: System, environment: dict[str, str], robot: Command
 ) -> None:
@@ -60,7 +61,7 @@ async def test_the_nodes_of_another_process_are_listed_by_their_full_names(
         assert (await robot("node", "list")).out == "/robot/base\n/talker\n"
 
 
-@pytest.mark.parametrize("wire", ["zenoh", "dds"])
+@BOTH
 async def test_topics_are_listed_with_types_and_with_those_who_use_them(system: System, robot: Command) -> None:
     names = await robot("topic", "list")
     assert names.out == "/chatter\n/parameter_events\n/robot/cmd_vel\n/robot/description\n/rosout\n"
@@ -74,19 +75,19 @@ async def test_topics_are_listed_with_types_and_with_those_who_use_them(system: 
     assert subscribed == "Subscribed topics:\n * /robot/cmd_vel [geometry_msgs/msg/Twist] 1 subscriber\n\n"
 
 
-@pytest.mark.parametrize("wire", ["zenoh", "dds"])
+@BOTH
 async def test_what_is_sent_is_printed_as_yaml(system: System, robot: Command) -> None:
     heard = await robot("topic", "echo", "/chatter", "--once")
     assert (heard.code, heard.out, heard.err) == (0, "data: hello\n---\n", "")
     assert (await robot("topic", "echo", "chatter", "--once", "--field", "data")).out == "hello\n---\n"
 
 
-@pytest.mark.parametrize("wire", ["zenoh", "dds"])
+@BOTH
 async def test_what_was_said_before_is_heard_if_the_publisher_keeps_it(system: System, robot: Command) -> None:
     assert (await robot("topic", "echo", "/robot/description", "--once")).out == "data: four legs\n---\n"
 
 
-@pytest.mark.parametrize("wire", ["zenoh", "dds"])
+@BOTH
 async def test_a_topic_that_nobody_publishes_yet_is_waited_for_when_its_type_is_known(
     system: System, robot: Command
 ) -> None:

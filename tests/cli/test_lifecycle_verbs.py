@@ -7,7 +7,7 @@ import json
 from actors import Child
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Camera, Talker
-from tests.cli.wires import wire
+from tests.wires import wire
 
 __all__ = ["wire"]
 

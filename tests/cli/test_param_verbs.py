@@ -11,7 +11,7 @@ import yaml
 from actors import Child
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Motor, Talker
-from tests.cli.wires import wire
+from tests.wires import wire
 
 __all__ = ["wire"]
 

@@ -13,7 +13,7 @@ import pytest
 from actors import Child
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Adder, Counter
-from tests.cli.wires import wire
+from tests.wires import wire
 
 __all__ = ["wire"]
 

@@ -13,7 +13,7 @@ from actors.interfaces.geometry_msgs.msg import Twist
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Base, Camera, Listener, Talker
 from tests.cli.test_other_verbs import Box
-from tests.cli.wires import wire
+from tests.wires import wire
 
 __all__ = ["wire"]
 
