@@ -17,24 +17,37 @@ LATE: Final = 1.0
 QUIET: Final = 0.06
 """Seconds without news after which the graph counts as complete: other processes of a host are found within 40 ms."""
 
+SLOW: Final = 4.0
+"""Seconds at most until those that have been found have told of all that they have. Fast DDS does so with its heartbeats, every 1 and 3 s."""
 
-async def settle(news: asyncio.Event, found: Callable[[], bool], most: float) -> None:
-    """Return when others have been `found` and there has been no news for `QUIET` seconds; after `most` seconds in any case.
 
-    `news` is set at every change of the graph.
+async def settle(news: asyncio.Event, found: Callable[[], bool], complete: Callable[[], bool], most: float) -> None:
+    """Return when others have been `found`, have told of all that they have, and there has been no news for `QUIET` seconds.
+
+    It takes `most` seconds at most, or `SLOW` if that is longer and the others have not told of all. `news` is set at every change of the graph.
     """
     with suppress(TimeoutError):
         async with asyncio.timeout(most):
-            while True:
-                news.clear()
-                with suppress(TimeoutError):
-                    async with asyncio.timeout(QUIET):
-                        await news.wait()
-                if news.is_set():  # also where this process was held up, and finds the news when the time is over
-                    continue
-                if found():
-                    return
+            await _quiet(news, lambda: found() and complete())
+            return
+    if not complete():
+        with suppress(TimeoutError):
+            async with asyncio.timeout(SLOW - most):
+                await _quiet(news, complete)
+
+
+async def _quiet(news: asyncio.Event, enough: Callable[[], bool]) -> None:
+    """Return when there is `enough`, and no news for `QUIET` seconds."""
+    while True:
+        news.clear()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(QUIET):
                 await news.wait()
+        if news.is_set():  # also where this process was held up, and finds the news when the time is over
+            continue
+        if enough():
+            return
+        await news.wait()
 
 
 async def late(news: asyncio.Event, wanted: Callable[[], bool], most: float) -> bool:

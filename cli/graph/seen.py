@@ -25,10 +25,10 @@ class Seen:
         self.node = node
 
     async def settle(self, most: float) -> None:
-        """Return when other processes have been found and nothing has changed for a moment; after `most` seconds in any case."""
+        """See `cli.graph.looking.settle`."""
         with self._news() as news:
             graph = self.system.graph
-            await settle(news, lambda: any(True for _ in graph.elsewhere()) and graph.complete(), most)
+            await settle(news, lambda: any(True for _ in graph.elsewhere()), graph.complete, most)
 
     async def late(self, wanted: Callable[[], bool], most: float) -> bool:
         """Wait for something that is asked for by its name. See `cli.graph.looking.late`."""

@@ -84,8 +84,8 @@ class GraphView:
     # -- what commands ask --------------------------------------------------------------------------------------------------
 
     async def settle(self, most: float) -> None:
-        """Return when others have been found and nothing has changed for a moment; after `most` seconds in any case."""
-        await settle(self._news, lambda: bool(self._nodes) and self.complete(), most)
+        """See `cli.graph.looking.settle`."""
+        await settle(self._news, lambda: bool(self._nodes), self.complete, most)
 
     async def late(self, wanted: Callable[[], bool], most: float) -> bool:
         """Wait for something that is asked for by its name. See `cli.graph.looking.late`."""

@@ -18,8 +18,9 @@ from typing import Any
 import pytest
 
 from actors import Child, Node, Supervisor, System, run
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport import transport_from_environment
 from cli.command import run_command
+from tests.wires import meeting_place
 
 ROOT = Path(__file__).parents[2]
 
@@ -44,9 +45,20 @@ def port() -> int:
 
 
 @pytest.fixture
-def environment(port: int) -> dict[str, str]:
-    own = {"ROBACTOR_GOSSIP_PORT": str(port), "RMW_IMPLEMENTATION": "", "PYTHONPATH": str(ROOT), "ROS_DOMAIN_ID": "7"}
-    return {**os.environ, **own}
+def wire() -> str:
+    """How processes meet. A test for both wires has it as a parameter; see `tests.wires`."""
+    return "zenoh"
+
+
+@pytest.fixture
+def place(wire: str, port: int) -> dict[str, str]:
+    """The variables by which processes meet each other and nobody else."""
+    return {**meeting_place(wire, port), "ROS_DOMAIN_ID": "7"}
+
+
+@pytest.fixture
+def environment(place: dict[str, str]) -> dict[str, str]:
+    return {**os.environ, **place, "PYTHONPATH": str(ROOT)}
 
 
 @pytest.fixture
@@ -71,9 +83,9 @@ def robot(environment: dict[str, str]) -> Command:
 
 
 @pytest.fixture
-def meeting(port: int, monkeypatch: pytest.MonkeyPatch) -> int:
+def meeting(place: dict[str, str], port: int, monkeypatch: pytest.MonkeyPatch) -> int:
     """The port at which a system of this process and commands of this process meet, and the variables that say so."""
-    for name, value in {"ROBACTOR_GOSSIP_PORT": str(port), "RMW_IMPLEMENTATION": "", "ROS_DOMAIN_ID": "7"}.items():
+    for name, value in place.items():
         monkeypatch.setenv(name, value)
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     return port
@@ -116,7 +128,7 @@ def system_of(meeting: int) -> SystemOf:
     async def started(
         *tree: Child | Supervisor | type[Node], observers: tuple[Any, ...] = ()
     ) -> AsyncGenerator[System]:
-        transport = ZenohTransport(ZenohConfig(gossip_port=meeting))
+        transport = transport_from_environment(os.environ)
         async with run(*tree, transport=transport, signals=False, sinks=(), observers=observers) as system:
             yield system
 

@@ -19,10 +19,11 @@ from actors import Child, Node, System, Topic, every, publishes, qos, run, subsc
 from actors.bag import BagReader, BagWriter, Player, PlayOptions, WriterOptions, topic_of
 from actors.interfaces import encode
 from actors.interfaces.std_msgs.msg import Int32, String
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport import transport_from_environment
 from cli.verbs.bag.keys import press
 from tests.actors.bag.bags import BEGIN, MS, WORDS, by_rosbags, foreign_bag, text, words_of, write
 from tests.cli.conftest import ROOT, Command
+from tests.wires import BOTH
 
 CHATTER = Topic(String, "chatter", 10)
 SAID = Topic(String, "words", 1000)
@@ -45,9 +46,9 @@ class Listener(Node):
 
 
 @pytest_asyncio.fixture
-async def system(port: int, monkeypatch: pytest.MonkeyPatch) -> AsyncGenerator[System]:
+async def system(environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> AsyncGenerator[System]:
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
-    transport = ZenohTransport(ZenohConfig(gossip_port=port))
+    transport = transport_from_environment(environment)
     async with run(Child(Talker, name="talker"), Listener, transport=transport, signals=False, sinks=()) as system:
         yield system
 
@@ -55,6 +56,7 @@ async def system(port: int, monkeypatch: pytest.MonkeyPatch) -> AsyncGenerator[S
 # -- record and play ------------------------------------------------------------------------------------------------------------
 
 
+@BOTH
 async def test_what_another_process_publishes_is_recorded_until_ctrl_c(
     system: System, environment: dict[str, str], tmp_path: Path
 ) -> None:
@@ -82,7 +84,7 @@ async def test_what_another_process_publishes_is_recorded_until_ctrl_c(
     assert said is not None, ended
     with BagReader(bag) as read:
         counts = {topic.name: count for topic, count in read.metadata.topics.items()}
-        chatter = [int(one.data[8:-1]) for one in read.messages(["/chatter"])]
+        chatter = [int(one.data[8:].rstrip(b"\0")) for one in read.messages(["/chatter"])]
     assert sum(counts.values()) == int(said[2])
     assert counts["/robot/description"] == 1
     assert len(chatter) > 100
@@ -90,6 +92,7 @@ async def test_what_another_process_publishes_is_recorded_until_ctrl_c(
     assert len(by_rosbags(bag)) == sum(counts.values())
 
 
+@BOTH
 async def test_a_bag_is_played_to_another_process(system: System, robot: Command, tmp_path: Path) -> None:
     bag = write(tmp_path / "walk", [f"{number}" for number in range(50)])
     done = await robot("bag", "play", str(bag), "--rate", "2", "--clock", "100", "--topics", "/words")

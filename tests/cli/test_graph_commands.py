@@ -11,8 +11,9 @@ import pytest_asyncio
 from actors import Child, Node, System, Topic, every, publishes, qos, run, subscribes
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_msgs.msg import String
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport import transport_from_environment
 from tests.cli.conftest import Command
+from tests.wires import BOTH
 
 CHATTER = Topic(String, "chatter", 10)
 LATCHED = Topic(String, "robot/description", qos.LATCHED)
@@ -36,29 +37,31 @@ class Base(Node):
 
 
 @pytest_asyncio.fixture
-async def system(port: int, monkeypatch: pytest.MonkeyPatch) -> AsyncGenerator[System]:
+async def system(environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> AsyncGenerator[System]:
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
-    transport = ZenohTransport(ZenohConfig(gossip_port=port))
+    transport = transport_from_environment(environment)
     tree = (Child(Talker, name="talker"), Child(Base, name="base", namespace="robot"))
     async with run(*tree, transport=transport, signals=False, sinks=()) as system:
         yield system
 
 
+@BOTH
 async def test_the_nodes_of_another_process_are_listed_by_their_full_names(
-    system: System, port: int, robot: Command
+    system: System, environment: dict[str, str], robot: Command
 ) -> None:
     listed = await robot("node", "list")
     assert (listed.code, listed.out, listed.err) == (0, "/robot/base\n/talker\n", "")
     counted = await robot("node", "list", "-c")
     assert (counted.code, counted.out) == (0, "2\n")
     async with run(
-        Child(Node, name="_hidden"), transport=ZenohTransport(ZenohConfig(gossip_port=port)), signals=False, sinks=()
+        Child(Node, name="_hidden"), transport=transport_from_environment(environment), signals=False, sinks=()
     ):
         everything = await robot("node", "list", "--all")
         assert everything.out == "/_hidden\n/robot/base\n/talker\n"
         assert (await robot("node", "list")).out == "/robot/base\n/talker\n"
 
 
+@BOTH
 async def test_topics_are_listed_with_types_and_with_those_who_use_them(system: System, robot: Command) -> None:
     names = await robot("topic", "list")
     assert names.out == "/chatter\n/parameter_events\n/robot/cmd_vel\n/robot/description\n/rosout\n"
@@ -72,16 +75,19 @@ async def test_topics_are_listed_with_types_and_with_those_who_use_them(system: 
     assert subscribed == "Subscribed topics:\n * /robot/cmd_vel [geometry_msgs/msg/Twist] 1 subscriber\n\n"
 
 
+@BOTH
 async def test_what_is_sent_is_printed_as_yaml(system: System, robot: Command) -> None:
     heard = await robot("topic", "echo", "/chatter", "--once")
     assert (heard.code, heard.out, heard.err) == (0, "data: hello\n---\n", "")
     assert (await robot("topic", "echo", "chatter", "--once", "--field", "data")).out == "hello\n---\n"
 
 
+@BOTH
 async def test_what_was_said_before_is_heard_if_the_publisher_keeps_it(system: System, robot: Command) -> None:
     assert (await robot("topic", "echo", "/robot/description", "--once")).out == "data: four legs\n---\n"
 
 
+@BOTH
 async def test_a_topic_that_nobody_publishes_yet_is_waited_for_when_its_type_is_known(
     system: System, robot: Command
 ) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from cli.command import run_command
 from tests.actors.launch.files import python, written, xml
+from tests.wires import BOTH
 
 
 def launched(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, list[str], str]:
@@ -252,20 +253,21 @@ def test_debug_shows_debug_lines(capsys: pytest.CaptureFixture[str], tmp_path: P
     assert [any("fine print" in line for line in lines) for lines in (quiet, loud)] == [False, True]
 
 
-def started(path: Path, *words: str, port: int) -> subprocess.Popen[str]:
-    env = {**os.environ, "ROBACTOR_GOSSIP_PORT": str(port), "RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}
+def started(path: Path, *words: str, place: dict[str, str]) -> subprocess.Popen[str]:
+    env = {**os.environ, **place}
     command = [sys.executable, "-m", "robot", "launch", str(path), *words]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env)
 
 
 @pytest.mark.realtime
-def test_ctrl_c_ends_everything_within_two_seconds(tmp_path: Path, port: int) -> None:
+@BOTH
+def test_ctrl_c_ends_everything_within_two_seconds(tmp_path: Path, place: dict[str, str]) -> None:
     path = python(
         tmp_path,
         "Node(package='humanoid_control', executable='planner'), ExecuteProcess(cmd=['sleep', '60']), "
         "RegisterEventHandler(OnShutdown(on_shutdown=[LogInfo(msg='bye')]))",
     )
-    process = started(path, port=port)
+    process = started(path, place=place)
     assert process.stdout is not None
     heard = ""
     while "sleep-2] process started" not in heard:
@@ -283,10 +285,12 @@ def test_ctrl_c_ends_everything_within_two_seconds(tmp_path: Path, port: int) ->
 
 
 @pytest.mark.realtime
-def test_output_of_processes_is_shown_as_asked_and_a_prefix_is_put_before(tmp_path: Path, port: int) -> None:
+def test_output_of_processes_is_shown_as_asked_and_a_prefix_is_put_before(
+    tmp_path: Path, place: dict[str, str]
+) -> None:
     path = xml(tmp_path, '<executable cmd="echo hello"/>')
 
-    process = started(path, "-a", "--launch-prefix", "env WORD=x", "--launch-prefix-filter", "echo", port=port)
+    process = started(path, "-a", "--launch-prefix", "env WORD=x", "--launch-prefix-filter", "echo", place=place)
     out, err = process.communicate(timeout=30)
 
     assert (process.returncode, err) == (0, "")

@@ -25,6 +25,7 @@ from actors.parameters.messages import from_parameter
 from cli.verbs.completion import candidates
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Adder, Base, Motor, Talker
+from tests.wires import BOTH
 
 
 async def test_a_node_is_shown_with_all_that_it_has(system_of: SystemOf, command: Command) -> None:
@@ -258,6 +259,7 @@ class Box(Node):
         return UnloadNode.Response(success=known is not None, error_message="" if known else "no such component")
 
 
+@BOTH
 async def test_components_are_loaded_listed_and_unloaded(system_of: SystemOf, command: Command) -> None:
     async with system_of(Box) as system:
         words = ("-n", "ann", "--node-namespace", "/left", "-r", "a:=b", "-p", "rate:=5", "--log-level", "debug")

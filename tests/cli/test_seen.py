@@ -8,7 +8,7 @@ import pytest
 
 from actors import Child, Node, Topic, run
 from actors.interfaces.std_msgs.msg import String
-from cli.graph.looking import QUIET, settle
+from cli.graph.looking import QUIET, SLOW, settle
 from cli.graph.seen import Seen
 
 pytestmark = pytest.mark.virtual
@@ -42,7 +42,7 @@ async def test_news_that_come_when_the_time_is_just_over_are_news() -> None:
     loop, news = asyncio.get_running_loop(), asyncio.Event()
     loop.call_later(QUIET, news.set)
     begun = loop.time()
-    await settle(news, lambda: True, 1.0)
+    await settle(news, lambda: True, lambda: True, 1.0)
     assert loop.time() - begun == pytest.approx(2 * QUIET)
 
 
@@ -50,5 +50,18 @@ async def test_the_graph_of_a_command_that_finds_nobody_is_looked_at_for_as_long
     loop, news = asyncio.get_running_loop(), asyncio.Event()
     loop.call_later(0.2, news.set)
     begun = loop.time()
-    await settle(news, lambda: False, 0.5)
+    await settle(news, lambda: False, lambda: True, 0.5)
     assert loop.time() - begun == pytest.approx(0.5)
+
+
+async def test_those_that_are_found_and_tell_slowly_are_waited_for_but_not_for_ever() -> None:
+    """A command beside Fast DDS, which tells of its nodes with its heartbeats."""
+    loop, news, told = asyncio.get_running_loop(), asyncio.Event(), asyncio.Event()
+    loop.call_later(0.1, news.set)
+    loop.call_later(3.0, told.set)
+    loop.call_later(3.0, news.set)
+    begun = loop.time()
+    await settle(news, lambda: True, told.is_set, 0.5)
+    assert loop.time() - begun == pytest.approx(3.0 + QUIET)
+    await settle(news, lambda: True, lambda: False, 0.5)
+    assert loop.time() - begun == pytest.approx(3.0 + QUIET + SLOW)

@@ -13,8 +13,9 @@ import pytest
 import pytest_asyncio
 
 from actors import Child, Node, System, run
-from actors.transport.zenoh import ZenohConfig, ZenohTransport
+from actors.transport import transport_from_environment
 from tests.actors.transport.zenoh.wires import free_port
+from tests.wires import meeting_place
 
 if TYPE_CHECKING:
     from tests.stories.hosts import Hosts
@@ -96,10 +97,16 @@ def port() -> int:
     return free_port()
 
 
+@pytest.fixture
+def wire() -> str:
+    """How processes meet. A test for both wires has it as a parameter; see `tests.wires`."""
+    return "zenoh"
+
+
 @pytest_asyncio.fixture
-async def start(port: int) -> AsyncGenerator[Start]:
+async def start(wire: str, port: int) -> AsyncGenerator[Start]:
     """``await start("robot.tutorials", "ring")``: start ``python -m ...``. It is killed after the test."""
-    own = {"ROBACTOR_GOSSIP_PORT": str(port), "RMW_IMPLEMENTATION": "", "PYTHONPATH": str(ROOT)}
+    own = {**meeting_place(wire, port), "PYTHONPATH": str(ROOT)}
     programs: list[Program] = []
 
     async def one(*words: str, **environment: str) -> Program:
@@ -116,9 +123,9 @@ async def start(port: int) -> AsyncGenerator[Start]:
 
 
 @pytest_asyncio.fixture
-async def observer(port: int) -> AsyncGenerator[System]:
+async def observer(wire: str, port: int) -> AsyncGenerator[System]:
     """A system of this process, whose node /observer takes part in the same graph."""
-    transport = ZenohTransport(ZenohConfig(gossip_port=port))
+    transport = transport_from_environment(meeting_place(wire, port))
     async with run(Child(Node, name="observer"), transport=transport, signals=False, sinks=()) as system:
         yield system
 

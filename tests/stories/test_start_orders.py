@@ -9,7 +9,9 @@ import pytest
 from actors import System
 from tests.actors.transport.zenoh.wires import free_port
 from tests.stories.conftest import Program, Start, nodes, until
+from tests.wires import wire
 
+__all__ = ["wire"]
 pytestmark = pytest.mark.realtime
 
 TALKER = ("robot.tutorials", "talker_listener", "--only", "talker")
@@ -78,6 +80,7 @@ async def test_a_router_that_runs_is_used_and_when_it_has_gone_newcomers_are_fou
     await hears(late, first)
 
 
+@pytest.mark.parametrize("wire", ["zenoh"])
 async def test_a_router_at_the_gossip_point_says_that_its_port_is_taken_and_nothing_breaks(
     start: Start, port: int
 ) -> None:
@@ -94,6 +97,7 @@ async def test_a_router_at_the_gossip_point_says_that_its_port_is_taken_and_noth
     await hears(listener, talker)
 
 
+@pytest.mark.parametrize("wire", ["zenoh"])
 async def test_a_router_at_another_port_joins_those_who_connect_to_it_and_may_come_later(start: Start) -> None:
     elsewhere = f"tcp/127.0.0.1:{free_port()}"
     talker = await start(*TALKER, "--connect", elsewhere)

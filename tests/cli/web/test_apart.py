@@ -7,12 +7,16 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import Any
+from uuid import uuid4
 
+import pytest
 from websockets.asyncio.client import connect
 
 from actors import Child, Node, Supervisor, System, Topic, every, publishes, run
 from actors.interfaces.std_msgs.msg import String
 from actors.logs import LogRecord
+from actors.transport import Transport
+from actors.transport.dds import DdsConfig, DdsTransport
 from cli.web.beside import NAME, serve_beside
 from tests.cli.web.stage import Foxglove, Talker, Worker, request
 
@@ -39,7 +43,7 @@ class Apart:
 
 
 @asynccontextmanager
-async def served_apart(*more: Child) -> AsyncIterator[Apart]:
+async def served_apart(*more: Child, transport: Transport | None = None) -> AsyncIterator[Apart]:
     found: asyncio.Queue[str] = asyncio.Queue()
 
     def look(record: LogRecord) -> None:
@@ -47,7 +51,7 @@ async def served_apart(*more: Child) -> AsyncIterator[Apart]:
             found.put_nowait(record.fields["url"])
 
     tree = Supervisor("tree", children=[Child(Talker), Child(Worker), *more])
-    async with run(tree, signals=False, sinks=(look,)) as system:
+    async with run(tree, signals=False, sinks=(look,), transport=transport) as system:
 
         async def apart(server: Child) -> None:
             assert system.supervisor is not None
@@ -76,6 +80,19 @@ async def test_a_server_in_another_process_shows_the_supervisor_tree_and_what_is
 
     assert said["canKill"] is True
     assert [node["name"] for node in said["nodes"]].count(f"/{NAME}") == 1
+    assert channel["schemaName"] == "std_msgs/msg/String"
+
+
+async def test_a_server_in_another_process_shows_a_tree_that_is_on_dds() -> None:
+    pytest.importorskip("cyclonedds")
+    tag = f"<CycloneDDS><Domain><Discovery><Tag>{uuid4().hex}</Tag></Discovery></Domain></CycloneDDS>"
+    by_dds = DdsTransport(DdsConfig(discovery_range="LOCALHOST", uri=tag))
+    async with served_apart(transport=by_dds) as apart, apart.viewer() as viewer:
+        await viewer.say("robactor.subscribeSystem")
+        await report(viewer, "/talker", state="running")
+        await report(viewer, f"/{NAME}", process=apart.process)
+        channel = await viewer.channel("/chatter")
+
     assert channel["schemaName"] == "std_msgs/msg/String"
 
 

@@ -10,11 +10,12 @@ from typing import Any
 import pytest
 
 from actors.qos import DEFAULT, SERVICES
-from actors.transport.dds import topics
+from actors.transport.dds import DdsConfig, DdsTransport, services, topics
 from actors.transport.dds.endpoints import Sample, Status
+from actors.transport.dds.format.requests import RequestId, write_request
 from actors.transport.protocol import NoAnswer, Participant, TypeInfo
 from tests.actors.transport.dds.meeting import MeetingTransport, free_domain
-from tests.actors.transport.dds.test_known import Told
+from tests.actors.transport.dds.test_known import Told, end, participant
 
 pytest.importorskip("cyclonedds")
 INT32 = TypeInfo("std_msgs/msg/Int32", "TypeHashNotSupported")
@@ -144,3 +145,116 @@ async def test_a_request_is_given_up_by_its_end_its_time_and_its_client(both: An
     node.close()
     node.close()
     assert len(answers) == 2
+
+
+ASKS = "rq/addRequest", "example_interfaces::srv::dds_::AddTwoInts_Request_"
+CLIENT = b"clientid= 1.2.3.4.5.6.7.8.9.a.b.c.0.0.0.1;"
+
+
+def asked(number: int, writer: int) -> Sample:
+    """A request, of the writer of that number of a participant that a test tells of."""
+    return Sample(write_request(RequestId(7, number), ONE), end(writer).guid, 0, writer, 0.0)
+
+
+async def test_a_request_that_is_faster_than_the_discovery_of_its_client_waits_for_it(
+    both: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, _, _, _, _ = both
+    monkeypatch.setattr(services, "_PATIENCE", 0.05)
+    monkeypatch.setattr(services, "_MOST_WAITING", 2)
+    requests: list[Any] = []
+    serving = here.server(here.node("/serves"), "/add", UNKNOWN, SERVICES, requests.append)
+    here.participant_appeared(participant())
+    serving._arrived([asked(1, 1)])
+    await asyncio.sleep(0.1)
+    monkeypatch.setattr(services, "_PATIENCE", 30.0)
+    here.endpoint_appeared(end(1, *ASKS))
+    assert requests == [], "its client has come too late"
+    serving._arrived([asked(2, 3), asked(3, 3), asked(4, 3)])
+    serving._expire()
+    here.endpoint_changed(end(1, *ASKS, depth=5))
+    assert requests == [], "it is not that client for which they wait"
+    here.endpoint_appeared(end(3, *ASKS))
+    assert [(one.number, one.payload) for one in requests] == [(2, ONE), (3, ONE)], "so many wait and no more"
+
+
+async def test_a_server_that_is_closed_by_a_request_takes_no_more_of_them(both: Any) -> None:
+    here, _, _, _, _ = both
+    requests: list[Any] = []
+
+    def take(request: Any) -> None:
+        requests.append(request)
+        serving.close()
+
+    serving = here.server(here.node("/serves"), "/add", UNKNOWN, SERVICES, take)
+    here.participant_appeared(participant())
+    here.endpoint_appeared(end(1, *ASKS))
+    serving._arrived([asked(1, 1), asked(2, 1)])
+    assert [one.number for one in requests] == [1]
+
+
+async def test_replies_wait_for_a_client_that_is_not_matched_and_no_more_than_so_many(
+    both: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, _, _, _, _ = both
+    monkeypatch.setattr(services, "_MOST_WAITING", 1)
+    requests: list[Any] = []
+    serving = here.server(here.node("/serves"), "/add", UNKNOWN, SERVICES, requests.append)
+    here.participant_appeared(participant())
+    here.endpoint_appeared(end(1, *ASKS, user_data=CLIENT))
+    here.endpoint_appeared(end(3, *ASKS))
+    serving._arrived([asked(1, 1), asked(2, 1), asked(3, 1), asked(4, 3)])
+    written: list[bytes] = []
+    monkeypatch.setattr(serving._ends.writer, "put", written.append)
+    for request in requests[:2]:
+        request.reply(ONE, 0, b"")
+    serving.look()
+    requests[2].fail(b"only processes of this library are told why")
+    assert written == []
+    requests[3].reply(ONE, 0, b"")
+    assert written == [write_request(RequestId(7, 4), ONE)], "one without an id is answered at once"
+    assert [reply.data for reply in serving._waiting] == [write_request(RequestId(7, 1), ONE)]
+
+
+async def test_each_request_is_sent_once_when_its_server_is_there(both: Any) -> None:
+    here, owner, there, _other, _ = both
+    client = here.client(here.node("/asks"), "/knows", UNKNOWN, SERVICES)
+    requests: list[Any] = []
+    there.server(there.node("/serves"), "/knows", UNKNOWN, SERVICES, requests.append)
+    await until(lambda: owner.has("appeared", ("/serves", "SERVER", "/knows")))
+    for number in (1, 2):
+        client.ask(ONE, number, 0, b"", None, lambda answer: None)
+        await until(lambda number=number: len(requests) == number)
+    assert [one.number for one in requests] == [1, 2]
+
+
+async def test_what_is_open_when_a_process_leaves_is_closed_with_it(both: Any) -> None:
+    here, owner, there, _other, transport = both
+    there.server(there.node("/serves"), "/add", UNKNOWN, SERVICES, lambda request: None)
+    await until(lambda: owner.has("appeared", ("/serves", "SERVER", "/add")) and here.complete and there.complete)
+    assert [link.session for link in here.links()] == [transport.session]
+    peers = dict(here.known.peers)
+    here.known.peers.clear()
+    assert list(here.links()) == [], "it is discovered already, and not known yet"
+    here.known.peers.update(peers)
+    there.node("/late")
+    await transport.close()
+    await until(lambda: owner.has("no node", "/serves"))
+    assert (list(here.links()), there.services) == ([], set())
+
+
+async def test_a_reader_more_changes_nothing_for_a_publisher_that_has_one(both: Any) -> None:
+    here, owner, there, other, _ = both
+    out = here.publisher(here.node("/out"), "/heard", INT32, DEFAULT)
+    out.open()
+    for taker in "ab":
+        there.subscription(there.node("/in"), "/heard", INT32, DEFAULT, lambda *message: None, taker)
+        await until(lambda: out.wanted)
+    await until(lambda: out._writer.matched == 2)
+    assert [one for one in owner.log if one[0] == "wanted"] == [("wanted", True)]
+    assert other.messages == []
+
+
+async def test_a_process_of_this_one_joins_the_same_domain() -> None:
+    config = DdsConfig(discovery_range="LOCALHOST", enclave="/x")
+    assert DdsTransport(config).sibling()()._config == config

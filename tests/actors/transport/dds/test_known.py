@@ -105,6 +105,20 @@ def test_what_is_no_topic_of_ros_is_not_shown_and_what_others_have_is_as_of_one_
     assert (known.services, told.take()) == ({}, [])
 
 
+def test_a_service_is_there_as_long_as_one_of_its_servers() -> None:
+    known = Known(0, Told())  # type: ignore[arg-type]
+    known.participant_appeared(participant())
+    first, second = (
+        end(number, "rq/addRequest", "example_interfaces::srv::dds_::AddTwoInts_Request_") for number in (2, 4)
+    )
+    known.endpoint_appeared(first)
+    known.endpoint_appeared(second)
+    known.endpoint_vanished(first)
+    assert [tuple(ends) for ends in known.services.values()] == [(second.guid,)]
+    known.endpoint_vanished(second)
+    assert known.services == {}
+
+
 def test_a_process_tells_its_session_and_place_and_what_is_no_process_is_none() -> None:
     written = write_process(Process("ab1", 7, "my host;"))
     assert written == b"robactor=ab1.7.my_host_;"
