@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-__all__ = ["BOTH", "meeting_place", "wire"]
-
 BOTH = pytest.mark.parametrize("wire", ["zenoh", "dds"])
 """For one test."""
 

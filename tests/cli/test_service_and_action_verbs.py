@@ -13,9 +13,6 @@ import pytest
 from actors import Child
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Adder, Counter
-from tests.wires import wire
-
-__all__ = ["wire"]
 
 ADD = ("service", "call", "/add_two_ints", "example_interfaces/srv/AddTwoInts")
 COUNT = ("action", "send_goal", "/count", "example_interfaces/action/Fibonacci")
