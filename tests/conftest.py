@@ -24,7 +24,7 @@ time.tzset()
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
-pytest_plugins = ["actors.testing.plugin", "pytester", "tests.wires"]
+pytest_plugins = ["actors.testing.plugin", "pytester"]
 
 from hypothesis import settings  # noqa: E402  # after the environment is set
 

@@ -14,6 +14,7 @@ from actors import Child, Node, System
 from actors.interfaces.example_interfaces.action import Fibonacci
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import COUNT, Counter
+from tests.wires import wire as wire
 
 TOLD = {"action_server_configure_introspection": "contents"}
 

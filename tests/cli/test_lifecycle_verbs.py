@@ -7,6 +7,7 @@ import json
 from actors import Child
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Camera, Talker
+from tests.wires import wire as wire
 
 
 async def test_only_managed_nodes_are_listed(system_of: SystemOf, command: Command) -> None:

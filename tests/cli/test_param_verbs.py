@@ -11,6 +11,7 @@ import yaml
 from actors import Child
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Motor, Talker
+from tests.wires import wire as wire
 
 BUILT_IN = ("start_type_description_service", "use_sim_time")
 

@@ -13,6 +13,7 @@ import pytest
 from actors import Child
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Adder, Counter
+from tests.wires import wire as wire
 
 ADD = ("service", "call", "/add_two_ints", "example_interfaces/srv/AddTwoInts")
 COUNT = ("action", "send_goal", "/count", "example_interfaces/action/Fibonacci")

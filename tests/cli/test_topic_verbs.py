@@ -13,6 +13,7 @@ from actors.interfaces.geometry_msgs.msg import Twist
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Base, Camera, Listener, Talker
 from tests.cli.test_other_verbs import Box
+from tests.wires import wire as wire
 
 
 async def until(condition: Any) -> None:

@@ -9,6 +9,7 @@ import pytest
 from actors import System
 from tests.actors.transport.zenoh.wires import free_port
 from tests.stories.conftest import Program, Start, nodes, until
+from tests.wires import wire as wire
 
 pytestmark = pytest.mark.realtime
 
