@@ -1,5 +1,8 @@
 """Pickles of strangers, read without executing any of them, in time and memory that grow with their length alone."""
 
+# pyright: reportUnknownVariableType=false, reportUnknownMemberType=false, reportUnknownArgumentType=false
+# What strangers have written has no type before it is checked.
+
 from __future__ import annotations
 
 import enum

@@ -55,7 +55,7 @@ def usage() -> str:
     """The help of the program, at most 60 columns wide."""
     from cli.command import COMMANDS, CommandFailed, added, found
 
-    lines = []
+    lines: list[str] = []
     for entry in added():
         try:
             command = found(entry.name)

@@ -87,5 +87,5 @@ def perform_typed_substitution(context: LaunchContext, value: Any, data_type: An
     """The value of this type that a normalized value stands for. Raises `SubstitutionFailure` if it is none."""
     from actors.launch.parameters import ParameterValue
 
-    found = ParameterValue(value, value_type=data_type).evaluate(context)
-    return list(found) if isinstance(found, tuple) else found
+    found: Any = ParameterValue(value, value_type=data_type).evaluate(context)
+    return [*found] if isinstance(found, tuple) else found  # pyright: ignore[reportUnknownVariableType]

@@ -5,6 +5,9 @@ that reading needs only the functions of this module and a few others, named in 
 a class has to say of its own pickling (`__reduce__`) is kept too, but is read only with `trust`.
 """
 
+# pyright: reportUnknownVariableType=false, reportUnknownMemberType=false, reportUnknownArgumentType=false
+# What strangers have written has no type before it is checked.
+
 from __future__ import annotations
 
 import enum

@@ -1,5 +1,8 @@
 """The parts of a journal: numbered, compressed, one after another in a file or as messages of a topic."""
 
+# pyright: reportUnknownVariableType=false, reportUnknownMemberType=false, reportUnknownArgumentType=false
+# What strangers have written has no type before it is checked.
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator

@@ -190,9 +190,8 @@ class Topics:
         since: float | None,
     ) -> None:
         """See `protocol.Take`."""
-        publisher = self._remote.get(gid)
-        if publisher.__class__ is not RemotePublisher:
-            publisher = self._stranger(takers)
+        found = self._remote.get(gid)
+        publisher = found if isinstance(found, RemotePublisher) else self._stranger(takers)
         publisher.arrived(number, source_time, payload, takers, since)
 
     def lost(self, subscription: SubscriptionPeer, messages: int) -> None:

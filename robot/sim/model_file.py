@@ -274,7 +274,9 @@ class _Reader:
 
     def _alike(self, legs: Sequence[_Leg], index: int) -> tuple[float, Triple, Triple]:
         """Mass, centre and inertia of one link of a leg, the mean of all four mirrored to the front left."""
-        masses, centres, inertias = [], [], []
+        masses: list[float] = []
+        centres: list[Vector] = []
+        inertias: list[Triple] = []
         for leg in legs:
             mass, centre, inertia = leg.links[index]
             origin = (np.array((leg.shoulder[0], leg.hip[1], leg.hip[2])), leg.shoulder, leg.knee)[index]
@@ -353,13 +355,13 @@ class _Reader:
         """The trunk's largest box; without one, what lies between the hips."""
         model = self._model
         box = int(self._mujoco.mjtGeom.mjGEOM_BOX)
-        sizes = [
+        sizes: list[Vector] = [
             model.geom_size[geom]
             for geom in range(model.ngeom)
             if model.geom_bodyid[geom] == trunk and model.geom_type[geom] == box
         ]
         if sizes:
-            return _triple(2 * max(sizes, key=lambda size: float(np.prod(size))))
+            return _triple(2 * max(sizes, key=lambda size: float(size.prod())))
         length, width = (float(np.ptp([leg.hip[axis] for leg in legs])) for axis in (0, 1))
         return length, width, SPOT.trunk[2] * hypot(length, width) / hypot(*SPOT.trunk[:2])
 

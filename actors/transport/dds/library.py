@@ -231,7 +231,7 @@ def load() -> Library:
         raise WireUnavailable(
             f"DDS needs the package cyclonedds, which cannot be imported ({error}): pip install 'robactor[dds]'"
         ) from error
-    handle = DDS._dll_handle
+    handle = DDS._dll_handle  # pyright: ignore[reportPrivateUsage]  # the library that the wheel has loaded
     try:
         library = Library(handle._name, handle._handle)
     except AttributeError as error:

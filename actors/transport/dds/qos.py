@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes as c
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Final
@@ -37,7 +37,7 @@ class EndpointQos:
 
 
 @contextmanager
-def the_qos(library: Library, qos: EndpointQos) -> Iterator[int]:
+def the_qos(library: Library, qos: EndpointQos) -> Generator[int]:
     """`qos` as `rmw_cyclonedds` sets it, for as long as the context lasts. But no write ever waits for room: it fails at once."""
     made: int = library.dds_create_qos()
     try:

@@ -37,9 +37,9 @@ class Within:
     sending: Sending
     worker: Worker
     report: Report
-    guids: dict[int, bytes] = field(default_factory=dict)
+    guids: dict[int, bytes] = field(default_factory=dict[int, bytes])
     """The GUID of each endpoint of others, by its instance handle."""
-    endpoints: set[Open] = field(default_factory=set)
+    endpoints: set[Open] = field(default_factory=lambda: set["Open"]())
 
     def forget(self, endpoint: Open) -> None:
         """It is being closed."""
