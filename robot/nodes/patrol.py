@@ -15,7 +15,7 @@ from robot.contracts import (
     DOCK,
     GAIT_STATUS,
     GOAL_REPORT,
-    NAVIGATE_TO_GOAL,
+    NAVIGATE_TO_POSE,
     POSE,
     SAFETY_STATE,
     SIT,
@@ -25,9 +25,9 @@ from robot.contracts import (
 )
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2
+from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.action import Dock
 from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport, SafetyState
-from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.model.modes import Mode
 from robot.planning.grid import Grid
 from robot.planning.path import line_cells
@@ -88,7 +88,7 @@ class Patrol(Node):
 
     @background
     async def mission(self) -> None:
-        await self.wait_for(STAND, SIT, WALK, NAVIGATE_TO_GOAL, DOCK, UNDOCK)
+        await self.wait_for(STAND, SIT, WALK, NAVIGATE_TO_POSE, DOCK, UNDOCK)
         await self._until_known()
         await self._stand()
         while not self._over():
@@ -133,8 +133,8 @@ class Patrol(Node):
             await self.clock.sleep(5.0)
 
     async def _walk(self, goal: Pose2) -> None:
-        request = NavigateToGoal.Goal(target_pose=pose_stamped(goal, self.clock.stamp()))
-        async with self.start(NAVIGATE_TO_GOAL, request) as handle:
+        request = NavigateToPose.Goal(pose=pose_stamped(goal, self.clock.stamp()))
+        async with self.start(NAVIGATE_TO_POSE, request) as handle:
             await handle
 
     async def _onto_dock(self) -> None:
