@@ -209,5 +209,4 @@ def test_importing_the_robots_own_types_does_not_make_those_of_the_tutorials_kno
 
 def test_every_contract_has_a_row() -> None:
     assert contracts_of(contracts).keys() == rows(ROBOT).keys()
-    assert set(contracts.__all__) == rows(ROBOT).keys() | {"STRAIGHT"}
     assert tutorial_contracts().keys() == rows(TUTORIALS).keys()
