@@ -33,8 +33,6 @@ RISING_TIMEOUT = 10.0
 """Seconds within which the robot must be walking after it has been asked to."""
 HALTED = 3.0
 """Seconds after which a goal ends when the robot does not walk any more: sat down by somebody, or without its sensors."""
-CRITICAL = 0.10
-"""Share of charge below which no walk begins."""
 TYPICAL_SPEED = 0.7
 """The energy of a walk is computed for this speed at most, m/s."""
 BLIND_AFTER = 0.5
@@ -54,7 +52,8 @@ class Heard:
     """What the elevation map said last, until a step has used it."""
     gait: str = ""
     gait_goal: str = ""
-    charge: float = 1.0
+    critical: str = ""
+    """Why the battery is critical; empty when it is not."""
     lost: bool = False
     """Whether the localizer says that its pose is wrong,"""
     blind: bool = False
@@ -248,10 +247,8 @@ class GoalWalk:
         """Check goals, to be walked to in turn, before anything moves. Raises `NotReached` when one of them cannot be reached."""
         if self._heard.stopped:
             raise NotReached(ErrorCode.SAFETY_STOP, f"safety stop: {self._heard.stopped}")
-        if self._heard.charge < CRITICAL:
-            raise NotReached(
-                ErrorCode.LOW_BATTERY, f"battery critical ({100 * self._heard.charge:.0f} %): not starting to walk"
-            )
+        if self._heard.critical:
+            raise NotReached(ErrorCode.LOW_BATTERY, f"{self._heard.critical}: not starting to walk")
         if self._heard.pose is None:
             raise NotReached(
                 ErrorCode.TF_ERROR, "the robot does not know where it is yet: try again when /pose is published"

@@ -6,19 +6,17 @@ import asyncio
 from collections.abc import AsyncGenerator, Sequence
 from contextlib import aclosing
 from dataclasses import dataclass, replace
-from math import isfinite
 from typing import Any
 
 from actors import Aborted, ActorError, Done, Node, Parameter, Reject, Steps, every, parallel, parameter, publishes
 from actors.interfaces.builtin_interfaces.msg import Duration
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
-from actors.interfaces.sensor_msgs.msg import BatteryState, LaserScan
+from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Header, String
 from actors.parameters import post_set
 from robot.contracts import (
     AUTONOMY_CMD,
-    BATTERY_STATE,
     BATTERY_STATUS,
     GAIT_STATUS,
     GOAL_POSE,
@@ -54,6 +52,7 @@ from robot.interfaces.nav2_msgs.action import (
 from robot.interfaces.nav2_msgs.msg import WaypointStatus
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
+from robot.model.charge import ChargeLevel
 from robot.nodes.goal_walk import GoalWalk, Heard, check_arrived
 from robot.planning import path as paths
 from robot.planning.errors import ErrorCode, NavigationError, NotReached
@@ -87,7 +86,7 @@ class Navigation(Node):
     One goal at a time: a newer one preempts, and the older one is aborted. A goal that cannot be reached is aborted at once, before anything
     moves, and a running one goes on; `error_code` says why, as a `robot.planning.errors.ErrorCode`. A message on goal_pose is a goal, too.
 
-    Takes goal_pose, pose, localization, odom, lidar/scan, elevation, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel
+    Takes goal_pose, pose, localization, odom, lidar/scan, elevation, gait_status, battery_status, safety/state; publishes autonomy/cmd_vel
     (20 Hz while it walks), plan.
     Parameters: max_speed, max_turn, acceleration, position_tolerance, yaw_tolerance, blind_speed, patience.
     """
@@ -173,12 +172,10 @@ class Navigation(Node):
     def gait(self, message: GaitStatus) -> None:
         self._heard.gait, self._heard.gait_goal = message.mode, message.goal
 
-    @BATTERY_STATE.on()
-    def battery(self, message: BatteryState) -> None:
-        self._heard.charge = message.percentage if isfinite(message.percentage) else 1.0
-
     @BATTERY_STATUS.on()
     def energy(self, message: BatteryStatus) -> None:
+        critical = message.level == ChargeLevel.CRITICAL
+        self._heard.critical = f"battery critical ({message.percent:.0f} %)" if critical else ""
         self._walk.energy.heard(message.percent, message.energy)
 
     @SAFETY_STATE.on()

@@ -24,12 +24,11 @@ TOPICS = """\
 /battery_state sensor_msgs/msg/BatteryState
     <- battery reliable latched 1
     -> docking reliable latched 1
-    -> gait reliable latched 1
-    -> navigation reliable latched 1
     -> patrol reliable latched 1
 /battery_status robactor_msgs/msg/BatteryStatus
     <- battery reliable latched 1
     -> diagnostics reliable latched 1
+    -> gait reliable latched 1
     -> motors reliable latched 1
     -> navigation reliable latched 1
     -> robot_status reliable latched 1
