@@ -142,6 +142,11 @@ LOCALIZATION = Topic(String, "/localization", qos.STATE)
 walls, `lost` while scans do not fit the map there, until the robot has been found on it, and `ambiguous` while they fit several places alike."""
 INITIAL_POSE = Topic(PoseWithCovarianceStamped, "/initialpose", qos.DEFAULT)
 """Where the robot is, frame `map`, as rviz tells it: the localizer looks for its newest scan about there, within three times the standard deviations."""
+GLOBAL_COSTMAP = Topic(OccupancyGrid, "/global_costmap/costmap", qos.MAP)
+"""1 Hz while somebody listens, frame `map`: the map and what is seen that it does not show, at what the planner pays for being near; 99 and 100
+is where the robot's middle may not go."""
+LOCAL_COSTMAP = Topic(OccupancyGrid, "/local_costmap/costmap", qos.MAP)
+"""The same 4 m around the robot, 2 Hz while somebody listens, frame `odom`; -1 is outside of the map."""
 GOAL_POSE = Topic(PoseStamped, "/goal_pose", qos.DEFAULT)
 """A goal for NAVIGATE_TO_POSE, frame `map`, as rviz's "2D Goal Pose" sends it."""
 PATH = Topic(Path, "/plan", qos.STATE)

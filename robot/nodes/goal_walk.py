@@ -20,7 +20,7 @@ from robot.estimation.history import History, pose_history
 from robot.geometry.messages import seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
 from robot.geometry.vectors import Floats
-from robot.model.modes import Mode
+from robot.model.modes import ON_ITS_FEET, Mode
 from robot.planning import path as paths
 from robot.planning.energy import EnergyGuard
 from robot.planning.errors import ErrorCode, GoalBlocked, NavigationError, NotReached
@@ -101,7 +101,7 @@ class GoalWalk:
         self._plan = plan
         self.planner = Planner(grid)
         self.energy = EnergyGuard(TYPICAL_SPEED)
-        self._navigator = Navigator(grid)
+        self.navigator = Navigator(grid)
         self._motion: Motion | None = None
         self._owner: object | None = None
         self._shown: paths.Path | None = None
@@ -121,15 +121,23 @@ class GoalWalk:
         now = self._node.clock.now()
         scan, scanned_at = self._heard.take_scan()
         self._heed(now, seen=scan is not None and not self._heard.blind)
-        motion = self._navigator.step(
+        motion = self.navigator.step(
             now, self._heard.pose, self._heard.velocity, scan, scanned_at, self._heard.take_relief()
         )
         self._motion = motion
         self._cmd(Twist(linear=Vector3(x=motion.vx, y=motion.vy), angular=Vector3(z=motion.wz)))
-        if self._navigator.path is not self._shown:
-            self._shown = self._navigator.path
+        if self.navigator.path is not self._shown:
+            self._shown = self.navigator.path
             if self._shown is not None:
                 self._plan(self._shown)
+
+    def look(self) -> None:
+        """Take in what is seen while no walk is under way, for those who look at the costmaps. Call it a few times a second."""
+        if self._owner is not None or self._heard.gait not in ON_ITS_FEET:
+            return
+        scan, scanned_at = self._heard.take_scan()
+        if scan is not None and scanned_at is not None:
+            self.navigator.around.integrate_scan(self._node.clock.now(), scanned_at, scan)
 
     def _heed(self, now: float, *, seen: bool) -> None:
         """Slow down while no scans come, or such as see nothing: what is not on the map would be walked into."""
@@ -139,7 +147,7 @@ class GoalWalk:
         if blind == self._blind:
             return
         self._blind = blind
-        self._navigator.set_limits(self._allowed)
+        self.navigator.set_limits(self._allowed)
         if blind:
             self._node.log.warning("no LiDAR: walking slowly", speed=min(self._blind_speed, self._limits.vx_max))
         else:
@@ -148,12 +156,12 @@ class GoalWalk:
     @property
     def path(self) -> paths.Path | None:
         """The path that is followed."""
-        return self._navigator.path
+        return self.navigator.path
 
     @property
     def recoveries(self) -> int:
         """How often this walk has cleared its marks, backed up or turned to find a way."""
-        return self._navigator.recoveries
+        return self.navigator.recoveries
 
     @property
     def _allowed(self) -> Limits:
@@ -166,7 +174,7 @@ class GoalWalk:
         """
         self.energy.set_speed(min(limits.vx_max, TYPICAL_SPEED))
         self._limits, self._blind_speed = limits, blind_speed
-        self._navigator.retune(self._allowed, tolerance, patience)
+        self.navigator.retune(self._allowed, tolerance, patience)
 
     async def walk(self, goal: Pose2, *, straight: bool = False) -> AsyncGenerator[Motion, None]:
         """Walk to `goal`, yielding what the navigator says ten times a second, the final word last.
@@ -175,7 +183,7 @@ class GoalWalk:
         Leaving it stops the robot, and half a second later it stands.
         """
         self._owner = me = object()
-        self._navigator.cancel()
+        self.navigator.cancel()
         self._motion = None
         try:
             await self._ensure_walking()
@@ -184,7 +192,7 @@ class GoalWalk:
             while self._owner is me:
                 await self._node.clock.sleep(0.1)
                 if lost and not self._heard.lost:  # what was marked, and the way, were of another place
-                    self._navigator.around.forget()
+                    self.navigator.around.forget()
                     self._set_goal(goal, straight=straight)
                 lost = self._heard.lost
                 if self._heard.stopped:
@@ -206,7 +214,7 @@ class GoalWalk:
         finally:
             if self._owner is me:
                 self._owner = None
-                self._navigator.cancel()
+                self.navigator.cancel()
                 self._cmd(STANDSTILL)
                 if self._shown is not None:
                     self._shown = None
@@ -216,7 +224,7 @@ class GoalWalk:
     def _set_goal(self, goal: Pose2, *, straight: bool) -> None:
         """Raises `NotReached` where no way leads there from here: what was checked was the way from where the robot stood."""
         try:
-            self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
+            self.navigator.set_goal(goal, start=self._heard.pose, straight=straight)
         except NavigationError as error:
             raise NotReached(error.code, f"{error.name}: {error}") from None
 

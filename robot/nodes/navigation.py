@@ -19,7 +19,9 @@ from robot.contracts import (
     AUTONOMY_CMD,
     BATTERY_STATUS,
     GAIT_STATUS,
+    GLOBAL_COSTMAP,
     GOAL_POSE,
+    LOCAL_COSTMAP,
     LOCALIZATION,
     NAVIGATE_THROUGH_POSES,
     NAVIGATE_TO_POSE,
@@ -53,6 +55,7 @@ from robot.interfaces.nav2_msgs.msg import WaypointStatus
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
 from robot.model.charge import ChargeLevel
+from robot.nodes.costmaps import global_costmap, local_costmap
 from robot.nodes.goal_walk import GoalWalk, Heard, check_arrived
 from robot.planning import path as paths
 from robot.planning.errors import ErrorCode, NavigationError, NotReached
@@ -87,12 +90,15 @@ class Navigation(Node):
     moves, and a running one goes on; `error_code` says why, as a `robot.planning.errors.ErrorCode`. A message on goal_pose is a goal, too.
 
     Takes goal_pose, pose, localization, odom, lidar/scan, elevation, gait_status, battery_status, safety/state; publishes autonomy/cmd_vel
-    (20 Hz while it walks), plan.
+    (20 Hz while it walks), plan,
+    and while somebody listens global_costmap/costmap (1 Hz) and local_costmap/costmap (2 Hz).
     Parameters: max_speed, max_turn, acceleration, position_tolerance, yaw_tolerance, blind_speed, patience.
     """
 
     cmd = publishes(AUTONOMY_CMD)
     plan = publishes(PATH)
+    global_costmap = publishes(GLOBAL_COSTMAP)
+    local_costmap = publishes(LOCAL_COSTMAP)
     max_speed = parameter(0.7, unit="m/s", ge=0.1, le=1.6, description="Fastest walk along a path.")
     max_turn = parameter(LIMITS.wz_max, unit="rad/s", ge=0.2, le=1.5, description="Fastest turn.")
     acceleration = parameter(
@@ -121,6 +127,8 @@ class Navigation(Node):
 
     async def on_start(self) -> None:
         self._heard = Heard()
+        self._odom: Pose2 | None = None
+        self._shows = 0
         self._walk = GoalWalk(
             self,
             self._heard,
@@ -150,6 +158,7 @@ class Navigation(Node):
 
     @ODOMETRY.on(qos=20, patience=1.0 / RATE)
     def odometry(self, message: Odometry) -> None:
+        self._odom = from_pose(message.pose.pose)
         twist = message.twist.twist
         self._heard.velocity = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
 
@@ -187,6 +196,18 @@ class Navigation(Node):
     def steer(self) -> None:
         """Step the walk, while one is under way."""
         self._walk.steer()
+
+    @every(hz=2)
+    def show(self) -> None:
+        """Publish the costmaps for those who look at them; each second time both."""
+        self._shows += 1
+        here, odom, stamp = self._heard.pose, self._odom, self.clock.stamp()
+        if self.local_costmap.subscription_count and here is not None and odom is not None:
+            self._walk.look()
+            self.local_costmap(local_costmap(self._walk.navigator, here, odom, stamp))
+        if self.global_costmap.subscription_count and self._shows % 2 == 0:
+            self._walk.look()
+            self.global_costmap(global_costmap(self._walk.navigator, stamp))
 
     # -- goals -------------------------------------------------------------------------------------------------------
 

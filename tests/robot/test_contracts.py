@@ -71,6 +71,8 @@ TOPICS = """\
     -> patrol reliable latched 1
     -> robot_status reliable latched 1
     -> safety_monitor reliable latched 1
+/global_costmap/costmap nav_msgs/msg/OccupancyGrid
+    <- navigation reliable latched 1
 /goal_pose geometry_msgs/msg/PoseStamped
     -> navigation reliable 10
 /gripper/state robactor_msgs/msg/GripperState
@@ -102,6 +104,8 @@ TOPICS = """\
     -> localizer best_effort 5
     -> navigation best_effort 5
     -> robot_controller best_effort 5
+/local_costmap/costmap nav_msgs/msg/OccupancyGrid
+    <- navigation reliable latched 1
 /localization std_msgs/msg/String
     <- localizer reliable latched 1
     -> navigation reliable latched 1

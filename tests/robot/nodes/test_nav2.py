@@ -9,13 +9,15 @@ import pytest
 
 from actors import Child, GoalAborted, GoalCanceled, GoalRejected, GoalStatus
 from actors.interfaces.geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
-from actors.interfaces.nav_msgs.msg import Goals
+from actors.interfaces.nav_msgs.msg import Goals, OccupancyGrid
 from actors.interfaces.std_msgs.msg import Header
 from actors.testing import Rig
 from robot.contracts import (
     BATTERY_STATUS,
+    GLOBAL_COSTMAP,
     GOAL_POSE,
     INITIAL_POSE,
+    LOCAL_COSTMAP,
     NAVIGATE_THROUGH_POSES,
     NAVIGATE_TO_GOAL,
     NAVIGATE_TO_POSE,
@@ -173,6 +175,35 @@ async def test_an_initial_pose_of_rviz_puts_the_robot_there_on_the_map(rig: Rig)
     )
     rig.publish(INITIAL_POSE, message)
     await rig.until(lambda: poses.last is not None and poses.last.pose.position.x > here.x + 2.0, within=0.2)
+
+
+def cost(costmap: OccupancyGrid, x: float, y: float) -> int:
+    """Of the cell at a place, in the costmap's own frame."""
+    info = costmap.info
+    column = int((x - info.origin.position.x) / info.resolution)
+    row = int((y - info.origin.position.y) / info.resolution)
+    return int(costmap.data.reshape(info.height, info.width)[row, column])
+
+
+async def test_the_costmaps_show_walls_and_what_the_map_does_not_know_and_are_made_only_while_somebody_looks(
+    rig: Rig,
+) -> None:
+    body = await standing_robot(rig)
+    start, made = body.scene.start, rig.node(Navigation)
+    drop(body, Box(start.x + 1.5, start.y, 0.4, 0.4))
+    await rig.advance(2.0)
+    assert (made.global_costmap.subscription_count, made.local_costmap.subscription_count) == (0, 0)
+    whole, near = rig.probe(GLOBAL_COSTMAP), rig.probe(LOCAL_COSTMAP)
+    await rig.advance(2.05)
+    assert (len(whole), len(near)) == (2, 4), "nothing was kept from before"
+    assert (whole[-1].header.frame_id, near[-1].header.frame_id) == ("map", "odom")
+    assert (near[-1].info.width * near[-1].info.resolution) == pytest.approx(4.0)
+    assert cost(whole[-1], start.x, start.y) == 0
+    assert cost(whole[-1], start.x + 1.32, start.y) >= 99, "the face of the box"
+    assert cost(near[-1], 1.32, 0.0) >= 99, "the same, where odometry has it"
+    assert cost(near[-1], 0.0, 0.0) < 99
+    assert cost(whole[-1], 2.5, 2.1) == 100, "a shelf that is on the map"
+    assert 0 < cost(whole[-1], start.x + 0.9, start.y) < 99
 
 
 async def test_a_vanished_client_leaves_no_goal_behind(rig: Rig) -> None:
