@@ -175,7 +175,7 @@ async def test_with_a_critical_battery_a_goal_is_refused_with_the_reason_and_the
         GoalAborted, match=r"battery critical for new goals \(18 %\): only the way to the dock is open"
     ) as refused:
         await (await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0))))
-    assert refused.value.result.error_code == ErrorCode.LOW_BATTERY
+    assert ErrorCode.of(refused.value.result) == ErrorCode.LOW_BATTERY
     home = pose_stamped(get_world("empty").dock, BatteryState().header.stamp)
     goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=home))
     await rig.advance(0.5)

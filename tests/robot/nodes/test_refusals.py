@@ -133,7 +133,7 @@ async def test_a_goal_whose_outline_is_in_a_wall_is_refused_at_once_with_the_nea
         with pytest.raises(GoalAborted, match=r"GoalBlocked: .*; the nearest place where it fits is \(") as refused:
             await (await rig.start_goal(NAVIGATE_TO_POSE, to_place(x, 0.0, yaw)))
         assert rig.now == asked
-        assert refused.value.result.error_code == ErrorCode.GOAL_OCCUPIED
+        assert ErrorCode.of(refused.value.result) == ErrorCode.GOAL_OCCUPIED
         there = re.search(r"fits is \((\S+), (\S+), yaw (\S+)\)", refused.value.reason)
         assert there is not None
         free = Pose2(*(float(word) for word in there.groups()))

@@ -255,7 +255,7 @@ async def test_an_emergency_stop_ends_the_goal_and_no_other_begins_until_it_is_c
         await goal
     with pytest.raises(GoalAborted, match="safety stop: emergency stop requested") as refused:
         await (await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0))))
-    assert refused.value.result.error_code == ErrorCode.SAFETY_STOP
+    assert ErrorCode.of(refused.value.result) == ErrorCode.SAFETY_STOP
     await rig.advance(1.0)
     status = rig.probe(GAIT_STATUS).last
     assert status is not None
