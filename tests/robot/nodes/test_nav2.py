@@ -7,28 +7,45 @@ import math
 import numpy as np
 import pytest
 
-from actors import Child, GoalAborted, GoalCanceled, GoalRejected, GoalStatus
+from actors import Aborted, Child, Done, GoalAborted, GoalCanceled, GoalRejected, GoalStatus, Node, Steps
 from actors.interfaces.geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
 from actors.interfaces.nav_msgs.msg import Goals, OccupancyGrid
+from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_msgs.msg import Header
+from actors.interfaces.std_srvs.srv import Trigger_Request, Trigger_Response
 from actors.testing import Rig
 from robot.contracts import (
+    BATTERY_STATE,
     BATTERY_STATUS,
+    DOCK,
     GLOBAL_COSTMAP,
     GOAL_POSE,
+    GOAL_REPORT,
     INITIAL_POSE,
     LOCAL_COSTMAP,
     NAVIGATE_THROUGH_POSES,
     NAVIGATE_TO_GOAL,
     NAVIGATE_TO_POSE,
     POSE,
+    SIT,
+    STAND,
+    UNDOCK,
+    WALK,
 )
 from robot.geometry.messages import from_pose, seconds
 from robot.geometry.planar import Pose2
-from robot.interfaces.nav2_msgs.action import NavigateThroughPoses, NavigateToPose_Result
+from robot.interfaces.nav2_msgs.action import (
+    NavigateThroughPoses,
+    NavigateToPose,
+    NavigateToPose_Feedback,
+    NavigateToPose_Goal,
+    NavigateToPose_Result,
+)
 from robot.interfaces.nav2_msgs.msg import WaypointStatus
+from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
 from robot.interfaces.robactor_msgs.msg import BatteryStatus
 from robot.nodes.navigation import Navigation
+from robot.nodes.patrol import Patrol
 from robot.planning.errors import ErrorCode
 from robot.planning.grid import Grid
 from robot.planning.path import Path
@@ -214,6 +231,60 @@ async def test_a_vanished_client_leaves_no_goal_behind(rig: Rig) -> None:
     assert (await going.ended()).status is GoalStatus.CANCELED
     await rig.advance(1.5)
     assert speed(body) < 0.02
+
+
+class Tired(Node):
+    """The rest of a robot, whose navigation refuses each goal with `code` and `words`; it counts who asks for the dock."""
+
+    code, words, asked_to_dock = ErrorCode.LOW_BATTERY, "", 0
+
+    @NAVIGATE_TO_POSE.serve()
+    async def navigate(self, goal: NavigateToPose_Goal) -> Steps[NavigateToPose_Feedback, NavigateToPose_Result]:
+        yield Aborted(NavigateToPose.Result(error_code=self.code), self.words)
+
+    @DOCK.serve()
+    async def dock(self, goal: Dock_Goal) -> Steps[Dock_Feedback, Dock_Result]:
+        self.asked_to_dock += 1
+        yield Done(Dock.Result())
+
+    @UNDOCK.serve()
+    async def undock(self, goal: Dock_Goal) -> Steps[Dock_Feedback, Dock_Result]:
+        yield Done(Dock.Result())
+
+    @STAND.serve()
+    async def stand(self, request: Trigger_Request) -> Trigger_Response:
+        return Trigger_Response(success=True)
+
+    @SIT.serve()
+    async def sit(self, request: Trigger_Request) -> Trigger_Response:
+        return Trigger_Response(success=True)
+
+    @WALK.serve()
+    async def walk(self, request: Trigger_Request) -> Trigger_Response:
+        return Trigger_Response(success=True)
+
+
+@pytest.mark.parametrize(
+    ("code", "words", "docks"),
+    [
+        (ErrorCode.LOW_BATTERY, "not enough for the way back", True),
+        (ErrorCode.PATIENCE_EXCEEDED, "battery crates stand in the way", False),
+    ],
+)
+async def test_a_patrol_goes_to_the_dock_for_the_code_of_a_refusal_and_not_for_its_words(
+    rig: Rig, code: ErrorCode, words: str, docks: bool
+) -> None:
+    world = floor(half=5.0)
+    patrol = Child(Patrol, args=([("there", Pose2(1.0, 0.0))], world.dock, Grid.from_scene(world)))
+    await rig.start(Tired, patrol)
+    rest = rig.node(Tired)
+    rest.code, rest.words = code, words
+    reports = rig.probe(GOAL_REPORT)
+    rig.publish(BATTERY_STATE, BatteryState(percentage=0.9))
+    rig.publish(POSE, at(0.0, 0.0))
+    await rig.until(lambda: len(reports) >= 2, within=10.0)
+    assert (reports[0].outcome, reports[0].error_code, reports[0].reason) == ("aborted", code, words)
+    assert (rest.asked_to_dock > 0) is docks
 
 
 def test_the_tracking_error_is_positive_left_of_the_path_and_turned_to_its_right() -> None:
