@@ -11,6 +11,8 @@ Frames: `odom` starts under the robot and drifts, `map` is the map's; `base_link
 
 from __future__ import annotations
 
+from typing import Final
+
 from actors import Action, QoS, Service, Topic, qos
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray
 from actors.interfaces.geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
@@ -21,6 +23,7 @@ from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from actors.interfaces.visualization_msgs.msg import MarkerArray
 from actors.tf2 import TF as TF
 from actors.tf2 import TF_STATIC as TF_STATIC
+from robot.interfaces.nav2_msgs.action import NavigateThroughPoses, NavigateToPose
 from robot.interfaces.robactor_msgs.action import Dock, FetchAndCarry
 from robot.interfaces.robactor_msgs.msg import (
     BatteryStatus,
@@ -139,6 +142,13 @@ LOCALIZATION = Topic(String, "/localization", qos.STATE)
 walls, `lost` while scans do not fit the map there, until the robot has been found on it, and `ambiguous` while they fit several places alike."""
 INITIAL_POSE = Topic(PoseWithCovarianceStamped, "/initialpose", qos.DEFAULT)
 """Where the robot is, frame `map`, as rviz tells it: the localizer looks for its newest scan about there, within three times the standard deviations."""
+GLOBAL_COSTMAP = Topic(OccupancyGrid, "/global_costmap/costmap", qos.MAP)
+"""1 Hz while somebody listens, frame `map`: the map and what is seen that it does not show, at what the planner pays for being near; 99 and 100
+is where the robot's middle may not go."""
+LOCAL_COSTMAP = Topic(OccupancyGrid, "/local_costmap/costmap", qos.MAP)
+"""The same 4 m around the robot, 2 Hz while somebody listens, frame `odom`; -1 is outside of the map."""
+GOAL_POSE = Topic(PoseStamped, "/goal_pose", qos.DEFAULT)
+"""A goal for NAVIGATE_TO_POSE, frame `map`, as rviz's "2D Goal Pose" sends it."""
 PATH = Topic(Path, "/plan", qos.STATE)
 """The path being followed, frame `map`; without poses when a walk has ended."""
 MARKERS = Topic(MarkerArray, "/markers", qos.DEFAULT)
@@ -172,6 +182,13 @@ SAVE_CONFIG = Service(Trigger, "/robot/save_config")
 RESTORE_CONFIG = Service(Trigger, "/robot/restore_config")
 
 # Long jobs.
+NAVIGATE_TO_POSE = Action(NavigateToPose, "/navigate_to_pose")
+"""Walks to a pose, frame `map`; a newer goal preempts. What cannot be reached is aborted at once: `error_code` is a
+`robot.planning.errors.ErrorCode`, `error_msg` says it in words."""
+NAVIGATE_THROUGH_POSES = Action(NavigateThroughPoses, "/navigate_through_poses")
+"""Walks to each pose in turn."""
+STRAIGHT: Final = "straight"
+"""The one `behavior_tree` that the two know beside the usual one, "": it goes along the line, and aborts where something stands on it."""
 DOCK = Action(Dock, "/dock")
 """To the charging station, and sit down on it."""
 UNDOCK = Action(Dock, "/undock")
@@ -196,7 +213,7 @@ PLAN_PATH = Service(PlanPath, "/plan_path")
 GET_ROBOT_POSE = Service(GetRobotPose, "/get_robot_pose")
 """The latest of POSE, answered at once, whatever else the robot does."""
 NAVIGATE_TO_GOAL = Action(NavigateToGoal, "/navigate_to_goal")
-"""Walks to a pose, frame `map`. It shares one navigator with the next two: a goal of one preempts those of the others."""
+"""Asks for NAVIGATE_TO_POSE, as the next two do: a goal of one preempts those of the others."""
 MOVE_TO_POSITION = Action(MoveToPosition, "/move_to_position")
 HUMANOID_NAVIGATE = Action(HumanoidNav, "/humanoid_navigate")
 """Without `avoid_obstacles` it goes straight, or aborts."""

@@ -9,7 +9,7 @@
                     localizer, frames, robot_state_publisher, camera,
                     image_compressor, detector, calibration,
                     depth_cameras, elevation (with sight)
-      navigation    navigation, docking                    one_for_one: a goal that the other had there ends by name, and is asked for again
+      navigation    navigation, docking, tutorial_walks    one_for_one: a goal that the other had there ends by name, and is asked for again
       handling      arm, object_confirmation, fetch        one_for_one: the arm's state lives in the arm; a step that was lost fails by name
       mission       robot_status, diagnostics, markers,    one_for_one: they ask the others, and nobody asks them
                     patrol
@@ -61,6 +61,7 @@ from robot.nodes.safety import SafetyMonitor
 from robot.nodes.scan_correction import ScanCorrection
 from robot.nodes.status import RobotStatus
 from robot.nodes.teleop import RobotController
+from robot.nodes.tutorial_walks import TutorialWalks
 from robot.planning.grid import Grid
 from robot.scenes.dock import has_station
 from robot.scenes.objects import Look, looks_of
@@ -314,6 +315,7 @@ def _navigation(site: Site, sight: bool) -> list[Supervisor]:
             "navigation",
             Child(Navigation, args=(site.grid, site.dock, sight)),
             Child(Docking, args=(site.dock, site.station)),
+            Child(TutorialWalks),
         )
     ]
 

@@ -119,6 +119,11 @@ class Navigator:
         if path is not None:
             self.follower.follow(path, goal)
 
+    @property
+    def recoveries(self) -> int:
+        """How many recoveries have been begun for this goal."""
+        return self._recovered.count
+
     def cancel(self) -> Motion:
         """Drop the goal. The answer, and every later step, commands a stop."""
         if self.state.running:

@@ -2,24 +2,11 @@
 
 from __future__ import annotations
 
-from enum import Enum
-
 from robot.hardware.battery import PackState
 from robot.model.battery import EMPTY_VOLTAGE
+from robot.model.charge import CRITICAL, HYSTERESIS, LOW, ChargeLevel
 
-LOW, CRITICAL, HYSTERESIS = 0.30, 0.10, 0.03
-"""Shares of the coulomb count."""
 EMPTY_TIME = 2.0
-
-
-class ChargeLevel(Enum):
-    """The robot's own judgement of its charge; not the `health_status` of the voltage gauge, whose borders differ."""
-
-    GOOD = "good"
-    LOW = "low"
-    """Below 30 %: finish the goal only if the energy for it and for the way home is there, else dock."""
-    CRITICAL = "critical"
-    """Below 10 %, or below 10.0 V for 2 s: stop, sit, motors off, refuse to walk."""
 
 
 class LevelMonitor:

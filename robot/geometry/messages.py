@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import cos, sin
 
-from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.builtin_interfaces.msg import Duration, Time
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from actors.interfaces.std_msgs.msg import Header
 from robot.geometry.angles import yaw_of
@@ -26,6 +26,6 @@ def pose_stamped(pose: Pose2, stamp: Time, frame: str = "map") -> PoseStamped:
     return PoseStamped(header=Header(stamp=stamp, frame_id=frame), pose=to_pose(pose))
 
 
-def seconds(stamp: Time) -> float:
-    """A stamp as seconds."""
+def seconds(stamp: Time | Duration) -> float:
+    """A stamp or a duration as seconds."""
     return stamp.sec + 1e-9 * stamp.nanosec

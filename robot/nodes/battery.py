@@ -9,7 +9,7 @@ from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_msgs.msg import Header
 from robot.contracts import BATTERY_STATE, BATTERY_STATUS, GET_BATTERY_STATUS, MOTOR_POWER
 from robot.estimation.battery_gauge import BatteryGauge, UnknownRobot
-from robot.estimation.battery_levels import CRITICAL, ChargeLevel, LevelMonitor
+from robot.estimation.battery_levels import LevelMonitor
 from robot.estimation.battery_runtime import RuntimeEstimator
 from robot.hardware.battery import PackState, SupplyStatus
 from robot.hardware.devices import BatteryDevice
@@ -19,6 +19,7 @@ from robot.interfaces.tutorials.my_robot_interfaces.srv import (
     GetBatteryStatus_Request,
     GetBatteryStatus_Response,
 )
+from robot.model.charge import CRITICAL, ChargeLevel
 from robot.model.power import electrical_power
 
 

@@ -16,6 +16,7 @@ from robot.interfaces.robactor_msgs.action import FetchAndCarry
 from robot.interfaces.robactor_msgs.msg import GoalReport
 from robot.interfaces.tutorials.proposed_interfaces.action import NavigateAndGrab
 from robot.nodes.story import CANCELED
+from robot.planning.errors import ErrorCode
 
 TRIES = 3
 """How often an errand is asked for, when its server fails on the way."""
@@ -109,6 +110,7 @@ class Carrier(Node):
             GoalReport(
                 stamp=self.clock.stamp(), name=f"fetch {self._delivery.name}", x=here.x, y=here.y, theta=here.yaw,
                 outcome=outcome, reason=reason, seconds=taken,
+                error_code=ErrorCode.UNKNOWN if reason else ErrorCode.NONE,
             )
         )  # fmt: skip
 

@@ -13,6 +13,7 @@ from actors.interfaces.std_msgs.msg import Header
 from robot.contracts import BATTERY_STATUS, DIAGNOSTICS, GAIT_STATUS, MOTOR_POWER, ODOMETRY, POSE, SAFETY_STATE, SCAN
 from robot.hardware.real_time import SLOW
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, MotorPower, SafetyState
+from robot.model.charge import ChargeLevel
 
 OK, WARN, ERROR, STALE = (
     DiagnosticStatus.OK,
@@ -20,7 +21,7 @@ OK, WARN, ERROR, STALE = (
     DiagnosticStatus.ERROR,
     DiagnosticStatus.STALE,
 )
-LEVELS: Final = {"good": OK, "low": WARN, "critical": ERROR}
+LEVELS: Final[dict[str, int]] = {ChargeLevel.GOOD: OK, ChargeLevel.LOW: WARN, ChargeLevel.CRITICAL: ERROR}
 EXPECTED: Final = {"/odom": 50.0, "/pose": 50.0, "/lidar/scan": 10.0}
 """Messages a second that come when all is well."""
 ENOUGH: Final = 0.8

@@ -13,7 +13,6 @@ from actors import (
     ActorError,
     Done,
     GoalFailed,
-    GoalRejected,
     Node,
     Reject,
     Steps,
@@ -30,7 +29,7 @@ from robot.contracts import (
     DOCK,
     DOCK_STATUS,
     GAIT_STATUS,
-    NAVIGATE_TO_GOAL,
+    NAVIGATE_TO_POSE,
     PATH,
     POSE,
     SAFETY_STATE,
@@ -45,10 +44,11 @@ from robot.estimation.dock_finder import find_dock
 from robot.estimation.history import pose_history
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, compose, inverse
+from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
 from robot.interfaces.robactor_msgs.msg import DockStatus, GaitStatus, SafetyState
-from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.model.modes import Mode
+from robot.planning.errors import ErrorCode
 from robot.scenes.dock import BEFORE
 
 CONFIG = DockConfig()
@@ -298,15 +298,15 @@ class Docking(Node):
     async def _go(self) -> AsyncGenerator[Dock_Feedback, None]:
         """Walk to the front of the station by navigation."""
         target = compose(self._dock, BEFORE)
-        goal = NavigateToGoal.Goal(target_pose=pose_stamped(target, self.clock.stamp()))
+        goal = NavigateToPose.Goal(pose=pose_stamped(target, self.clock.stamp()))
         try:
-            async with self.start(NAVIGATE_TO_GOAL, goal) as going:
+            async with self.start(NAVIGATE_TO_POSE, goal) as going:
                 async for feedback in going:
                     yield Dock.Feedback(stage=Stage.GOING.value, distance_remaining=feedback.distance_remaining)
                 await going
-        except GoalRejected as error:
-            raise _Failed("dock not found", f"no way to the front of the dock: {error.reason}") from None
         except GoalFailed as error:
+            if ErrorCode.of(error.result).no_way:
+                raise _Failed("dock not found", f"no way to the front of the dock: {error.reason}") from None
             raise _Failed("not reached", f"the front of the dock was not reached: {error.reason}") from None
 
     async def _look(self) -> AsyncGenerator[Dock_Feedback, None]:

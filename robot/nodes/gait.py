@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from typing import Final
 
 import numpy as np
@@ -18,11 +17,11 @@ from actors.interfaces.geometry_msgs.msg import (
     Vector3,
 )
 from actors.interfaces.nav_msgs.msg import Odometry
-from actors.interfaces.sensor_msgs.msg import BatteryState, Imu, JointState
+from actors.interfaces.sensor_msgs.msg import Imu, JointState
 from actors.interfaces.std_msgs.msg import Float64, Header
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from robot.contracts import (
-    BATTERY_STATE,
+    BATTERY_STATUS,
     BODY_DRIVE,
     CMD_VEL,
     CONTACTS,
@@ -41,9 +40,10 @@ from robot.control.gait_controller import GaitController
 from robot.control.stop_causes import how_to_go_on
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
 from robot.hardware.overdue import SPAN
-from robot.interfaces.robactor_msgs.msg import BodyDrive, FootContacts, GaitStatus, SafetyState
+from robot.interfaces.robactor_msgs.msg import BatteryStatus, BodyDrive, FootContacts, GaitStatus, SafetyState
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
 from robot.model.actuators import MOTOR_DELAY, SILENCE
+from robot.model.charge import ChargeLevel
 from robot.model.modes import ON_ITS_FEET, Mode
 from robot.model.robot import SPOT, RobotModel
 
@@ -51,8 +51,6 @@ FRESH = 0.02
 """A sample that is older, s, is not what the legs do now."""
 SHORTEST = 0.001
 """Of a control step, s, also when the clock was set back."""
-CRITICAL, RECOVERED = 0.10, 0.13
-"""Charge below which the robot sits and refuses to walk, and above which it may walk again."""
 TROUBLES: Final = {
     "imu": ("IMU is silent or cannot be believed", "standing without it"),
     "gyro": (
@@ -73,7 +71,7 @@ FALLEN, TURN_IT = "lies on its side or back", "turn it onto its belly, then ask 
 
 
 class Gait(Node):
-    """Sits, stands and walks. Takes imu/data, foot_contacts, joint_states, odom/heading_error, cmd_vel, battery_state, safety/state; serves
+    """Sits, stands and walks. Takes imu/data, foot_contacts, joint_states, odom/heading_error, cmd_vel, battery_status, safety/state; serves
     spot/sit, spot/stand, spot/walk.
 
     A service answers at once, with success where the robot is in that mode or has begun to go there; gait_status says when it has arrived. During
@@ -227,18 +225,15 @@ class Gait(Node):
             self._controller.request(Mode.SIT)
         self._stopped = stopped
 
-    @BATTERY_STATE.on()
-    def battery(self, message: BatteryState) -> None:
-        """A critical battery sits the robot down; it walks again a little above that, or on the charger."""
-        charge = message.percentage
-        if not isfinite(charge):
-            return
-        charging = message.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
-        if charge < CRITICAL and not charging and not self._critical:
+    @BATTERY_STATUS.on()
+    def battery(self, message: BatteryStatus) -> None:
+        """A critical battery sits the robot down, unless it is on the charger; it walks again when the level is a better one."""
+        critical = message.level == ChargeLevel.CRITICAL
+        if critical and not message.charging and not self._critical:
             self._critical = True
-            self.log.error("battery critical: sitting down", percent=round(100 * charge, 1), gauge="coulomb count")
+            self.log.error("battery critical: sitting down", percent=round(message.percent, 1), gauge="coulomb count")
             self._controller.request(Mode.SIT)
-        elif self._critical and charge > RECOVERED:
+        elif not critical:
             self._critical = False
 
     # -- reports ------------------------------------------------------------------------------------------------------------

@@ -1,13 +1,13 @@
-"""The part of the navigation node that walks to goals, one at a time, for all three of its actions."""
+"""The part of the navigation node that walks to goals, one at a time."""
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator, Callable
+from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import hypot, inf
 
-from actors import ActorError, Node, Reject
+from actors import ActorError, Node
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_srvs.srv import Trigger
@@ -20,10 +20,10 @@ from robot.estimation.history import History, pose_history
 from robot.geometry.messages import seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
 from robot.geometry.vectors import Floats
-from robot.model.modes import Mode
+from robot.model.modes import ON_ITS_FEET, Mode
 from robot.planning import path as paths
 from robot.planning.energy import EnergyGuard
-from robot.planning.errors import GoalBlocked, NavigationError
+from robot.planning.errors import ErrorCode, GoalBlocked, NavigationError, NotReached
 from robot.planning.grid import Grid
 from robot.planning.planner import Planner
 from robot.scenes.dock import BEFORE
@@ -33,8 +33,6 @@ RISING_TIMEOUT = 10.0
 """Seconds within which the robot must be walking after it has been asked to."""
 HALTED = 3.0
 """Seconds after which a goal ends when the robot does not walk any more: sat down by somebody, or without its sensors."""
-CRITICAL = 0.10
-"""Share of charge below which no walk begins."""
 TYPICAL_SPEED = 0.7
 """The energy of a walk is computed for this speed at most, m/s."""
 BLIND_AFTER = 0.5
@@ -54,7 +52,8 @@ class Heard:
     """What the elevation map said last, until a step has used it."""
     gait: str = ""
     gait_goal: str = ""
-    charge: float = 1.0
+    critical: str = ""
+    """Why the battery is critical; empty when it is not."""
     lost: bool = False
     """Whether the localizer says that its pose is wrong,"""
     blind: bool = False
@@ -102,7 +101,7 @@ class GoalWalk:
         self._plan = plan
         self.planner = Planner(grid)
         self.energy = EnergyGuard(TYPICAL_SPEED)
-        self._navigator = Navigator(grid)
+        self.navigator = Navigator(grid)
         self._motion: Motion | None = None
         self._owner: object | None = None
         self._shown: paths.Path | None = None
@@ -122,15 +121,23 @@ class GoalWalk:
         now = self._node.clock.now()
         scan, scanned_at = self._heard.take_scan()
         self._heed(now, seen=scan is not None and not self._heard.blind)
-        motion = self._navigator.step(
+        motion = self.navigator.step(
             now, self._heard.pose, self._heard.velocity, scan, scanned_at, self._heard.take_relief()
         )
         self._motion = motion
         self._cmd(Twist(linear=Vector3(x=motion.vx, y=motion.vy), angular=Vector3(z=motion.wz)))
-        if self._navigator.path is not self._shown:
-            self._shown = self._navigator.path
+        if self.navigator.path is not self._shown:
+            self._shown = self.navigator.path
             if self._shown is not None:
                 self._plan(self._shown)
+
+    def look(self) -> None:
+        """Take in what is seen while no walk is under way, for those who look at the costmaps. Call it a few times a second."""
+        if self._owner is not None or self._heard.gait not in ON_ITS_FEET:
+            return
+        scan, scanned_at = self._heard.take_scan()
+        if scan is not None and scanned_at is not None:
+            self.navigator.around.integrate_scan(self._node.clock.now(), scanned_at, scan)
 
     def _heed(self, now: float, *, seen: bool) -> None:
         """Slow down while no scans come, or such as see nothing: what is not on the map would be walked into."""
@@ -140,11 +147,21 @@ class GoalWalk:
         if blind == self._blind:
             return
         self._blind = blind
-        self._navigator.set_limits(self._allowed)
+        self.navigator.set_limits(self._allowed)
         if blind:
             self._node.log.warning("no LiDAR: walking slowly", speed=min(self._blind_speed, self._limits.vx_max))
         else:
             self._node.log.info("LiDAR again: walking as before")
+
+    @property
+    def path(self) -> paths.Path | None:
+        """The path that is followed."""
+        return self.navigator.path
+
+    @property
+    def recoveries(self) -> int:
+        """How often this walk has cleared its marks, backed up or turned to find a way."""
+        return self.navigator.recoveries
 
     @property
     def _allowed(self) -> Limits:
@@ -157,7 +174,7 @@ class GoalWalk:
         """
         self.energy.set_speed(min(limits.vx_max, TYPICAL_SPEED))
         self._limits, self._blind_speed = limits, blind_speed
-        self._navigator.retune(self._allowed, tolerance, patience)
+        self.navigator.retune(self._allowed, tolerance, patience)
 
     async def walk(self, goal: Pose2, *, straight: bool = False) -> AsyncGenerator[Motion, None]:
         """Walk to `goal`, yielding what the navigator says ten times a second, the final word last.
@@ -166,7 +183,7 @@ class GoalWalk:
         Leaving it stops the robot, and half a second later it stands.
         """
         self._owner = me = object()
-        self._navigator.cancel()
+        self.navigator.cancel()
         self._motion = None
         try:
             await self._ensure_walking()
@@ -175,27 +192,29 @@ class GoalWalk:
             while self._owner is me:
                 await self._node.clock.sleep(0.1)
                 if lost and not self._heard.lost:  # what was marked, and the way, were of another place
-                    self._navigator.around.forget()
+                    self.navigator.around.forget()
                     self._set_goal(goal, straight=straight)
                 lost = self._heard.lost
                 if self._heard.stopped:
-                    raise Reject(f"safety stop: {self._heard.stopped}")
+                    raise NotReached(ErrorCode.SAFETY_STOP, f"safety stop: {self._heard.stopped}")
                 if self._heard.gait == Mode.WALK:
                     walked = self._node.clock.now()
                 elif self._node.clock.now() - walked > HALTED:
-                    raise Reject(f"the robot has stopped walking: its gait is {self._heard.gait!r}")
+                    raise NotReached(
+                        ErrorCode.NOT_WALKING, f"the robot has stopped walking: its gait is {self._heard.gait!r}"
+                    )
                 motion = self._motion
                 if motion is None or self._owner is not me:
                     continue
                 if objection := self.energy.objection(motion.distance_remaining, home):
-                    raise Reject(objection)
+                    raise NotReached(ErrorCode.LOW_BATTERY, objection)
                 yield motion
                 if motion.state in ENDED:
                     return
         finally:
             if self._owner is me:
                 self._owner = None
-                self._navigator.cancel()
+                self.navigator.cancel()
                 self._cmd(STANDSTILL)
                 if self._shown is not None:
                     self._shown = None
@@ -203,22 +222,23 @@ class GoalWalk:
                 self._node.spawn(self._rest())
 
     def _set_goal(self, goal: Pose2, *, straight: bool) -> None:
-        """Raises `Reject` where no way leads there from here: what was checked was the way from where the robot stood."""
+        """Raises `NotReached` where no way leads there from here: what was checked was the way from where the robot stood."""
         try:
-            self._navigator.set_goal(goal, start=self._heard.pose, straight=straight)
+            self.navigator.set_goal(goal, start=self._heard.pose, straight=straight)
         except NavigationError as error:
-            raise Reject(f"{error.name}: {error}") from None
+            raise NotReached(error.code, f"{error.name}: {error}") from None
 
     async def _ensure_walking(self) -> None:
-        """Ask the gait to walk and wait until it does, at most 10 s. Raises `Reject`."""
+        """Ask the gait to walk and wait until it does, at most 10 s. Raises `NotReached`."""
         reply = await self._node.call(WALK, Trigger.Request())
         if not reply.success:
-            raise Reject(reply.message)
+            raise NotReached(ErrorCode.NOT_WALKING, reply.message)
         deadline = self._node.clock.now() + RISING_TIMEOUT
         while self._heard.gait != Mode.WALK:
             if self._node.clock.now() > deadline:
-                raise Reject(
-                    f"the robot is not walking {RISING_TIMEOUT:g} s after it was asked to: its gait is {self._heard.gait!r}"
+                raise NotReached(
+                    ErrorCode.NOT_WALKING,
+                    f"the robot is not walking {RISING_TIMEOUT:g} s after it was asked to: its gait is {self._heard.gait!r}",
                 )
             await self._node.clock.sleep(0.1)
 
@@ -231,31 +251,39 @@ class GoalWalk:
 
     # -- checks of a goal -----------------------------------------------------------------------------------
 
-    def check(self, goal: Pose2, *, straight: bool = False) -> None:
-        """Check a goal before it is accepted. Raises `Reject` with the reason when it cannot be reached."""
+    def check(self, goals: Sequence[Pose2], *, straight: bool = False) -> None:
+        """Check goals, to be walked to in turn, before anything moves. Raises `NotReached` when one of them cannot be reached."""
         if self._heard.stopped:
-            raise Reject(f"safety stop: {self._heard.stopped}")
-        if self._heard.charge < CRITICAL:
-            raise Reject(f"battery critical ({100 * self._heard.charge:.0f} %): not starting to walk")
+            raise NotReached(ErrorCode.SAFETY_STOP, f"safety stop: {self._heard.stopped}")
+        if self._heard.critical:
+            raise NotReached(ErrorCode.LOW_BATTERY, f"{self._heard.critical}: not starting to walk")
         if self._heard.pose is None:
-            raise Reject("the robot does not know where it is yet: try again when /pose is published")
-        ahead = hypot(goal.x - self._heard.pose.x, goal.y - self._heard.pose.y)
+            raise NotReached(
+                ErrorCode.TF_ERROR, "the robot does not know where it is yet: try again when /pose is published"
+            )
+        start, ahead = self._heard.pose, 0.0
+        for goal in goals:
+            ahead += self._length(start, goal, straight=straight)
+            start = goal
+        if objection := self.energy.objection(ahead, self._home(start)):
+            raise NotReached(ErrorCode.LOW_BATTERY, objection)
+
+    def _length(self, start: Pose2, goal: Pose2, *, straight: bool) -> float:
+        """Of the way, m. Raises `NotReached` if the map has none."""
         try:
             if straight:
                 self.planner.check_on_map(goal)
-            else:
-                self.planner.check_goal(goal)
-                ahead = self.planner.plan(self._heard.pose, goal).length
+                return hypot(goal.x - start.x, goal.y - start.y)
+            self.planner.check_goal(goal)
+            return self.planner.plan(start, goal).length
         except GoalBlocked as error:
-            free = self.planner.nearest_free(self._heard.pose, goal)
+            free = self.planner.nearest_free(start, goal)
             nearest = (
                 f"; the nearest place where it fits is ({free.x:.2f}, {free.y:.2f}, yaw {free.yaw:.2f})" if free else ""
             )
-            raise Reject(f"{error.name}: {error}{nearest}") from None
+            raise NotReached(error.code, f"{error.name}: {error}{nearest}") from None
         except NavigationError as error:
-            raise Reject(f"{error.name}: {error}") from None
-        if objection := self.energy.objection(ahead, self._home(goal)):
-            raise Reject(objection)
+            raise NotReached(error.code, f"{error.name}: {error}") from None
 
     def _home(self, goal: Pose2) -> float:
         """Length of the way from `goal` to the front of the dock, m; 0 without a dock."""
@@ -268,10 +296,11 @@ class GoalWalk:
             return hypot(goal.x - before.x, goal.y - before.y)
 
 
-def verdict(motion: Motion | None) -> tuple[bool, str]:
-    """Whether a walk that ended with `motion` reached its goal, and the message of its result."""
+def check_arrived(motion: Motion | None) -> None:
+    """Raises `NotReached` unless a walk that ended with `motion` reached its goal."""
     if motion is None or motion.state not in ENDED:
-        return False, "preempted by a newer goal"
-    if motion.state is State.ARRIVED:
-        return True, "Goal reached"
-    return False, f"{motion.failure.name}: {motion.failure}" if motion.failure is not None else "Movement canceled"
+        raise NotReached(ErrorCode.PREEMPTED, "preempted by a newer goal")
+    if motion.failure is not None:
+        raise NotReached(motion.failure.code, f"{motion.failure.name}: {motion.failure}")
+    if motion.state is not State.ARRIVED:
+        raise NotReached(ErrorCode.PREEMPTED, "Movement canceled")

@@ -1,30 +1,30 @@
-"""The navigation node: three actions and a planning service that share one navigator."""
+"""The navigation node: Nav2's two actions and a planning service on one navigator."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import AsyncGenerator, Sequence
 from contextlib import aclosing
-from dataclasses import replace
-from math import hypot, isfinite
+from dataclasses import dataclass, replace
+from typing import Any
 
-import numpy as np
-
-from actors import Aborted, Done, Node, Parameter, Reject, Steps, every, parameter, publishes
+from actors import Aborted, ActorError, Done, Node, Parameter, Reject, Steps, every, parallel, parameter, publishes
+from actors.interfaces.builtin_interfaces.msg import Duration
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
-from actors.interfaces.sensor_msgs.msg import BatteryState, LaserScan
+from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Header, String
 from actors.parameters import post_set
 from robot.contracts import (
     AUTONOMY_CMD,
-    BATTERY_STATE,
     BATTERY_STATUS,
     GAIT_STATUS,
-    HUMANOID_NAVIGATE,
+    GLOBAL_COSTMAP,
+    GOAL_POSE,
+    LOCAL_COSTMAP,
     LOCALIZATION,
-    MOVE_TO_POSITION,
-    NAVIGATE_TO_GOAL,
+    NAVIGATE_THROUGH_POSES,
+    NAVIGATE_TO_POSE,
     ODOMETRY,
     PATH,
     PLAN_PATH,
@@ -32,62 +32,73 @@ from robot.contracts import (
     RELIEF,
     SAFETY_STATE,
     SCAN,
+    STRAIGHT,
 )
 from robot.control.limits import Limits, Tolerance
 from robot.control.motion import Motion
 from robot.control.navigator_config import NavigatorConfig
 from robot.estimation.elevation import Relief
 from robot.estimation.fit_watch import AMBIGUOUS, BLIND, LOST
-from robot.geometry.angles import wrap
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, Twist2
+from robot.interfaces.nav2_msgs.action import (
+    NavigateThroughPoses,
+    NavigateThroughPoses_Feedback,
+    NavigateThroughPoses_Goal,
+    NavigateThroughPoses_Result,
+    NavigateToPose,
+    NavigateToPose_Feedback,
+    NavigateToPose_Goal,
+    NavigateToPose_Result,
+)
+from robot.interfaces.nav2_msgs.msg import WaypointStatus
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
-from robot.interfaces.tutorials.humanoid_control_interfaces.action import (
-    NavigateToGoal,
-    NavigateToGoal_Feedback,
-    NavigateToGoal_Goal,
-    NavigateToGoal_Result,
-)
 from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
-from robot.interfaces.tutorials.my_robot_interfaces.action import (
-    MoveToPosition,
-    MoveToPosition_Feedback,
-    MoveToPosition_Goal,
-    MoveToPosition_Result,
-)
-from robot.interfaces.tutorials.your_package.action import (
-    HumanoidNav,
-    HumanoidNav_Feedback,
-    HumanoidNav_Goal,
-    HumanoidNav_Result,
-)
-from robot.nodes.goal_walk import GoalWalk, Heard, verdict
+from robot.model.charge import ChargeLevel
+from robot.nodes.costmaps import global_costmap, local_costmap
+from robot.nodes.goal_walk import GoalWalk, Heard, check_arrived
 from robot.planning import path as paths
-from robot.planning.errors import NavigationError
+from robot.planning.errors import ErrorCode, NavigationError, NotReached
 from robot.planning.grid import Grid
 
 LIMITS, TOLERANCE = Limits(), Tolerance()
 RATE = 20.0
 """Steps of a walk a second. Pose and velocity may wait for the next one, which is all that uses them."""
-NEAR = 0.1
-"""A humanoid_navigate goal within this of the robot (m, and rad of heading) is reached at once."""
-FEEDBACK_EVERY = 10
-"""Looks at the walk (tenths of a second) between two feedbacks of humanoid_navigate, as its tutorial has it."""
+GOALS = 8
+"""Goals at a time: the one that is walked to, and those that are ending because a newer one took over."""
+MOST_POSES = 1000
+"""Of a goal of navigate_through_poses."""
+THROUGH = NavigateThroughPoses_Result.UNKNOWN - NavigateToPose_Result.UNKNOWN
+"""What Nav2's own error codes are higher in the one action than in the other."""
+LONGEST = 1e9
+"""Of a duration in a message, s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """How a walk stands."""
+
+    number: int
+    """Of the goal that is walked to, from 0."""
+    motion: Motion
 
 
 class Navigation(Node):
-    """Walks to goals. Serves the actions navigate_to_goal, move_to_position and humanoid_navigate, and the service plan_path.
+    """Walks to goals. Serves the actions navigate_to_pose and navigate_through_poses, and the service plan_path.
 
-    One goal at a time: a new one preempts, whichever of the three it comes by. The preempted goal ends with its result, canceled when it
-    came by the same action, else aborted, and its reason says so. A goal that cannot be reached by the map is rejected with a named reason.
+    One goal at a time: a newer one preempts, and the older one is aborted. A goal that cannot be reached is aborted at once, before anything
+    moves, and a running one goes on; `error_code` says why, as a `robot.planning.errors.ErrorCode`. A message on goal_pose is a goal, too.
 
-    Takes pose, localization, odom, lidar/scan, elevation, gait_status, battery_state, battery_status, safety/state; publishes autonomy/cmd_vel
-    (20 Hz while it walks), plan.
+    Takes goal_pose, pose, localization, odom, lidar/scan, elevation, gait_status, battery_status, safety/state; publishes autonomy/cmd_vel
+    (20 Hz while it walks), plan,
+    and while somebody listens global_costmap/costmap (1 Hz) and local_costmap/costmap (2 Hz).
     Parameters: max_speed, max_turn, acceleration, position_tolerance, yaw_tolerance, blind_speed, patience.
     """
 
     cmd = publishes(AUTONOMY_CMD)
     plan = publishes(PATH)
+    global_costmap = publishes(GLOBAL_COSTMAP)
+    local_costmap = publishes(LOCAL_COSTMAP)
     max_speed = parameter(0.7, unit="m/s", ge=0.1, le=1.6, description="Fastest walk along a path.")
     max_turn = parameter(LIMITS.wz_max, unit="rad/s", ge=0.2, le=1.5, description="Fastest turn.")
     acceleration = parameter(
@@ -116,7 +127,8 @@ class Navigation(Node):
 
     async def on_start(self) -> None:
         self._heard = Heard()
-        self._walked = 0.0
+        self._odom: Pose2 | None = None
+        self._shows = 0
         self._walk = GoalWalk(
             self,
             self._heard,
@@ -141,14 +153,12 @@ class Navigation(Node):
 
     @POSE.on(qos=20, patience=1.0 / RATE)
     def pose(self, message: PoseStamped) -> None:
-        here, last = from_pose(message.pose), self._heard.pose
-        if last is not None:
-            self._walked += hypot(here.x - last.x, here.y - last.y)
-        self._heard.pose = here
+        here = self._heard.pose = from_pose(message.pose)
         self._heard.poses.add(seconds(message.header.stamp), here)
 
     @ODOMETRY.on(qos=20, patience=1.0 / RATE)
     def odometry(self, message: Odometry) -> None:
+        self._odom = from_pose(message.pose.pose)
         twist = message.twist.twist
         self._heard.velocity = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
 
@@ -171,12 +181,10 @@ class Navigation(Node):
     def gait(self, message: GaitStatus) -> None:
         self._heard.gait, self._heard.gait_goal = message.mode, message.goal
 
-    @BATTERY_STATE.on()
-    def battery(self, message: BatteryState) -> None:
-        self._heard.charge = message.percentage if isfinite(message.percentage) else 1.0
-
     @BATTERY_STATUS.on()
     def energy(self, message: BatteryStatus) -> None:
+        critical = message.level == ChargeLevel.CRITICAL
+        self._heard.critical = f"battery critical ({message.percent:.0f} %)" if critical else ""
         self._walk.energy.heard(message.percent, message.energy)
 
     @SAFETY_STATE.on()
@@ -189,127 +197,114 @@ class Navigation(Node):
         """Step the walk, while one is under way."""
         self._walk.steer()
 
-    # -- navigate_to_goal --------------------------------------------------------------------------------------------
+    @every(hz=2)
+    def show(self) -> None:
+        """Publish the costmaps for those who look at them; each second time both."""
+        self._shows += 1
+        here, odom, stamp = self._heard.pose, self._odom, self.clock.stamp()
+        if self.local_costmap.subscription_count and here is not None and odom is not None:
+            self._walk.look()
+            self.local_costmap(local_costmap(self._walk.navigator, here, odom, stamp))
+        if self.global_costmap.subscription_count and self._shows % 2 == 0:
+            self._walk.look()
+            self.global_costmap(global_costmap(self._walk.navigator, stamp))
 
-    @NAVIGATE_TO_GOAL.accepts
-    def check_navigation(self, goal: NavigateToGoal_Goal) -> None:
-        frame = goal.target_pose.header.frame_id
-        if frame not in ("map", ""):
-            raise Reject(f"unknown frame {frame!r}: give the goal in frame 'map'")
-        self._walk.check(from_pose(goal.target_pose.pose))
+    # -- goals -------------------------------------------------------------------------------------------------------
 
-    @NAVIGATE_TO_GOAL.serve(arrivals="preempt")
-    async def navigate(self, goal: NavigateToGoal_Goal) -> Steps[NavigateToGoal_Feedback, NavigateToGoal_Result]:
-        walked, whole, progress = self._walked, 0.0, 0.0
-        motion: Motion | None = None
+    @GOAL_POSE.on()
+    def goal_pose(self, message: PoseStamped) -> None:
+        """Walk there, as a client of navigate_to_pose would ask."""
+        self.spawn(self._walk_to(message))
 
-        def result(success: bool, message: str) -> NavigateToGoal_Result:
-            return NavigateToGoal.Result(success=success, message=message, total_distance=self._walked - walked)
-
+    async def _walk_to(self, pose: PoseStamped) -> None:
         try:
-            async with aclosing(self._walk.walk(from_pose(goal.target_pose.pose))) as motions:
-                async for motion in motions:
-                    whole = max(whole, motion.distance_remaining + (self._walked - walked))
-                    share = 1.0 - motion.distance_remaining / whole if whole > 0.0 else 1.0
-                    # A way that grows longer, round something unforeseen, does not take back what has been done.
-                    progress = max(progress, 100.0 * min(1.0, max(0.0, share)))
-                    assert self._heard.pose is not None
-                    yield NavigateToGoal.Feedback(
-                        current_pose=pose_stamped(self._heard.pose, self.clock.stamp()),
-                        distance_remaining=motion.distance_remaining,
-                        progress_percent=progress,
-                    )
-        except asyncio.CancelledError:
-            yield Done(result(False, "Goal canceled"))
-        else:
-            ok, text = verdict(motion)
-            yield Done(result(ok, text)) if ok else Aborted(result(ok, text), text)
+            async with self.start(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=pose)) as going:
+                await going
+        except ActorError as error:
+            why = getattr(error, "reason", "") or str(error)
+            self.log.warning(f"the goal of {GOAL_POSE.name} was not reached", why=why)
 
-    # -- move_to_position --------------------------------------------------------------------------------------------
-
-    @MOVE_TO_POSITION.accepts
-    def check_move(self, goal: MoveToPosition_Goal) -> None:
-        self._walk.check(Pose2(goal.target_x, goal.target_y, goal.target_theta))
-
-    @MOVE_TO_POSITION.serve(arrivals="preempt")
-    async def move(self, goal: MoveToPosition_Goal) -> Steps[MoveToPosition_Feedback, MoveToPosition_Result]:
+    @NAVIGATE_TO_POSE.serve(arrivals=parallel(GOALS))
+    async def to_pose(self, goal: NavigateToPose_Goal) -> Steps[NavigateToPose_Feedback, NavigateToPose_Result]:
         begun = self.clock.now()
-        motion: Motion | None = None
-
-        def result(success: bool, message: str) -> MoveToPosition_Result:
-            here = self._heard.pose or Pose2(0.0, 0.0)
-            seconds = self.clock.now() - begun
-            return MoveToPosition.Result(
-                success=success, final_x=here.x, final_y=here.y, total_time_seconds=seconds, message=message
-            )
-
         try:
-            async with aclosing(self._walk.walk(Pose2(goal.target_x, goal.target_y, goal.target_theta))) as motions:
-                async for motion in motions:
-                    assert self._heard.pose is not None
-                    yield MoveToPosition.Feedback(
-                        current_x=self._heard.pose.x,
-                        current_y=self._heard.pose.y,
-                        distance_remaining=motion.distance_remaining,
-                        estimated_time_remaining=motion.eta,
+            async with aclosing(self._walk_along((goal.pose,), goal.behavior_tree)) as steps:
+                async for step in steps:
+                    yield NavigateToPose.Feedback(**self._progress(step.motion, begun))
+        except NotReached as failure:
+            yield Aborted(NavigateToPose.Result(error_code=failure.code, error_msg=str(failure)), str(failure))
+        except asyncio.CancelledError:
+            yield Done(NavigateToPose.Result(error_msg="Goal canceled"))
+        else:
+            yield Done(NavigateToPose.Result())
+
+    @NAVIGATE_THROUGH_POSES.accepts
+    def check_poses(self, goal: NavigateThroughPoses_Goal) -> None:
+        if not 0 < len(goal.poses.goals) <= MOST_POSES:
+            raise Reject(f"{len(goal.poses.goals)} poses: give 1 to {MOST_POSES}")
+
+    @NAVIGATE_THROUGH_POSES.serve(arrivals=parallel(GOALS))
+    async def through_poses(
+        self, goal: NavigateThroughPoses_Goal
+    ) -> Steps[NavigateThroughPoses_Feedback, NavigateThroughPoses_Result]:
+        begun, poses = self.clock.now(), goal.poses.goals
+        reached, failed = 0, NotReached(ErrorCode.NONE, "")
+        try:
+            async with aclosing(self._walk_along(poses, goal.behavior_tree)) as steps:
+                async for step in steps:
+                    reached = step.number
+                    yield NavigateThroughPoses.Feedback(
+                        **self._progress(step.motion, begun),
+                        number_of_poses_remaining=len(poses) - reached,
+                        waypoint_statuses=_statuses(poses, reached, failed),
                     )
-        except asyncio.CancelledError:
-            yield Done(result(False, "Movement canceled"))
-        else:
-            ok, text = verdict(motion)
-            yield Done(result(True, "Reached target position")) if ok else Aborted(result(False, text), text)
-
-    # -- humanoid_navigate -------------------------------------------------------------------------------------------
-
-    @HUMANOID_NAVIGATE.accepts
-    def check_humanoid(self, goal: HumanoidNav_Goal) -> None:
-        target = goal.target_position.tolist()
-        if len(target) != 3 or not all(map(isfinite, target)):
-            raise Reject(
-                f"target_position {target} is not [x, y, theta]: give three finite numbers, in metres and radians"
+            reached = len(poses)
+        except NotReached as error:
+            code = error.code + (THROUGH if ErrorCode.UNKNOWN <= error.code <= ErrorCode.TF_ERROR else 0)
+            result = NavigateThroughPoses.Result(
+                error_code=code, error_msg=str(error), waypoint_statuses=_statuses(poses, reached, error)
             )
-        self._walk.check(Pose2(*target), straight=not goal.avoid_obstacles)
-
-    @HUMANOID_NAVIGATE.serve(arrivals="preempt")
-    async def humanoid(self, goal: HumanoidNav_Goal) -> Steps[HumanoidNav_Feedback, HumanoidNav_Result]:
-        target = Pose2(*goal.target_position.tolist())
-        looks, motion = 0, None
-        away = hypot(target.x - self._here.x, target.y - self._here.y)
-        if away < NEAR and abs(wrap(target.yaw - self._here.yaw)) < NEAR:
-            yield self._humanoid_feedback(looks, away)
-            yield Done(self._humanoid_result(True, "Goal reached"))
-            return
-        try:
-            async with aclosing(self._walk.walk(target, straight=not goal.avoid_obstacles)) as motions:
-                async for motion in motions:
-                    looks += 1
-                    if looks % FEEDBACK_EVERY == 0:
-                        yield self._humanoid_feedback(looks, motion.distance_remaining)
-            if looks < FEEDBACK_EVERY:
-                yield self._humanoid_feedback(looks, motion.distance_remaining if motion is not None else away)
+            yield Aborted(result, str(error))
         except asyncio.CancelledError:
-            yield Done(self._humanoid_result(False, "Goal canceled"))
+            statuses = _statuses(poses, reached, failed)
+            yield Done(NavigateThroughPoses.Result(error_msg="Goal canceled", waypoint_statuses=statuses))
         else:
-            ok, text = verdict(motion)
-            ended = self._humanoid_result(ok, text)
-            yield Done(ended) if ok else Aborted(ended, text)
+            yield Done(NavigateThroughPoses.Result(waypoint_statuses=_statuses(poses, reached, failed)))
 
-    @property
-    def _here(self) -> Pose2:
-        return self._heard.pose or Pose2(0.0, 0.0)
+    async def _walk_along(self, poses: Sequence[PoseStamped], behavior_tree: str) -> AsyncGenerator[Step, None]:
+        """Walk to each of the poses in turn, and yield how it goes ten times a second. Raises `NotReached`."""
+        if behavior_tree not in ("", STRAIGHT):
+            raise NotReached(
+                ErrorCode.FAILED_TO_LOAD_BEHAVIOR_TREE,
+                f"there is no behavior tree {behavior_tree!r}: leave it empty, or say {STRAIGHT!r}",
+            )
+        for pose in poses:
+            frame = pose.header.frame_id
+            if frame not in ("map", ""):
+                raise NotReached(ErrorCode.TF_ERROR, f"unknown frame {frame!r}: give the goal in frame 'map'")
+        goals, straight = [from_pose(pose.pose) for pose in poses], behavior_tree == STRAIGHT
+        self._walk.check(goals, straight=straight)
+        for number, goal in enumerate(goals):
+            motion: Motion | None = None
+            async with aclosing(self._walk.walk(goal, straight=straight)) as motions:
+                async for motion in motions:
+                    yield Step(number, motion)
+            check_arrived(motion)
 
-    def _humanoid_feedback(self, looks: int, remaining: float) -> HumanoidNav_Feedback:
-        here = self._here
-        return HumanoidNav.Feedback(
-            current_waypoint=looks,
-            current_position=np.array([here.x, here.y, here.yaw]),
-            distance_remaining=remaining,
-            status_message=f"Navigating... {remaining:.2f}m to go",
-        )
-
-    def _humanoid_result(self, success: bool, message: str) -> HumanoidNav_Result:
-        here = self._here
-        return HumanoidNav.Result(success=success, final_position=np.array([here.x, here.y, here.yaw]), message=message)
+    def _progress(self, motion: Motion, begun: float) -> dict[str, Any]:
+        """What the feedbacks of both actions have in common."""
+        here, path = self._heard.pose, self._walk.path
+        assert here is not None
+        off, turned = path.tracking_error(here.x, here.y, here.yaw) if path is not None else (0.0, 0.0)
+        return {
+            "current_pose": pose_stamped(here, self.clock.stamp()),
+            "navigation_time": _duration(self.clock.now() - begun),
+            "estimated_time_remaining": _duration(motion.eta),
+            "number_of_recoveries": self._walk.recoveries,
+            "distance_remaining": motion.distance_remaining,
+            "position_tracking_error": off,
+            "heading_tracking_error": turned,
+        }
 
     # -- plan_path ---------------------------------------------------------------------------------------------------
 
@@ -329,3 +324,23 @@ class Navigation(Node):
         if path is None:
             return Path(header=header)
         return Path(header=header, poses=tuple(pose_stamped(Pose2(x, y), stamp) for x, y in path.points.tolist()))
+
+
+def _duration(seconds: float) -> Duration:
+    """Rounded to a nanosecond."""
+    sec, nanosec = divmod(round(min(max(seconds, 0.0), LONGEST) * 1e9), 1_000_000_000)
+    return Duration(sec=sec, nanosec=nanosec)
+
+
+def _statuses(poses: Sequence[PoseStamped], reached: int, failure: NotReached) -> list[WaypointStatus]:
+    """Of each pose: so many were reached, and the next one was not for this reason, if any."""
+    return [
+        WaypointStatus(
+            waypoint_status=WaypointStatus.COMPLETED if number < reached
+            else WaypointStatus.FAILED if number == reached and failure.code
+            else WaypointStatus.PENDING,
+            waypoint_index=number, waypoint_pose=pose,
+            error_code=failure.code if number == reached else 0, error_msg=str(failure) if number == reached else "",
+        )
+        for number, pose in enumerate(poses)
+    ]  # fmt: skip

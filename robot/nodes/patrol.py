@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Sequence
 from math import hypot, isfinite
 from typing import Any
 
-from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node, background, parameter, publishes
+from actors import ActorError, GoalCanceled, GoalFailed, GoalRejected, Node, background, parameter, publishes
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_srvs.srv import Trigger
@@ -15,7 +15,7 @@ from robot.contracts import (
     DOCK,
     GAIT_STATUS,
     GOAL_REPORT,
-    NAVIGATE_TO_GOAL,
+    NAVIGATE_TO_POSE,
     POSE,
     SAFETY_STATE,
     SIT,
@@ -25,10 +25,12 @@ from robot.contracts import (
 )
 from robot.geometry.messages import from_pose, pose_stamped
 from robot.geometry.planar import Pose2
+from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.action import Dock
 from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport, SafetyState
-from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
+from robot.model.charge import LOW
 from robot.model.modes import Mode
+from robot.planning.errors import ErrorCode
 from robot.planning.grid import Grid
 from robot.planning.path import line_cells
 
@@ -40,7 +42,9 @@ class Patrol(Node):
     """
 
     reports = publishes(GOAL_REPORT)
-    low_percent = parameter(30.0, unit="%", ge=0.0, le=100.0, description="Charge below which it goes to the dock.")
+    low_percent = parameter(
+        100.0 * LOW, unit="%", ge=0.0, le=100.0, description="Charge below which it goes to the dock."
+    )
     resume_percent = parameter(80.0, unit="%", ge=0.0, le=100.0, description="Charge at which it leaves the dock.")
     docking_tries = parameter(3, ge=1, le=20, description="How often it tries to dock before it goes on without.")
     retry_pause = parameter(
@@ -88,7 +92,7 @@ class Patrol(Node):
 
     @background
     async def mission(self) -> None:
-        await self.wait_for(STAND, SIT, WALK, NAVIGATE_TO_GOAL, DOCK, UNDOCK)
+        await self.wait_for(STAND, SIT, WALK, NAVIGATE_TO_POSE, DOCK, UNDOCK)
         await self._until_known()
         await self._stand()
         while not self._over():
@@ -133,8 +137,8 @@ class Patrol(Node):
             await self.clock.sleep(5.0)
 
     async def _walk(self, goal: Pose2) -> None:
-        request = NavigateToGoal.Goal(target_pose=pose_stamped(goal, self.clock.stamp()))
-        async with self.start(NAVIGATE_TO_GOAL, request) as handle:
+        request = NavigateToPose.Goal(pose=pose_stamped(goal, self.clock.stamp()))
+        async with self.start(NAVIGATE_TO_POSE, request) as handle:
             await handle
 
     async def _onto_dock(self) -> None:
@@ -146,18 +150,19 @@ class Patrol(Node):
         begun = self.clock.now()
         behind = self._is_behind(goal)
         outcome, reason, again = "succeeded", "", False
+        code = ErrorCode.NONE
         self.log.info("walking", to=name, x=goal.x, y=goal.y)
         try:
             await errand
         except GoalRejected as error:
-            outcome, reason, again = "rejected", error.reason, True
-        except GoalCanceled as error:
-            outcome, reason, again = "canceled", error.reason, True
-        except GoalAborted as error:
-            outcome, reason, again = "aborted", error.reason, True
+            outcome, reason, again, code = "rejected", error.reason, True, ErrorCode.UNKNOWN
+        except GoalFailed as error:
+            outcome = "canceled" if isinstance(error, GoalCanceled) else "aborted"
+            reason, again, code = error.reason, True, ErrorCode.of(error.result)
         except ActorError as error:
             outcome, reason, again = "aborted", f"{type(error).__name__}: {error}", True
-        self._tired = reason.startswith("battery")
+            code = ErrorCode.UNKNOWN
+        self._tired = code == ErrorCode.LOW_BATTERY
         taken = self.clock.now() - begun
         say = self.log.warning if again else self.log.info
         why: dict[str, Any] = {"why": reason} if reason else {}
@@ -165,7 +170,7 @@ class Patrol(Node):
         self.reports(
             GoalReport(
                 stamp=self.clock.stamp(), name=name, x=goal.x, y=goal.y, theta=goal.yaw,
-                outcome=outcome, reason=reason, seconds=taken, behind_obstacle=behind,
+                outcome=outcome, reason=reason, error_code=code, seconds=taken, behind_obstacle=behind,
             )
         )  # fmt: skip
         return not again

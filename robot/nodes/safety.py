@@ -30,6 +30,7 @@ from robot.contracts import (
 from robot.control.stop_causes import StopLatch, how_to_go_on
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
+from robot.model.charge import ChargeLevel
 from robot.model.modes import Mode
 
 RATE = 20.0
@@ -131,7 +132,7 @@ class SafetyMonitor(Node):
     @BATTERY_STATUS.on()
     def battery(self, message: BatteryStatus) -> None:
         text = f"battery critical ({message.percent:.0f} %)"
-        critical = message.level == "critical"
+        critical = message.level == ChargeLevel.CRITICAL
         self._judge("battery", critical, text, latched=False)
         if critical and not message.charging:
             self._sit("the battery is critical")

@@ -17,13 +17,13 @@ from robot.contracts import (
     CONFIRM_OBJECT,
     GRIPPER,
     MOVE_ARM,
-    NAVIGATE_TO_GOAL,
+    NAVIGATE_TO_POSE,
     PLAN_PATH,
 )
 from robot.geometry.messages import pose_stamped
 from robot.geometry.planar import Pose2
+from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.srv import ConfirmObject
-from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath
 from robot.interfaces.tutorials.robot_arm_control.action import MoveArm
 from robot.model.arm import STOWED
@@ -133,9 +133,9 @@ class Skills:
         A walk that stalls a hand's breadth before its goal counts as done: the arm makes up for the rest.
         """
         await self.stow()
-        request = NavigateToGoal.Goal(target_pose=pose_stamped(goal, self._node.clock.stamp()))
+        request = NavigateToPose.Goal(pose=pose_stamped(goal, self._node.clock.stamp()))
         try:
-            async with self._node.start(NAVIGATE_TO_GOAL, request) as handle:
+            async with self._node.start(NAVIGATE_TO_POSE, request) as handle:
                 stalled = Stalled()
                 async for feedback in handle:
                     yield feedback.distance_remaining

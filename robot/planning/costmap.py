@@ -6,12 +6,15 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 
 TURNING_ROOM = 0.25
 """What a body that turns on the spot should have to spare, m; chosen: the sway of its legs, and half as much again for the estimate."""
+_LETHAL, _INSCRIBED, _FREE = 100, 99, 98
+"""Costs of a cell in a message, as Nav2 publishes them: in an obstacle, nearer to one than half the body's width, and the most below."""
 AVERSION = 10.0
 """Chosen: a metre along a wall costs as much as eleven in the open, so a way round of some metres is worth it."""
 
@@ -43,3 +46,11 @@ class Inflation:
         """
         missing = np.clip((self.comfort - clearance) / (self.comfort - self.inscribed), 0.0, 1.0)
         return np.where(clearance < self.inscribed, np.inf, 1.0 + self.aversion * missing * missing)
+
+    def occupancy(self, clearance: Floats) -> NDArray[np.int8]:
+        """The same on the scale of Nav2's costmaps: 100 in an obstacle, 99 where the middle may not go, below that 98 shares of the aversion."""
+        missing = np.clip((self.comfort - clearance) / (self.comfort - self.inscribed), 0.0, 1.0)
+        free = np.rint(_FREE * missing * missing)
+        return np.where(clearance <= 0.0, _LETHAL, np.where(clearance < self.inscribed, _INSCRIBED, free)).astype(
+            np.int8
+        )

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from robot.model.charge import HYSTERESIS, RESERVE
 from robot.model.power import electrical_power, typical_motor_power
 
-RESERVE, HYSTERESIS = 20.0, 3.0
-"""Per cent of charge below which no goal but the dock is open, and how far above it they are open again."""
 MARGIN = 1.5
 """On the typical energy of a walk: for turns, detours and waiting for what is in the way."""
 OVERHEAD = 2.0
@@ -43,7 +42,8 @@ class EnergyGuard:
     def heard(self, percent: float, energy: float) -> None:
         """The charge, and the energy in Wh that is left before it is critical."""
         self._percent, self._energy = percent, energy
-        self._home_only = percent < RESERVE or (self._home_only and percent < RESERVE + HYSTERESIS)
+        share = percent / FULL
+        self._home_only = share < RESERVE or (self._home_only and share < RESERVE + HYSTERESIS)
 
     def objection(self, ahead: float, home: float) -> str:
         """Why a walk of `ahead` metres must not be made or gone on with, when the dock is `home` metres from its goal; or nothing.

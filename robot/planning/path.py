@@ -10,12 +10,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.geometry.angles import wrap
 from robot.geometry.vectors import Floats
 
 _SLACK = 0.01
 """By this share a straight line may cost more than the stretch it replaces; chosen: costs are sampled every half cell."""
 _ROUNDING = 1e-9
 """And by this much, as sums of floats differ; points nearer to each other than this (m) are one."""
+_AHEAD = 0.1
+"""The direction of a path is that of so long a piece of it, m."""
 _NO_LENGTH = 1e-12
 """What the square of a piece's length is divided by at least, m2: two points may coincide."""
 
@@ -64,6 +67,14 @@ class Path:
         best = int(off.argmin())
         along = float(self.arc[first + best] + share[best] * math.sqrt(size[best]))
         return min(max(along, low), min(high, self.length)), float(off[best])
+
+    def tracking_error(self, x: float, y: float, yaw: float) -> tuple[float, float]:
+        """How far a body is to the left of the path where that is nearest, m, and turned to the right of its direction there, rad."""
+        along, off = self.project(x, y)
+        begin, end = self.at(max(min(along, self.length - _AHEAD), 0.0)), self.at(along + _AHEAD)
+        direction = math.atan2(end[1] - begin[1], end[0] - begin[0])
+        left = math.cos(direction) * (y - begin[1]) - math.sin(direction) * (x - begin[0])
+        return math.copysign(off, left), wrap(direction - yaw)
 
     def spaced(self, step: float) -> Path:
         """The same line with a point at least every `step` metres, and no two in one place, so that each piece has a direction."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
@@ -76,6 +77,10 @@ class Planner:
     def tightest(self) -> float:
         """The least clearance of the body's middle with which a path is ever planned, m."""
         return self._levels[-1].inflation.inscribed
+
+    def occupancy(self, clearance: Floats) -> NDArray[np.int8]:
+        """What it costs to be at these clearances (m), 0 to 100, as in a message of a costmap."""
+        return self._levels[-1].inflation.occupancy(clearance)
 
     def price(self, points: Floats, extra: Floats | None = None) -> float:
         """What walking along points (n, 2) not far apart costs, in metres of open floor; inf where it leads into something."""

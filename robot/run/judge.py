@@ -14,6 +14,7 @@ from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, GOAL_REPOR
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus, GoalReport, SafetyState
 from robot.model.footprint import Footprint
 from robot.model.modes import ON_ITS_FEET
+from robot.planning.errors import ErrorCode
 from robot.planning.grid import signed_distance
 from robot.scenes.scene import Cylinder, Obstacle
 from robot.sim.simulation import Simulation
@@ -38,6 +39,7 @@ class ScoredGoal:
     true_error: float
     """Distance of the true body from the goal when it ended, m."""
     behind_obstacle: bool
+    error_code: int = ErrorCode.NONE
 
     @property
     def succeeded(self) -> bool:
@@ -46,7 +48,7 @@ class ScoredGoal:
     @property
     def for_want_of_charge(self) -> bool:
         """Whether navigation refused it because the charge would not last."""
-        return self.reason.startswith("battery")
+        return self.error_code == ErrorCode.LOW_BATTERY
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +154,7 @@ class Judge(Node):
         self._score.goals.append(
             ScoredGoal(
                 message.name, message.x, message.y, message.outcome, message.reason, round(self.clock.now(), 3), round(message.seconds, 3),
-                round(error, 4), message.behind_obstacle,
+                round(error, 4), message.behind_obstacle, message.error_code,
             )
         )  # fmt: skip
 

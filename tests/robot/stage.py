@@ -39,6 +39,7 @@ from robot.contracts import (
 from robot.geometry.messages import pose_stamped, to_pose
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.hardware.sensors import Sensors
+from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.msg import GaitStatus
 from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
@@ -51,6 +52,7 @@ from robot.nodes.lidar import Lidar
 from robot.nodes.localizer import Localizer
 from robot.nodes.map_server import MapServer
 from robot.nodes.navigation import Navigation
+from robot.nodes.tutorial_walks import TutorialWalks
 from robot.planning.grid import Grid
 from robot.run.choice import changed
 from robot.scenes.dock import has_station, station
@@ -138,6 +140,7 @@ async def standing_robot(rig: Rig, world: str | Scene = "warehouse", *, lidar: t
         Child(MapServer, args=(grid, scene.places)),
         Child(Localizer, args=(grid, scene.start)),
         Child(Navigation, args=(grid,)),
+        Child(TutorialWalks),
         Child(Docking, args=(scene.dock, has_station(scene))),
     )
     await _known(rig)
@@ -267,6 +270,10 @@ def ahead(world: str, metres: float) -> PoseStamped:
     """The place so far in front of where the robot begins."""
     there = compose(get_world(world).start, Pose2(metres, 0.0))
     return pose_stamped(there, Time())
+
+
+def to_place(x: float, y: float, yaw: float = 0.0, frame: str = "map", behavior_tree: str = "") -> NavigateToPose.Goal:
+    return NavigateToPose.Goal(pose=at(x, y, yaw, frame), behavior_tree=behavior_tree)
 
 
 def navigate(x: float, y: float, yaw: float = 0.0, frame: str = "map") -> NavigateToGoal.Goal:

@@ -24,12 +24,11 @@ TOPICS = """\
 /battery_state sensor_msgs/msg/BatteryState
     <- battery reliable latched 1
     -> docking reliable latched 1
-    -> gait reliable latched 1
-    -> navigation reliable latched 1
     -> patrol reliable latched 1
 /battery_status robactor_msgs/msg/BatteryStatus
     <- battery reliable latched 1
     -> diagnostics reliable latched 1
+    -> gait reliable latched 1
     -> motors reliable latched 1
     -> navigation reliable latched 1
     -> robot_status reliable latched 1
@@ -72,6 +71,10 @@ TOPICS = """\
     -> patrol reliable latched 1
     -> robot_status reliable latched 1
     -> safety_monitor reliable latched 1
+/global_costmap/costmap nav_msgs/msg/OccupancyGrid
+    <- navigation reliable latched 1
+/goal_pose geometry_msgs/msg/PoseStamped
+    -> navigation reliable 10
 /gripper/state robactor_msgs/msg/GripperState
     <- arm reliable latched 1
     -> fetch reliable latched 1
@@ -101,6 +104,8 @@ TOPICS = """\
     -> localizer best_effort 5
     -> navigation best_effort 5
     -> robot_controller best_effort 5
+/local_costmap/costmap nav_msgs/msg/OccupancyGrid
+    <- navigation reliable latched 1
 /localization std_msgs/msg/String
     <- localizer reliable latched 1
     -> navigation reliable latched 1
@@ -141,6 +146,7 @@ TOPICS = """\
     -> navigation reliable 20
     -> patrol reliable 20
     -> robot_status reliable 20
+    -> tutorial_walks reliable 20
 /robot_description std_msgs/msg/String
     <- robot_state_publisher reliable latched 1
 /safety/state robactor_msgs/msg/SafetyState
@@ -182,11 +188,13 @@ SERVICES = """\
 /get_place robactor_msgs/srv/GetPlace <- map_server
 /get_robot_pose proposed_interfaces/srv/GetRobotPose <- localizer
 /gripper std_srvs/srv/SetBool <- arm
-/humanoid_navigate your_package/action/HumanoidNav <- navigation
+/humanoid_navigate your_package/action/HumanoidNav <- tutorial_walks
 /move_arm robot_arm_control/action/MoveArm <- arm
-/move_to_position my_robot_interfaces/action/MoveToPosition <- navigation
+/move_to_position my_robot_interfaces/action/MoveToPosition <- tutorial_walks
 /navigate_and_grab proposed_interfaces/action/NavigateAndGrab <- fetch
-/navigate_to_goal humanoid_control_interfaces/action/NavigateToGoal <- navigation
+/navigate_through_poses nav2_msgs/action/NavigateThroughPoses <- navigation
+/navigate_to_goal humanoid_control_interfaces/action/NavigateToGoal <- tutorial_walks
+/navigate_to_pose nav2_msgs/action/NavigateToPose <- navigation
 /plan_path humanoid_control_interfaces/srv/PlanPath <- navigation
 /relocalize std_srvs/srv/Trigger <- localizer
 /robot/enable std_srvs/srv/SetBool <- robot_controller

@@ -14,6 +14,7 @@ from actors.interfaces.types import (
     float64_array,
     string,
     string_array,
+    uint16,
     uint32,
     uint64,
 )
@@ -192,6 +193,8 @@ class GoalReport(Message, frozen=True, kw_only=True):
     outcome: string = ""
     """succeeded, canceled, aborted, rejected"""
     reason: string = ""
+    error_code: uint16 = 0
+    """of /navigate_to_pose, 0 if it succeeded: robot.planning.errors.ErrorCode"""
     seconds: float64 = 0.0
     """from the start to the end"""
     behind_obstacle: bool = False

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robot.estimation.battery_levels import ChargeLevel, LevelMonitor
+from robot.estimation.battery_levels import LevelMonitor
 from robot.hardware.battery import PackState
+from robot.model.charge import ChargeLevel
 from robot.model.power import electrical_power, motor_power, typical_motor_power
 from robot.sim.battery import Pack
 

@@ -8,7 +8,7 @@ from math import isnan
 
 import pytest
 
-from actors import Child, GoalAborted, GoalRejected, ProcessDied, Supervisor
+from actors import Child, GoalAborted, ProcessDied, Supervisor
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticStatus
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_srvs.srv import Trigger
@@ -19,16 +19,17 @@ from robot.contracts import (
     CMD_VEL,
     DIAGNOSTICS,
     MOTOR_POWER,
-    NAVIGATE_TO_GOAL,
+    NAVIGATE_TO_POSE,
     STAND,
 )
 from robot.evaluate.battery import CONTRACT
 from robot.geometry.messages import pose_stamped
+from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
-from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.model.actuators import ActuatorDesign
 from robot.nodes.battery import Battery
 from robot.planning.energy import EnergyGuard, walking_energy
+from robot.planning.errors import ErrorCode
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.kinematic import KinematicBody
@@ -171,11 +172,14 @@ async def test_with_a_critical_battery_a_goal_is_refused_with_the_reason_and_the
     await rig.call(STAND, Trigger.Request())
     await rig.advance(1.0)
     with pytest.raises(
-        GoalRejected, match=r"battery critical for new goals \(18 %\): only the way to the dock is open"
-    ):
-        await rig.start_goal(NAVIGATE_TO_GOAL, NavigateToGoal.Goal(target_pose=ahead("empty", 3.0)))
+        GoalAborted, match=r"battery critical for new goals \(18 %\): only the way to the dock is open"
+    ) as refused:
+        await (await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0))))
+    assert ErrorCode.of(refused.value.result) == ErrorCode.LOW_BATTERY
     home = pose_stamped(get_world("empty").dock, BatteryState().header.stamp)
-    goal = await rig.start_goal(NAVIGATE_TO_GOAL, NavigateToGoal.Goal(target_pose=home))
+    goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=home))
+    await rig.advance(0.5)
+    assert not goal.done
     await goal.cancel()
     await rig.advance(0.2)
 
@@ -184,7 +188,7 @@ async def test_a_goal_that_runs_when_the_battery_gets_critical_ends_safely(rig: 
     await rig.start(robot(percent=90.0))
     await rig.call(STAND, Trigger.Request())
     await rig.advance(2.5)
-    goal = await rig.start_goal(NAVIGATE_TO_GOAL, NavigateToGoal.Goal(target_pose=ahead("empty", 5.0)))
+    goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 5.0)))
     await rig.advance(1.5)
     cmd = rig.probe(CMD_VEL)
     rig.publish(BATTERY_STATUS, BatteryStatus(level="low", percent=19.0, energy=30.0))

@@ -179,6 +179,7 @@ RESTARTED = {
     "elevation": ["elevation"],
     "navigation": ["navigation"],
     "docking": ["docking"],
+    "tutorial_walks": ["tutorial_walks"],
     "arm": ["arm"],
     "object_confirmation": ["object_confirmation"],
     "fetch": ["fetch"],

@@ -15,17 +15,17 @@ from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import Trigger_Request, Trigger_Response
 from actors.testing import Rig
-from robot.contracts import AUTONOMY_CMD, DOCK, GAIT_STATUS, NAVIGATE_TO_GOAL, ODOMETRY, POSE, SCAN, WALK
+from robot.contracts import AUTONOMY_CMD, DOCK, GAIT_STATUS, NAVIGATE_TO_POSE, ODOMETRY, POSE, SCAN, WALK
 from robot.geometry.messages import from_pose, pose_stamped, to_pose
 from robot.geometry.planar import Pose2, compose, inverse
+from robot.interfaces.nav2_msgs.action import (
+    NavigateToPose,
+    NavigateToPose_Feedback,
+    NavigateToPose_Goal,
+    NavigateToPose_Result,
+)
 from robot.interfaces.robactor_msgs.action import Dock
 from robot.interfaces.robactor_msgs.msg import GaitStatus
-from robot.interfaces.tutorials.humanoid_control_interfaces.action import (
-    NavigateToGoal,
-    NavigateToGoal_Feedback,
-    NavigateToGoal_Goal,
-    NavigateToGoal_Result,
-)
 from robot.nodes.docking import Docking
 from robot.nodes.goal_walk import Heard
 from robot.nodes.localizer import Localizer
@@ -70,9 +70,9 @@ async def turning(
 class Obliging(Node):
     """Navigation and gait of a robot that is in front of its dock already and walks when it is asked to."""
 
-    @NAVIGATE_TO_GOAL.serve()
-    async def navigate(self, goal: NavigateToGoal_Goal) -> Steps[NavigateToGoal_Feedback, NavigateToGoal_Result]:
-        yield Done(NavigateToGoal.Result(success=True))
+    @NAVIGATE_TO_POSE.serve()
+    async def navigate(self, goal: NavigateToPose_Goal) -> Steps[NavigateToPose_Feedback, NavigateToPose_Result]:
+        yield Done(NavigateToPose.Result())
 
     @WALK.serve()
     async def walk(self, request: Trigger_Request) -> Trigger_Response:

@@ -25,7 +25,7 @@ from robot.contracts import (
     GOAL_REPORT,
     IMU,
     JOINT_STATES,
-    NAVIGATE_TO_GOAL,
+    NAVIGATE_TO_POSE,
     ODOMETRY,
     POSE,
     SIT,
@@ -36,14 +36,14 @@ from robot.contracts import (
 from robot.geometry.messages import pose_stamped
 from robot.geometry.planar import Pose2, compose
 from robot.hardware.body import JOINT_NAMES
+from robot.interfaces.nav2_msgs.action import (
+    NavigateToPose,
+    NavigateToPose_Feedback,
+    NavigateToPose_Goal,
+    NavigateToPose_Result,
+)
 from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
 from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport
-from robot.interfaces.tutorials.humanoid_control_interfaces.action import (
-    NavigateToGoal,
-    NavigateToGoal_Feedback,
-    NavigateToGoal_Goal,
-    NavigateToGoal_Result,
-)
 from robot.nodes.docking import Docking
 from robot.nodes.gait import Gait
 from robot.nodes.navigation import Navigation
@@ -57,11 +57,11 @@ from tests.robot.stage import (
     apart,
     drop,
     floor,
-    navigate,
     said,
     speed,
     standing_robot,
     take_station_away,
+    to_place,
     true_pose,
     twist,
 )
@@ -80,9 +80,9 @@ class Obliging(Node):
         self.asked: list[str] = []
         self.refuses = False
 
-    @NAVIGATE_TO_GOAL.serve()
-    async def navigate(self, goal: NavigateToGoal_Goal) -> Steps[NavigateToGoal_Feedback, NavigateToGoal_Result]:
-        yield Aborted(NavigateToGoal.Result(), "refused") if self.refuses else Done(NavigateToGoal.Result(success=True))
+    @NAVIGATE_TO_POSE.serve()
+    async def navigate(self, goal: NavigateToPose_Goal) -> Steps[NavigateToPose_Feedback, NavigateToPose_Result]:
+        yield Aborted(NavigateToPose.Result(), "refused") if self.refuses else Done(NavigateToPose.Result())
 
     @STAND.serve()
     async def stand(self, request: Trigger_Request) -> Trigger_Response:
@@ -232,7 +232,7 @@ async def test_charge_timeout_and_tries_say_how_long_and_how_often_the_charger_i
 async def test_max_speed_bounds_a_walk_that_is_under_way(rig: Rig) -> None:
     body = await standing_robot(rig)
     commands = rig.probe(AUTONOMY_CMD)
-    await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.8, 0.5))
+    await rig.start_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
     await rig.advance(4.0)
     assert max(message.linear.x for message in commands) > 0.6
     tune(rig, Navigation, max_speed=0.3)
@@ -247,7 +247,7 @@ async def test_max_turn_bounds_the_turning_rate(rig: Rig) -> None:
     await standing_robot(rig)
     tune(rig, Navigation, max_turn=0.3)
     commands = rig.probe(AUTONOMY_CMD)
-    await rig.start_goal(NAVIGATE_TO_GOAL, navigate(0.0, 0.0, math.pi - 0.2))
+    await rig.start_goal(NAVIGATE_TO_POSE, to_place(0.0, 0.0, math.pi - 0.2))
     await rig.advance(5.0)
     assert max(abs(message.angular.z) for message in commands) == pytest.approx(0.3, abs=1e-6)
 
@@ -256,7 +256,7 @@ async def test_acceleration_bounds_how_fast_commands_grow(rig: Rig) -> None:
     await standing_robot(rig)
     tune(rig, Navigation, acceleration=0.2)
     commands = rig.probe(AUTONOMY_CMD)
-    await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.8, 0.5))
+    await rig.start_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
     await rig.until(lambda: any(message.linear.x > 0.0 for message in commands))
     await rig.advance(1.5)
     assert 0.2 < max(message.linear.x for message in commands) < 0.35
@@ -265,21 +265,21 @@ async def test_acceleration_bounds_how_fast_commands_grow(rig: Rig) -> None:
 async def test_position_tolerance_says_where_a_walk_has_arrived(rig: Rig) -> None:
     body = await standing_robot(rig)
     tune(rig, Navigation, position_tolerance=0.4)
-    assert (await (await rig.start_goal(NAVIGATE_TO_GOAL, navigate(2.0, 0.0)))).success
+    await (await rig.start_goal(NAVIGATE_TO_POSE, to_place(2.0, 0.0)))
     assert 0.15 < apart(true_pose(body), Pose2(2.0, 0.0)) <= 0.45
 
 
 async def test_yaw_tolerance_says_whether_the_heading_matters(rig: Rig) -> None:
     body = await standing_robot(rig)
     tune(rig, Navigation, yaw_tolerance=1.5)
-    assert (await (await rig.start_goal(NAVIGATE_TO_GOAL, navigate(2.0, 0.0, 2.5)))).success
+    await (await rig.start_goal(NAVIGATE_TO_POSE, to_place(2.0, 0.0, 2.5)))
     assert 0.5 < 2.5 - true_pose(body).yaw < 1.6
 
 
 async def test_patience_says_how_long_what_stands_in_the_way_is_waited_for(rig: Rig) -> None:
     body = await standing_robot(rig, "corridor")
     tune(rig, Navigation, patience=1.0)
-    await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
+    await rig.start_goal(NAVIGATE_TO_POSE, to_place(8.0, 0.0))
     await rig.advance(3.0)
     drop(body, Box(6.0, 0.0, 0.4, 1.6))
     await rig.until(lambda: speed(body) < 0.02)

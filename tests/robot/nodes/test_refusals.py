@@ -7,26 +7,27 @@ import re
 
 import pytest
 
-from actors import Child, Done, GoalAborted, GoalRejected, Node, Steps
+from actors import Child, Done, GoalAborted, Node, Steps
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.std_srvs.srv import Trigger_Request, Trigger_Response
 from actors.testing import Rig
-from robot.contracts import AUTONOMY_CMD, DOCK, GAIT_STATUS, NAVIGATE_TO_GOAL, POSE, SAFETY_STATE, STAND, UNDOCK, WALK
+from robot.contracts import AUTONOMY_CMD, DOCK, GAIT_STATUS, NAVIGATE_TO_POSE, POSE, SAFETY_STATE, STAND, UNDOCK, WALK
 from robot.geometry.messages import pose_stamped
 from robot.geometry.planar import Pose2
+from robot.interfaces.nav2_msgs.action import (
+    NavigateToPose,
+    NavigateToPose_Feedback,
+    NavigateToPose_Goal,
+    NavigateToPose_Result,
+)
 from robot.interfaces.robactor_msgs.action import Dock
 from robot.interfaces.robactor_msgs.msg import GaitStatus, SafetyState
-from robot.interfaces.tutorials.humanoid_control_interfaces.action import (
-    NavigateToGoal,
-    NavigateToGoal_Feedback,
-    NavigateToGoal_Goal,
-    NavigateToGoal_Result,
-)
 from robot.nodes.docking import Docking
 from robot.nodes.navigation import Navigation
+from robot.planning.errors import ErrorCode
 from robot.planning.grid import Grid
 from robot.scenes.scene import Box
-from tests.robot.stage import floor, navigate, warnings
+from tests.robot.stage import floor, to_place, warnings
 
 ORIGIN = Pose2(0.0, 0.0)
 
@@ -52,9 +53,9 @@ class Refusing(Unwilling):
 class There(Node):
     """Navigation to where the robot is already."""
 
-    @NAVIGATE_TO_GOAL.serve()
-    async def navigate(self, goal: NavigateToGoal_Goal) -> Steps[NavigateToGoal_Feedback, NavigateToGoal_Result]:
-        yield Done(NavigateToGoal.Result(success=True))
+    @NAVIGATE_TO_POSE.serve()
+    async def navigate(self, goal: NavigateToPose_Goal) -> Steps[NavigateToPose_Feedback, NavigateToPose_Result]:
+        yield Done(NavigateToPose.Result())
 
 
 def tell(rig: Rig, mode: str = "stand") -> None:
@@ -115,25 +116,30 @@ async def test_a_walk_says_why_it_did_not_begin(rig: Rig, gait: type[Node], word
     await rig.start(Child(gait, name="gait"), Child(Navigation, args=(Grid.from_scene(world),)))
     tell(rig)
     await rig.quiet()
-    going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(2.0, 0.0))
+    going = await rig.start_goal(NAVIGATE_TO_POSE, to_place(2.0, 0.0))
     with pytest.raises(GoalAborted, match=words):
         await going
 
 
-async def test_a_goal_whose_outline_is_in_a_wall_is_rejected_at_once_with_the_nearest_place_that_is_free(
+async def test_a_goal_whose_outline_is_in_a_wall_is_refused_at_once_with_the_nearest_place_that_is_free(
     rig: Rig,
 ) -> None:
     world = floor(Box(2.0, 0.0, 0.2, 4.0), half=5.0)
-    await rig.start(Child(Navigation, args=(Grid.from_scene(world),)))
+    await rig.start(Child(Unwilling, name="gait"), Child(Navigation, args=(Grid.from_scene(world),)))
     tell(rig)
     await rig.quiet()
     for x, yaw in ((1.5, 0.0), (2.0, 0.0), (1.65, 1.57)):  # the nose in it, in its middle, a side too near
-        with pytest.raises(GoalRejected, match=r"GoalBlocked: .*; the nearest place where it fits is \(") as refused:
-            await rig.start_goal(NAVIGATE_TO_GOAL, navigate(x, 0.0, yaw))
+        asked = rig.now
+        with pytest.raises(GoalAborted, match=r"GoalBlocked: .*; the nearest place where it fits is \(") as refused:
+            await (await rig.start_goal(NAVIGATE_TO_POSE, to_place(x, 0.0, yaw)))
+        assert rig.now == asked
+        assert ErrorCode.of(refused.value.result) == ErrorCode.GOAL_OCCUPIED
         there = re.search(r"fits is \((\S+), (\S+), yaw (\S+)\)", refused.value.reason)
         assert there is not None
         free = Pose2(*(float(word) for word in there.groups()))
         assert math.hypot(free.x - x, free.y) < 1.2
-        accepted = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(free.x, free.y, free.yaw))
+        accepted = await rig.start_goal(NAVIGATE_TO_POSE, to_place(free.x, free.y, free.yaw))
+        await rig.advance(0.5)
+        assert not accepted.done
         await accepted.cancel()
     assert warnings(rig, "navigation") == []

@@ -10,7 +10,6 @@ from actors import (
     ActorError,
     Child,
     GoalAborted,
-    GoalRejected,
     Node,
     Supervisor,
     every,
@@ -36,7 +35,7 @@ from robot.contracts import (
     EMERGENCY_STOP,
     ENABLE,
     GAIT_STATUS,
-    NAVIGATE_TO_GOAL,
+    NAVIGATE_TO_POSE,
     ODOMETRY,
     SAFETY_STATE,
     SENSOR_DATA,
@@ -47,11 +46,12 @@ from robot.contracts import (
     WALK,
 )
 from robot.geometry.planar import Pose2
+from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus
-from robot.interfaces.tutorials.humanoid_control_interfaces.action import NavigateToGoal
 from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.nodes.safety import SafetyMonitor
 from robot.nodes.teleop import RobotController
+from robot.planning.errors import ErrorCode
 from robot.run.choice import only
 from robot.scenes.worlds import get_world
 from tests.robot.stage import ahead, robot, robot_around, twist, warnings, without
@@ -243,7 +243,7 @@ async def test_an_emergency_stop_ends_the_goal_and_no_other_begins_until_it_is_c
     await rig.start(robot())
     await rig.call(STAND, Trigger.Request())
     await rig.advance(3.0)
-    goal = await rig.start_goal(NAVIGATE_TO_GOAL, NavigateToGoal.Goal(target_pose=ahead("empty", 3.0)))
+    goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0)))
     await rig.advance(2.0)
     cmd = rig.probe(CMD_VEL)
     asked = rig.now
@@ -253,8 +253,9 @@ async def test_an_emergency_stop_ends_the_goal_and_no_other_begins_until_it_is_c
     assert cmd.times[-1] - asked <= 0.005  # within one control period of 200 Hz
     with pytest.raises(GoalAborted, match="safety stop: emergency stop requested"):
         await goal
-    with pytest.raises(GoalRejected, match="safety stop: emergency stop requested"):
-        await rig.start_goal(NAVIGATE_TO_GOAL, NavigateToGoal.Goal(target_pose=ahead("empty", 3.0)))
+    with pytest.raises(GoalAborted, match="safety stop: emergency stop requested") as refused:
+        await (await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0))))
+    assert ErrorCode.of(refused.value.result) == ErrorCode.SAFETY_STOP
     await rig.advance(1.0)
     status = rig.probe(GAIT_STATUS).last
     assert status is not None
@@ -265,7 +266,7 @@ async def test_an_emergency_stop_ends_the_goal_and_no_other_begins_until_it_is_c
     assert abs(speed.last.twist.twist.linear.x) < 0.05
     assert (await press(rig, stop=False)).success
     await rig.quiet()
-    goal = await rig.start_goal(NAVIGATE_TO_GOAL, NavigateToGoal.Goal(target_pose=ahead("empty", 2.0)))
+    goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 2.0)))
     cmd.clear()
     await rig.until(lambda: cmd.last is not None and cmd.last.linear.x > 0.3, within=10.0, step=0.1)
     await goal.cancel()
@@ -301,7 +302,7 @@ async def test_cancel_is_a_zero_on_cmd_vel_within_a_tenth_of_a_second(rig: Rig) 
     await rig.start(robot())
     await rig.call(STAND, Trigger.Request())
     await rig.advance(3.0)
-    goal = await rig.start_goal(NAVIGATE_TO_GOAL, NavigateToGoal.Goal(target_pose=ahead("empty", 3.0)))
+    goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0)))
     await rig.advance(1.5)
     cmd = rig.probe(CMD_VEL)
     asked = rig.now

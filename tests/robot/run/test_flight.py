@@ -214,4 +214,4 @@ print(*sorted({span.name for span in exporter.get_finished_spans()}))
         [sys.executable, "-c", program], cwd=ROOT, env=environment(), capture_output=True, text=True, timeout=300
     )
     assert done.returncode == 0, done.stderr
-    assert {"/spot/stand", "/spot/walk", "/navigate_to_goal"} <= set(done.stdout.splitlines()[-1].split())
+    assert {"/spot/stand", "/spot/walk", "/navigate_to_pose"} <= set(done.stdout.splitlines()[-1].split())

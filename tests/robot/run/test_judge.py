@@ -15,6 +15,7 @@ from cli.command import UsageError
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, GOAL_REPORT, SAFETY_STATE
 from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus, GoalReport, SafetyState
+from robot.planning.errors import ErrorCode
 from robot.run.command import Session
 from robot.run.crashes import check_crashes
 from robot.run.errands import Crash, Fetch
@@ -194,7 +195,7 @@ def scored(outcome: str, reason: str = "", name: str = "a") -> ScoredGoal:
     return ScoredGoal(name, 3.0, 4.0, outcome, reason, 1.0, 1.0, 0.0, False)
 
 
-REFUSED = scored("rejected", "battery: 12.0 Wh are left, the way takes 30.0 Wh")
+REFUSED = replace(scored("aborted", "12.0 Wh are left, the way takes 30.0 Wh"), error_code=ErrorCode.LOW_BATTERY)
 DOCKED = scored("succeeded", name="dock")
 
 
@@ -207,7 +208,7 @@ DOCKED = scored("succeeded", name="dock")
         (["--goal", "3", "4"], [scored("aborted"), scored("succeeded")], None),
         (["--fetch", "cup"], [], "--fetch cup: not done: the robot was under way when the run ended"),
         (["--fetch", "cup"], [scored("canceled")], "--fetch cup: not done: canceled"),
-        (["--goal", "3", "4"], [REFUSED, DOCKED], f"--goal 3 4: not reached: rejected: {REFUSED.reason}"),
+        (["--goal", "3", "4"], [REFUSED, DOCKED], f"--goal 3 4: not reached: aborted: {REFUSED.reason}"),
         (
             ["--goal", "3", "4"],
             [DOCKED],
@@ -217,7 +218,7 @@ DOCKED = scored("succeeded", name="dock")
         ([], [scored("aborted"), scored("succeeded")], None),
         ([], [scored("succeeded"), scored("canceled", name="b")], "b (3, 4): canceled"),
         ([], [REFUSED, DOCKED], None),
-        ([], [REFUSED], f"a (3, 4): rejected: {REFUSED.reason}"),
+        ([], [REFUSED], f"a (3, 4): aborted: {REFUSED.reason}"),
     ],
 )
 def test_what_was_asked_for_and_did_not_come_about_is_one_line(

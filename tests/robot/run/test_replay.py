@@ -18,17 +18,17 @@ from actors.interfaces.std_srvs.srv import SetBool, Trigger, Trigger_Request, Tr
 from actors.replay import Journal, ReplayError, load, replay, tape_in
 from actors.replay.tape import starts_of
 from robot.assembly import Robot
-from robot.contracts import DOCK, EMERGENCY_STOP, MOVE_TO_POSITION, STAND
+from robot.contracts import DOCK, EMERGENCY_STOP, NAVIGATE_TO_POSE, STAND
 from robot.evaluate.load import processor_seconds
 from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.action import Dock
-from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition
 from robot.nodes.gait import Gait
 from tests.robot.run.test_run import robot
+from tests.robot.stage import to_place
 
 NODES = ("navigation", "gait", "battery", "safety_monitor", "robot_controller", "localizer")
 INNER: dict[str, set[tuple[str, str]]] = {
-    "all/robot/navigation": {("goal", "/navigate_to_goal")},
+    "all/robot/navigation": {("goal", "/navigate_to_pose")},
     "all/robot/safety": set(),
 }
 """What passes only inside of a subtree."""
@@ -52,7 +52,7 @@ class Operator(Node):
     """Who sends the robot to places."""
 
     async def go(self, x: float, y: float) -> str:
-        async with self.start(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=x, target_y=y)) as goal:
+        async with self.start(NAVIGATE_TO_POSE, to_place(x, y)) as goal:
             return repr(await goal.ended())
 
     async def dock(self) -> str:
@@ -121,7 +121,7 @@ def test_six_nodes_are_replayed_alone_bit_for_bit_by_processes_without_body_and_
 ) -> None:
     with burning(loops):
         journal, goals = execute(troubled_walk, clock=clock)
-    assert goals[0] == "<CANCELED: preempted by a newer goal>"
+    assert goals[0] == "<ABORTED: preempted by a newer goal>"
     with pytest.raises(ReplayError, match="KinematicBody is the robot's hardware"):
         journal.tape("motors")
     asked = [
@@ -149,7 +149,7 @@ print(json.dumps([verdict.equal, verdict.compared, [*map(str, verdict.difference
 def test_a_constant_that_was_changed_is_found_at_its_first_effect() -> None:
     journal, _ = execute(troubled_walk, clock="virtual")
     first = replay(journal.tape("navigation"), parameters={"max_speed": 0.5}).differences[0]
-    assert (first.kind, first.name, first.field) == ("feedback", "/move_to_position", "estimated_time_remaining")
+    assert (first.kind, first.name, first.field) == ("feedback", "/navigate_to_pose", "estimated_time_remaining.sec")
     assert 3.5 < first.time < 4.0, "the walk had just begun"
     assert first.recorded < first.replayed, "the slower robot needs longer"
 
@@ -196,7 +196,7 @@ def test_a_planted_constant_inside_a_subtree_is_found_at_its_first_effect_at_the
     )  # m before the station: where the docking node has the robot sent
     verdict = replay(docked.tape("all/robot/navigation"))
     (inside,) = verdict.inner
-    assert (inside.kind, inside.name) == ("goal", "/navigate_to_goal")
+    assert (inside.kind, inside.name) == ("goal", "/navigate_to_pose")
     (found,) = verdict.differences
     assert inside.time <= found.time
     assert found.name in ("/plan", "/autonomy/cmd_vel")
@@ -246,7 +246,7 @@ def test_a_run_keeps_the_journal_of_a_subtree_and_names_the_one_that_was_meant(t
     done = robot("run", "--clock", "virtual", *words)
     assert done.returncode == 0, done.stderr
     tape = load(tmp_path / "robot.navigation.subtree.journal")
-    assert {start.node for start in starts_of(tape)} == {"/navigation", "/docking"}
+    assert {start.node for start in starts_of(tape)} == {"/navigation", "/docking", "/tutorial_walks"}
     assert replay(tape).equal
     refused = robot("run", "--replay", "robot/navigatio")
     assert refused.returncode == 2

@@ -2,8 +2,8 @@
 
 import { brief, h, note, writing } from "../core/dom.js";
 
-const ACTION = "/navigate_to_goal";
-const TYPE = "humanoid_control_interfaces/action/NavigateToGoal";
+const ACTION = "/navigate_to_pose";
+const TYPE = "nav2_msgs/action/NavigateToPose";
 const TURN = 0.25; // m that a drag must be long to mean a heading
 
 export class GoTo {
@@ -79,11 +79,12 @@ export class GoTo {
       position: { x, y, z: 0 },
       orientation: { x: 0, y: 0, z: Math.sin(heading / 2), w: Math.cos(heading / 2) },
     };
-    const target_pose = { header: { frame_id: this.world.fixed }, pose };
+    const stamped = { header: { frame_id: this.world.fixed }, pose };
     this.note.say(`Going to ${brief(x, 2)}, ${brief(y, 2)} m`);
     try {
-      const goal = await this.bridge.goal(ACTION, TYPE, { target_pose }, (feedback) => this.feedback(goal, feedback));
+      const goal = await this.bridge.goal(ACTION, TYPE, { pose: stamped }, (feedback) => this.feedback(goal, feedback));
       this.goal = goal;
+      this.whole = this.progress.value = 0;
       this.progress.hidden = this.cancel.hidden = false;
       const { status, values, succeeded } = await goal.result;
       if (this.goal !== goal) return; // a later one took its place
@@ -94,9 +95,10 @@ export class GoTo {
     this.progress.hidden = this.cancel.hidden = true;
   }
 
-  feedback(goal, { distance_remaining: left, progress_percent: percent }) {
+  feedback(goal, { distance_remaining: left }) {
     if (this.goal !== goal) return;
-    this.progress.value = percent / 100;
+    this.whole = Math.max(this.whole, left); // a way that grows longer does not take back what has been done
+    this.progress.value = Math.max(this.progress.value, this.whole ? 1 - left / this.whole : 1);
     this.note.say(`${brief(left, 1)} m left`);
   }
 }
@@ -105,6 +107,6 @@ function text(status, values, safety) {
   if (status === 5)
     return safety?.stopped ? `Canceled: the robot was stopped (${safety.reasons.join("; ")})` : "Canceled";
   const end = { 4: "Arrived", 6: "Aborted" }[status] ?? `Ended with status ${status}`;
-  const why = typeof values === "string" ? values : values?.message;
+  const why = typeof values === "string" ? values : values?.error_msg;
   return why ? `${end}: ${why}` : end;
 }
