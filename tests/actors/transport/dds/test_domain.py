@@ -285,6 +285,21 @@ async def test_each_request_is_sent_once_when_its_server_is_there(both: Any) -> 
     assert [one.number for one in requests] == [1, 2]
 
 
+async def test_a_request_waits_for_a_server_that_is_discovered_and_not_matched(
+    both: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, _, _, _, _ = both
+    here.participant_appeared(participant())
+    here.endpoint_appeared(end(2, *ASKS))
+    client = here.client(here.node("/asks"), "/add", UNKNOWN, SERVICES)
+    written: list[bytes] = []
+    monkeypatch.setattr(client._ends.writer, "put", written.append)
+    answers: list[Any] = []
+    client.ask(ONE, 1, 0, b"", 0.05, answers.append)
+    await until(lambda: answers)
+    assert (written, answers) == ([], [NoAnswer(timed_out=True)])
+
+
 async def test_what_is_open_when_a_process_leaves_is_closed_with_it(both: Any) -> None:
     here, owner, there, _other, transport = both
     there.server(there.node("/serves"), "/add", UNKNOWN, SERVICES, lambda request: None)
