@@ -57,7 +57,8 @@ class Domain:
     """The nodes and endpoints of this process in a domain (`protocol.Participant`), and the discovery of the others (`discovery.Events`).
 
     Invariants: every change of the nodes and their endpoints is published soon on ``ros_discovery_info``. Volatile subscriptions of the same
-    topic, type, quality and `take` share a receiver; a transient local one has its own, because what is kept is sent to it alone.
+    topic, type, quality and `take` share a receiver; a transient local one has its own, because what is kept is sent to it alone. Each has an
+    endpoint of its own that others see.
     """
 
     def __init__(self, engine: Participant, session: str, domain_id: int, events: Events) -> None:
@@ -112,7 +113,7 @@ class Domain:
             peer = self.known.peers.get(traffic.participant.guid)
             if peer is not None:
                 host, process = ("", 0) if peer.process is None else (peer.process.host, peer.process.process)
-                yield Link(peer.session, host, process, traffic.sent_bytes, traffic.received_bytes, 0)
+                yield Link(peer.session, host, process, traffic.sent_bytes, traffic.received_bytes, traffic.dropped)
 
     # -- what this process has ----------------------------------------------------------------------------------------------
 
@@ -164,8 +165,7 @@ class Domain:
         receiver = self._receivers.get(group)
         if receiver is None or subscription not in receiver.subscriptions:
             return False
-        del receiver.subscriptions[subscription]
-        receiver.takers = tuple(receiver.subscriptions.values())
+        receiver.forget(subscription)
         if not receiver.subscriptions:
             del self._receivers[group]
             receiver.reader.close()

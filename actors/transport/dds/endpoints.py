@@ -6,6 +6,7 @@ import ctypes as c
 import struct
 from collections import Counter, deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from actors.transport.dds import library as native
@@ -227,7 +228,9 @@ class Writer(Endpoint):
         """Samples that this side has dropped."""
         self._bytes = 0
         self._sent = Counter[bytes]()
-        self._since: dict[bytes, int] = {}
+        self._lost = Counter[bytes]()
+        self._since: dict[bytes, tuple[int, int]] = {}
+        """The bytes, and the samples that were dropped, before a reader was matched."""
         quick = self._library.quick
         self._serialized, self._write = quick.ddsi_serdata_from_ser_iov, quick.dds_writecdr
         self._vector = native.Vector()
@@ -252,15 +255,20 @@ class Writer(Endpoint):
 
     def sent(self) -> Counter[bytes]:
         """The bytes for each reader of others, by its GUID: what was put while it was matched."""
-        return self._sent + Counter({guid: self._bytes - before for guid, before in self._since.items()})
+        return self._sent + Counter({guid: self._bytes - before for guid, (before, _) in self._since.items()})
+
+    def losses(self) -> Counter[bytes]:
+        return self._lost + Counter({guid: self.unsent - before for guid, (_, before) in self._since.items()})
 
     def _tell(self, status: Status) -> None:
         if status.kind == "matched" and not self._closed:
             guids = self.matched_guids()
             for gone in self._since.keys() - guids:
-                self._sent[gone] += self._bytes - self._since.pop(gone)
+                written, dropped = self._since.pop(gone)
+                self._sent[gone] += self._bytes - written
+                self._lost[gone] += self.unsent - dropped
             for new in guids - self._since.keys():
-                self._since[new] = self._bytes
+                self._since[new] = self._bytes, self.unsent
         super()._tell(status)
 
     def assert_liveliness(self) -> None:
@@ -388,7 +396,7 @@ class Reader(Endpoint):
         topic: str,
         type_name: str,
         qos: EndpointQos,
-        take: Callable[[list[Sample]], None],
+        take: Callable[[list[Sample]], None] | None,
         patience: float,
         on_status: Callable[[Status], None] | None,
     ) -> None:
@@ -404,8 +412,7 @@ class Reader(Endpoint):
         self._most = 2 * qos.depth
         self._taken_bytes = 0
         self._delivered_bytes = 0
-        self.dropped = 0
-        """Samples dropped on the way to the loop, which did not keep up."""
+        self._losses = Counter[bytes]()
         self.lost = 0
         """Samples that the network has lost."""
         self._infos = bytearray(_AT_ONCE * _INFO.size)
@@ -416,6 +423,14 @@ class Reader(Endpoint):
         if self._patience:
             self._wakeup.be_patient(self._patience)
         within.reading.attach(self._entity, self._taken)
+
+    @property
+    def dropped(self) -> int:
+        """Samples dropped on the way to the loop, which did not keep up."""
+        return self._losses.total()
+
+    def losses(self) -> Counter[bytes]:
+        return self._losses.copy()
 
     def close(self) -> None:
         """Take no more samples."""
@@ -438,10 +453,10 @@ class Reader(Endpoint):
         self._look()
         quick = self._library.quick
         count: int = quick.dds_takecdr(self._entity, self._found, _AT_ONCE, self._infos_at, native.ANY_STATE)
-        if count <= 0 or self._closed:
+        if count <= 0 or self._closed or self._take is None:
             for serialized in self._found[: max(count, 0)]:
                 quick.ddsi_serdata_unref(serialized)
-            return False
+            return count == _AT_ONCE and not self._closed
         now = self._time()
         guids = self._within.guids
         for serialized, (valid, stamp, publication) in zip(
@@ -475,15 +490,12 @@ class Reader(Endpoint):
         queue = self._queue
         if self.qos.keep_all:
             if self._taken_bytes - self._delivered_bytes > KEEP_ALL:
-                self.dropped += 1
+                self._losses[sample.writer] += 1
                 return
             self._taken_bytes += len(sample.payload)
         elif len(queue) >= self._most:
-            try:
-                queue.popleft()
-                self.dropped += 1
-            except IndexError:  # the loop was faster
-                pass
+            with suppress(IndexError):  # the loop was faster
+                self._losses[queue.popleft().writer] += 1
         queue.append(sample)
 
     def _deliver(self, _: None) -> None:
@@ -497,7 +509,7 @@ class Reader(Endpoint):
         if queue and not self._posted:
             self._posted = True
             self._wakeup.post(self._deliver, None)
-        if batch and not self._closed:
+        if batch and not self._closed and self._take is not None:
             self._delivered_bytes += sum(len(sample.payload) for sample in batch)
             for sample in batch:
                 self.received[sample.writer] += len(sample.payload)

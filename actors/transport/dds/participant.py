@@ -26,11 +26,12 @@ _PRECONDITION: Final = -4
 
 
 class Traffic(NamedTuple):
-    """What has been exchanged with another participant, in bytes of samples."""
+    """What has been exchanged with another participant, in bytes of samples, and how many samples this side has dropped."""
 
     participant: RemoteParticipant
     sent_bytes: int
     received_bytes: int
+    dropped: int
 
 
 class Participant:
@@ -113,12 +114,12 @@ class Participant:
         topic: str,
         type_name: str,
         qos: EndpointQos,
-        take: Callable[[list[Sample]], None],
+        take: Callable[[list[Sample]], None] | None,
         *,
         patience: float = 0.0,
         on_status: Callable[[Status], None] | None = None,
     ) -> Reader:
-        """Open a reader of `topic`, as DDS names it. `take` gets what has arrived. Raises ValueError as `writer` does."""
+        """Open a reader of `topic`, as DDS names it. `take` gets what has arrived; None: it is dropped. Raises ValueError as `writer` does."""
         within = self._open_within()
         reader = Reader(within, topic, type_name, qos, take, patience, on_status)
         within.endpoints.add(reader)
@@ -128,14 +129,15 @@ class Participant:
         """What the endpoints that are open now have exchanged with each participant that is there."""
         if self._within is None or self._discovery is None:
             return ()
-        sent, received = Counter[bytes](), Counter[bytes]()
+        sums = sent, received, dropped = Counter[bytes](), Counter[bytes](), Counter[bytes]()
         for endpoint in self._within.endpoints:
-            for into, counts in ((sent, endpoint.sent()), (received, endpoint.received)):
+            for into, counts in zip(sums, (endpoint.sent(), endpoint.received, endpoint.losses()), strict=True):
                 for guid, count in counts.items():
                     into[guid[:12]] += count
         return tuple(
-            Traffic(participant, sent[participant.guid[:12]], received[participant.guid[:12]])
+            Traffic(participant, sent[prefix], received[prefix], dropped[prefix])
             for participant in self._discovery.participants
+            for prefix in (participant.guid[:12],)
         )
 
     def _open_within(self) -> Within:

@@ -58,7 +58,10 @@ class DdsTransport:
             await domain.engine.close()
 
     def report(self) -> tuple[Link, ...]:
-        """What has been exchanged with each process that is there now; nothing if it is not open. Cyclone DDS does not tell whose messages are lost."""
+        """What has been exchanged with each process that is there now; nothing if it is not open.
+
+        `dropped` counts what this process has dropped; Cyclone DDS does not tell whose messages the network has lost.
+        """
         return () if self._domain is None else tuple(self._domain.links())
 
     def sibling(self) -> Callable[[], DdsTransport]:

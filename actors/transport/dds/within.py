@@ -23,6 +23,10 @@ class Open(Protocol):
         """Bytes for each reader of others, by its GUID."""
         ...
 
+    def losses(self) -> Counter[bytes]:
+        """Samples that this side has dropped, by the GUID of the endpoint of others that they were for or from."""
+        ...
+
     def close(self) -> None: ...
 
 

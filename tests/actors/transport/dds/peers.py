@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import uuid
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -25,6 +26,17 @@ def settings(tag: str) -> str:
 
 def numbered(text: int) -> bytes:
     return b"\0\1\0\0" + text.to_bytes(4, "little")
+
+
+def deaf(participant: Participant, is_deaf: bool) -> None:
+    """Let a participant hear nothing from the network, or hear again."""
+    from cyclonedds.internal import DDS
+
+    within = participant._within
+    assert within is not None
+    call = DDS._dll_handle.dds_domain_set_deafmute
+    call.argtypes = [ctypes.c_int32, ctypes.c_bool, ctypes.c_bool, ctypes.c_int64]
+    assert call(within.participant, is_deaf, False, 2**63 - 1) == 0
 
 
 async def until(condition: Callable[[], object], seconds: float = 10) -> None:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import time
+import uuid
 from collections.abc import AsyncIterator, Callable
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
-from actors.qos import DEFAULT, SERVICES
+from actors.qos import DEFAULT, LATCHED, SERVICES
 from actors.transport.dds import DdsConfig, DdsTransport, services, topics
+from actors.transport.dds.domain import Domain
 from actors.transport.dds.endpoints import Sample, Status
 from actors.transport.dds.format.requests import RequestId, write_request
 from actors.transport.protocol import NoAnswer, Participant, TypeInfo
 from tests.actors.transport.dds.meeting import MeetingTransport, free_domain
+from tests.actors.transport.dds.peers import deaf, numbered, settings
 from tests.actors.transport.dds.test_known import Told, end, participant
 
 pytest.importorskip("cyclonedds")
@@ -103,6 +106,60 @@ async def test_losses_are_told_to_those_for_whom_the_messages_were(both: Any, mo
     heard.close()
     receiver._arrived([Sample(ONE, bytes(16), 0, 0, 0.0)])
     assert len(owner.messages) == 2, "nobody is left for whom it could be"
+
+
+async def test_each_of_several_equal_subscriptions_is_seen_by_others_and_each_message_comes_once(both: Any) -> None:
+    here, _, there, other, _ = both
+    out = here.publisher(here.node("/out"), "/shared", INT32, DEFAULT)
+    out.open()
+    seen = here.known
+
+    def nodes() -> list[str]:
+        ends = [end.endpoint for peer in seen.peers.values() for end in peer.ends.values()]
+        return sorted(end.node.fqn for end in ends if end is not None and end.name == "/shared")
+
+    first, second, third = (
+        there.subscription(there.node(f"/in{taker}"), "/shared", INT32, DEFAULT, other.arrived, taker)
+        for taker in "abc"
+    )
+    await until(lambda: nodes() == ["/ina", "/inb", "/inc"] and out._writer.matched == 3)
+    for number in range(200):
+        out.put(ONE, number, 0)
+    first.close()
+    await until(lambda: nodes() == ["/inb", "/inc"])
+    third.close()
+    await until(lambda: nodes() == ["/inb"] and out._writer.matched == 1)
+    out.put(ONE, 1, 0)
+    await until(lambda: other.messages and other.messages[-1][0] == ("b",))
+    assert sorted({number for _, _, number, *_ in other.messages}) == list(range(1, len(other.messages) + 1))
+    second.close()
+    await until(lambda: not out.wanted)
+    assert nodes() == []
+
+
+async def test_what_a_writer_keeps_is_taken_once_although_the_writer_was_lost_and_is_found_again() -> None:
+    tag, owners = uuid.uuid4().hex, [Owner(), Owner()]
+    transports = [DdsTransport(DdsConfig(discovery_range="LOCALHOST", uri=settings(tag))) for _ in "ab"]
+    here, there = [
+        cast(Domain, await one.join(domain, own)) for one, domain, own in zip(transports, (7, 8), owners, strict=True)
+    ]
+    out = here.publisher(here.node("/out"), "/kept", INT32, LATCHED.replace(depth=3))
+    out.open()
+    for number in (1, 2, 3):
+        out.put(numbered(number), number, 0)
+    there.subscription(there.node("/in"), "/kept", INT32, LATCHED.replace(depth=3), owners[1].arrived, "x")
+    shown = ("appeared", ("/out", "PUBLISHER", "/kept"))
+    await until(lambda: len(owners[1].messages) == 3 and shown in owners[1].log)
+    deaf(there.engine, True)
+    await until(lambda: owners[1].has("no node", "/out"))
+    owners[1].log.clear()
+    deaf(there.engine, False)
+    await until(lambda: shown in owners[1].log)
+    out.put(numbered(4), 4, 0)
+    await until(lambda: any(message[4] == numbered(4) for message in owners[1].messages))
+    assert [message[4] for message in owners[1].messages] == [numbered(number) for number in (1, 2, 3, 4)]
+    for one in transports:
+        await one.close()
 
 
 async def test_a_process_tells_another_one_and_nobody_else(both: Any) -> None:
@@ -226,6 +283,21 @@ async def test_each_request_is_sent_once_when_its_server_is_there(both: Any) -> 
         client.ask(ONE, number, 0, b"", None, lambda answer: None)
         await until(lambda number=number: len(requests) == number)
     assert [one.number for one in requests] == [1, 2]
+
+
+async def test_a_request_waits_for_a_server_that_is_discovered_and_not_matched(
+    both: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, _, _, _, _ = both
+    here.participant_appeared(participant())
+    here.endpoint_appeared(end(2, *ASKS))
+    client = here.client(here.node("/asks"), "/add", UNKNOWN, SERVICES)
+    written: list[bytes] = []
+    monkeypatch.setattr(client._ends.writer, "put", written.append)
+    answers: list[Any] = []
+    client.ask(ONE, 1, 0, b"", 0.05, answers.append)
+    await until(lambda: answers)
+    assert (written, answers) == ([], [NoAnswer(timed_out=True)])
 
 
 async def test_what_is_open_when_a_process_leaves_is_closed_with_it(both: Any) -> None:

@@ -96,6 +96,7 @@ async def test_a_loop_that_is_behind_drops_the_oldest_of_a_keep_last_reader_and_
         await until(lambda: numbered(499) in other.payloads)
         assert len(other.samples) + reader.dropped <= 500
         assert reader.dropped > 0
+        assert [one.dropped for one in other.participant.report()] == [reader.dropped]
 
 
 async def test_a_keep_all_reader_drops_only_what_is_above_its_bound(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,6 +107,7 @@ async def test_a_keep_all_reader_drops_only_what_is_above_its_bound(monkeypatch:
         put_slowly(writer, 500)
         await until(lambda: reader.dropped + len(other.samples) == 500)
         assert reader.dropped > 0
+        assert [one.dropped for one in other.participant.report()] == [reader.dropped]
         assert other.payloads[:100] == [numbered(number) for number in range(100)]
 
 
@@ -190,8 +192,9 @@ async def test_after_the_close_nothing_is_written_and_nothing_is_called() -> Non
 
 async def test_what_has_been_exchanged_is_reported_for_each_participant() -> None:
     async with two_peers() as (one, other):
-        writer, reader = one.writer("rt/a", RELIABLE), other.reader("rt/a", RELIABLE)
+        writer = one.writer("rt/a", RELIABLE)
         writer.put(HELLO)  # for nobody
+        reader = other.reader("rt/a", RELIABLE)
         await matched(writer, reader)
         writer.put(HELLO)
         await until(lambda: other.samples)

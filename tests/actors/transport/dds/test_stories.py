@@ -11,6 +11,7 @@ import pytest
 from actors import Child, Done, GoalRejected, Node, NotRunning, Reject, Service, ServiceFailed, System, Topic, qos, run
 from actors.errors import CallCycle
 from actors.interfaces.rcl_interfaces.srv import ListParameters
+from actors.qos.policies import Liveliness, QoS, Reliability
 from actors.transport.protocol import Transport
 from tests.actors.transport.dds.meeting import MeetingTransport, free_domain
 from tests.actors.transport.zenoh.wires import PeerWire
@@ -162,3 +163,28 @@ async def test_a_cycle_of_calls_through_two_processes_is_found(meet: Callable[[]
         caller = await near.join(Child(Node, name="caller"))
         with pytest.raises((CallCycle, ServiceFailed), match="/one"):
             await caller.node.call(first, two(1, 2), timeout=20.0)
+
+
+async def test_qos_events_come_from_publishers_and_subscriptions_elsewhere(meet: Callable[[], Transport]) -> None:
+    weak = Topic(NUMBERS.type, "weak", qos.DEFAULT.replace(reliability=Reliability.BEST_EFFORT))
+    strict = Topic(NUMBERS.type, "weak", qos.DEFAULT)
+    timed = Topic(NUMBERS.type, "timed", QoS(depth=1, deadline=0.3))
+    manual = Topic(NUMBERS.type, "manual", QoS(depth=1, liveliness=Liveliness.MANUAL_BY_TOPIC, liveliness_lease=0.3))
+    async with (
+        run(Child(Node, name="a"), transport=meet(), sinks=()) as one,
+        run(Child(Node, name="b"), transport=meet(), sinks=()) as other,
+    ):
+        a, b = one.node("a"), other.node("b")
+        offered, late, silent = a.publisher(weak), a.publisher(timed), a.publisher(manual)
+        async with b.subscribe(strict) as wanting, b.subscribe(timed) as waiting, b.subscribe(manual) as watching:
+            await until(lambda: offered.status.incompatible_qos and wanting.status.incompatible_qos)
+            assert offered.status.last_policy_kind == wanting.status.last_policy_kind == "RELIABILITY"
+            assert offered.subscription_count == 0
+
+            await until(lambda: late.subscription_count and silent.subscription_count)
+            late.publish(number(1))
+            silent.publish(number(1))
+            await until(lambda: waiting.status.deadline_missed and late.status.deadline_missed)
+            await until(lambda: watching.status.not_alive == 1)
+            silent.publish(number(2))
+            await until(lambda: watching.status.alive == 1)
