@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -61,6 +62,8 @@ class Go2(Hardware):
         """Why it is lost; empty while it is not."""
         self.state = first
         """The newest."""
+        self.received = self.sent = 0
+        """States and commands so far."""
         self._capabilities = Capabilities(contacts=any(first.foot_force))
         newest = sample_of(first, 0.0, self._feet)
         if newest is None:
@@ -69,6 +72,7 @@ class Go2(Hardware):
 
     def take(self, state: LowState) -> None:
         """A state has arrived."""
+        self.received += 1
         self._arrived.append(state)
 
     @property
@@ -109,19 +113,23 @@ class Go2(Hardware):
         whole = min(int((until - self._sampled) * self._hz + 1e-6), len(self._gathered))
         if whole > 0:
             bounds = np.linspace(0, len(self._gathered), whole + 1).astype(int).tolist()
-            self._waiting += [merged(self._gathered[a:b]) for a, b in zip(bounds, bounds[1:], strict=False)]
+            self._waiting += [merged(self._gathered[a:b]) for a, b in pairwise(bounds)]
             self._gathered, self._sampled = [], max(self._sampled + whole / self._hz, until - 1.0 / self._hz)
 
     def command(self, targets: MotorTargets) -> None:
-        if self._send is not None and not self.lost:
+        if not self.lost:
             self._commanded = self._time
-            self._send(command_of(targets, GO2))
+            self._put(command_of(targets, GO2))
 
     def brake(self) -> None:
         """Have all drives only brake."""
         self._braked = self._time
+        self._put(damping())
+
+    def _put(self, command: LowCmd) -> None:
         if self._send is not None:
-            self._send(damping())
+            self.sent += 1
+            self._send(command)
 
     def actuators(self) -> ActuatorState:
         heat = np.array([motor.temperature for motor in self.state.motor_state[:12]], dtype=np.float64)[JOINTS]

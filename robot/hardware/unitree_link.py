@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import time
+from collections import deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from itertools import count
@@ -64,29 +65,36 @@ async def command_go2(config: DdsConfig, *, enable: bool, say: Callable[[str], N
     Raises `BodySilent` if no Go2 is heard, `Refused` if it stands or somebody else commands it, `WireUnavailable` without Cyclone DDS.
     """
     async with RawTopics(config) as topics:
-        first, robot = await _first(topics, config), None
-        heard: list[Go2] = []
-        topics.reader(STATE, LowState, lambda state: heard[0].take(state) if heard else None, depth=KEPT)
-        if not enable:
-            heard.append(Go2(first))
-            yield heard[0]
-            return
-        _check_lies(first)
-        switcher = Service(topics, "motion_switcher")
-        mode = await _released(switcher, say)
+        states, robot = deque[LowState](maxlen=1), None
+        heard: list[Callable[[LowState], None]] = [states.append]
+        topics.reader(STATE, LowState, lambda state: heard[-1](state), depth=KEPT)
         try:
+            await _until(lambda: bool(states), "")
+        except Refused:
+            raise BodySilent(
+                f"no Go2 is heard in domain {config.domain} (rt/lowstate): is it switched on, and --interface its network?"
+            ) from None
+        if not enable:
+            robot = Go2(states[0])
+            heard.append(robot.take)
+            yield robot
+            return
+        _check_lies(states[0])
+        switcher = Service(topics, "motion_switcher")
+        mode = await _walking(switcher, say)
+        try:
+            if mode:
+                await _release(switcher, mode, say)
             await asyncio.sleep(DISCOVERY)
             if topics.writers(COMMAND):
-                raise Refused(
-                    "another program commands the Go2 (it writes rt/lowcmd): end it, and start again; its own walking service is switched off"
-                )
+                raise Refused("another program commands the Go2 (it writes rt/lowcmd): end it, and start again")
             writer = topics.writer(COMMAND, LowCmd)
             await _until(
-                lambda: writer.matched > 0, "the Go2 does not listen to rt/lowcmd: is its low-level control allowed?"
+                lambda: writer.matched > 0, "the Go2 does not listen to rt/lowcmd: it takes no commands for its joints"
             )
-            robot = Go2(first, writer.write, lambda: topics.writers(COMMAND))
+            robot = Go2(states[0], writer.write, lambda: topics.writers(COMMAND))
+            heard.append(robot.take)
             robot.brake()
-            heard.append(robot)
             yield robot
         finally:
             if robot is not None:
@@ -95,19 +103,6 @@ async def command_go2(config: DdsConfig, *, enable: bool, say: Callable[[str], N
                     await asyncio.sleep(0.01)
             if mode:
                 await _give_back(switcher, mode, say)
-
-
-async def _first(topics: RawTopics, config: DdsConfig) -> LowState:
-    """The first state. Raises `BodySilent`."""
-    states: list[LowState] = []
-    topics.reader(STATE, LowState, lambda state: None if states else states.append(state))
-    try:
-        await _until(lambda: bool(states), "")
-    except Refused:
-        raise BodySilent(
-            f"no Go2 is heard in domain {config.domain} (rt/lowstate): is it switched on, and --interface its network?"
-        ) from None
-    return states[0]
 
 
 async def _until(condition: Callable[[], bool], otherwise: str, seconds: float = FIRST) -> None:
@@ -129,22 +124,22 @@ def _check_lies(state: LowState) -> None:
         )
 
 
-async def _released(switcher: Service, say: Callable[[str], None]) -> str:
-    """Switch the robot's own walking off; returns its name, empty if there is none. Raises `Refused` if it stays on."""
-    if not await switcher.there():
-        say("the Go2 has no motion_switcher service, as a simulator: nothing to switch off")
-        return ""
-    mode = name = await _mode(switcher)
+async def _walking(switcher: Service, say: Callable[[str], None]) -> str:
+    """The name of the robot's own walking service; empty if none is on."""
+    if await switcher.there():
+        return await _mode(switcher)
+    say("the Go2 has no motion_switcher service, as a simulator: nothing to switch off")
+    return ""
+
+
+async def _release(switcher: Service, mode: str, say: Callable[[str], None]) -> None:
+    """Switch the robot's own walking off. Raises `Refused` if it stays on."""
     for _ in range(TRIES):
-        if not name:
-            break
         await switcher.call(_RELEASE_MODE)
-        name = await _mode(switcher)
-    if name:
-        raise Refused(f"the Go2's own walking service {name!r} does not switch off: end its program in Unitree's app")
-    if mode:
-        say(f"the Go2's own walking service {mode!r} is switched off")
-    return mode
+        if not await _mode(switcher):
+            say(f"the Go2's own walking service {mode!r} is switched off")
+            return
+    raise Refused(f"the Go2's own walking service {mode!r} does not switch off: end it in Unitree's app")
 
 
 async def _give_back(switcher: Service, mode: str, say: Callable[[str], None]) -> None:

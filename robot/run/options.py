@@ -22,6 +22,13 @@ from robot.sim.ground import Ground
 VIRTUAL_DURATION = 120.0
 """A run on the virtual clock needs an end; this is its default, seconds."""
 
+_OF_HARDWARE = ("interface", "domain", "enable")
+_WITH_HARDWARE = frozenset(
+    ("hardware", "duration", "listen", "connect", "security", "no_web", "web", "web_host", "web_origin", "bags", "log_format", "log_level",
+     "motor_delay")
+)  # fmt: skip
+"""Words that mean something to a robot that exists."""
+
 
 @dataclass(frozen=True, slots=True)
 class Web:
@@ -94,11 +101,21 @@ class Options:
     """How wrong the body's sensors are."""
     web: Web | None = None
     """The web server beside the robot; None: there is none."""
+    hardware: str | None = None
+    """The make of a robot that exists; None: it is simulated."""
+    interface: str | None = None
+    """The network interface of that robot; None: the one that the middleware chooses."""
+    domain: int = 0
+    """Its DDS domain."""
+    enable: bool = False
+    """Whether its motors are commanded."""
 
 
 def parse(argv: Sequence[str]) -> Options:
     """Raises `UsageError`; `--help` ends in argparse's own way (exit 0)."""
-    given = _parser().parse_args(_with_negative_values(argv))
+    parser = _parser()
+    given = parser.parse_args(_with_negative_values(argv))
+    _check_hardware(given, parser)
     machines = parse_machines(given.host)
     _check_together(given)
     if given.publish_clock is not None:
@@ -151,6 +168,10 @@ def parse(argv: Sequence[str]) -> Options:
         robot=given.robot,
         sensors=given.sensors,
         web=_web(given),
+        hardware=given.hardware,
+        interface=given.interface,
+        domain=given.domain,
+        enable=given.enable,
     )
 
 
@@ -191,6 +212,21 @@ def _check_together(given: argparse.Namespace) -> None:
         raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
     if given.processes and given.push:
         raise UsageError("--push: a body in a process of its own cannot be pushed from here; leave out --processes")
+
+
+def _check_hardware(given: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
+    """Refuse words of the simulation for a robot that exists, and the other way round. Raises `UsageError`."""
+    words = _OF_HARDWARE if given.hardware is None else vars(given).keys() - _WITH_HARDWARE - set(_OF_HARDWARE)
+    if wrong := [
+        f"--{word.replace('_', '-')}" for word in sorted(words) if getattr(given, word) != parser.get_default(word)
+    ]:
+        if given.hardware is None:
+            raise UsageError(f"{', '.join(wrong)}: which robot? Add --hardware unitree")
+        raise UsageError(
+            f"{', '.join(wrong)}: --hardware is a robot that exists, not a simulated one; leave out one of them"
+        )
+    if given.hardware is not None and find_spec("cyclonedds") is None:
+        raise UsageError(f'--hardware {given.hardware}: it is reached by DDS: pip install "robactor[dds]"')
 
 
 def _with_negative_values(argv: Sequence[str]) -> list[str]:
