@@ -13,7 +13,6 @@ from robot.hardware.battery import PackState, SupplyStatus
 from robot.hardware.body import (
     ActuatorState,
     BodySilent,
-    Capabilities,
     Hardware,
     ImuSample,
     JointSample,
@@ -55,7 +54,7 @@ class Go2(Hardware):
         self._time = self._sampled = self._braked = 0.0
         self._commanded = -1.0
         self._silent, self._hz = 0.0, 0.0
-        self._feet = FootContacts()
+        self._feet = FootContacts(sensed=any(first.foot_force))
         self._arrived: deque[LowState] = deque(maxlen=KEPT)
         self._waiting: deque[Sample] = deque(maxlen=40)
         self.lost = ""
@@ -64,7 +63,6 @@ class Go2(Hardware):
         """The newest."""
         self.received = self.sent = 0
         """States and commands so far."""
-        self._capabilities = Capabilities(contacts=any(first.foot_force))
         newest = sample_of(first, 0.0, self._feet)
         if newest is None:
             raise BodySilent("the Go2 sends states that hold no numbers")
@@ -78,11 +76,6 @@ class Go2(Hardware):
     @property
     def time(self) -> float:
         return self._time
-
-    @property
-    def capabilities(self) -> Capabilities:
-        """It feels its feet, if the sensors there read anything at all."""
-        return self._capabilities
 
     def advance(self, until: float) -> None:
         self._silent += min(max(until - self._time, 0.0), TURN)
