@@ -46,7 +46,7 @@ def main(argv: Sequence[str], serve_web: ServeWeb | None = None) -> int:
         if options.hardware is not None:
             from robot.run.hardware import run_hardware
 
-            return run_hardware(options, serve_web)
+            return run_hardware(options.hardware, options, serve_web)
         return Session(options, serve_web).run()
     except UsageError as error:
         print(f"robot run: {error}", file=sys.stderr)

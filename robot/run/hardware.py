@@ -13,7 +13,7 @@ from robot.run.errands import UsageError
 if TYPE_CHECKING:
     from actors import System
     from robot.hardware.unitree import Go2
-    from robot.run.options import Options
+    from robot.run.options import Options, RealRobot
     from robot.run.web import ServeWeb
 
 __all__ = ["OFF", "run_hardware"]
@@ -25,7 +25,7 @@ WALKING = ("gait", "safety_monitor", "robot_controller")
 """Nodes that would take legs that follow no command for broken."""
 
 
-def run_hardware(options: Options, serve_web: ServeWeb | None = None) -> int:
+def run_hardware(which: RealRobot, options: Options, serve_web: ServeWeb | None = None) -> int:
     """The exit code, as of `robot.run.command.main`; 3 if the robot is lost."""
     from actors import StartFailed, SupervisorGaveUp, execute
     from actors.transport import WireUnavailable
@@ -33,9 +33,9 @@ def run_hardware(options: Options, serve_web: ServeWeb | None = None) -> int:
     from robot.hardware.unitree_link import Refused
 
     try:
-        return execute(lambda: _main(options, serve_web), clock="real")
+        return execute(lambda: _main(which, options, serve_web), clock="real")
     except (Refused, WireUnavailable) as error:
-        raise UsageError(f"--hardware {options.hardware}: {error}") from None
+        raise UsageError(f"--hardware {which.make}: {error}") from None
     except (SupervisorGaveUp, StartFailed, BodySilent) as error:
         print(f"robot run: {error}", file=sys.stderr)
         return 3
@@ -43,7 +43,7 @@ def run_hardware(options: Options, serve_web: ServeWeb | None = None) -> int:
         return 130
 
 
-async def _main(options: Options, serve_web: ServeWeb | None) -> int:
+async def _main(which: RealRobot, options: Options, serve_web: ServeWeb | None) -> int:
     from actors import SupervisorGaveUp, run
     from actors.logs import Level, console_sink, json_sink
     from actors.transport import transport_from_environment
@@ -61,21 +61,21 @@ async def _main(options: Options, serve_web: ServeWeb | None) -> int:
     told: list[str] = []
     say = told.append
     async with command_go2(
-        config_of(options.interface, options.domain), enable=options.enable, say=lambda text: say(text)
+        config_of(which.interface, which.domain), enable=which.enable, say=lambda text: say(text)
     ) as robot:
         transport = transport_from_environment(
             os.environ, listen=options.listen, connect=options.connect, security=options.security
         )
         sink = json_sink() if options.log_format == "json" else console_sink()
         tree = tree_of(Equipment(robot, Go2Battery(robot), model=GO2), motor_delay=options.motor_delay)
-        if not options.enable:
+        if not which.enable:
             tree = only(tree, tuple(node.name for node in nodes_of(tree) if node.name not in WALKING))
         context = run(tree, sinks=(sink,), level=Level.parse(options.log_level), transport=transport)
         try:
             async with context as system:
                 for text in told:
                     system.log.info(text)
-                system.log.warning(ON if options.enable else OFF)
+                system.log.warning(ON if which.enable else OFF)
                 web = asyncio.ensure_future(start(system, options, serve_web))
                 try:
                     await _until_over(system, robot, options.duration)

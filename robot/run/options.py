@@ -46,6 +46,19 @@ class Web:
 
 
 @dataclass(frozen=True, slots=True)
+class RealRobot:
+    """A robot that exists."""
+
+    make: str
+    interface: str | None
+    """The network that it is on; None: the one that the middleware chooses."""
+    domain: int
+    """Its DDS domain."""
+    enable: bool
+    """Whether its motors are commanded."""
+
+
+@dataclass(frozen=True, slots=True)
 class Options:
     """Everything a run can be told."""
 
@@ -101,21 +114,14 @@ class Options:
     """How wrong the body's sensors are."""
     web: Web | None = None
     """The web server beside the robot; None: there is none."""
-    hardware: str | None = None
-    """The make of a robot that exists; None: it is simulated."""
-    interface: str | None = None
-    """The network interface of that robot; None: the one that the middleware chooses."""
-    domain: int = 0
-    """Its DDS domain."""
-    enable: bool = False
-    """Whether its motors are commanded."""
+    hardware: RealRobot | None = None
+    """The robot that exists; None: it is simulated."""
 
 
 def parse(argv: Sequence[str]) -> Options:
     """Raises `UsageError`; `--help` ends in argparse's own way (exit 0)."""
-    parser = _parser()
-    given = parser.parse_args(_with_negative_values(argv))
-    _check_hardware(given, parser)
+    given = _parser().parse_args(_with_negative_values(argv))
+    hardware = _hardware(given)
     machines = parse_machines(given.host)
     _check_together(given)
     if given.publish_clock is not None:
@@ -168,10 +174,7 @@ def parse(argv: Sequence[str]) -> Options:
         robot=given.robot,
         sensors=given.sensors,
         web=_web(given),
-        hardware=given.hardware,
-        interface=given.interface,
-        domain=given.domain,
-        enable=given.enable,
+        hardware=hardware,
     )
 
 
@@ -214,19 +217,18 @@ def _check_together(given: argparse.Namespace) -> None:
         raise UsageError("--push: a body in a process of its own cannot be pushed from here; leave out --processes")
 
 
-def _check_hardware(given: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
-    """Refuse words of the simulation for a robot that exists, and the other way round. Raises `UsageError`."""
+def _hardware(given: argparse.Namespace) -> RealRobot | None:
+    """The robot that exists. Raises `UsageError` for words of the simulation beside it, and for its words without it."""
     words = _OF_HARDWARE if given.hardware is None else vars(given).keys() - _WITH_HARDWARE - set(_OF_HARDWARE)
-    if wrong := [
-        f"--{word.replace('_', '-')}" for word in sorted(words) if getattr(given, word) != parser.get_default(word)
-    ]:
-        if given.hardware is None:
-            raise UsageError(f"{', '.join(wrong)}: which robot? Add --hardware unitree")
-        raise UsageError(
-            f"{', '.join(wrong)}: --hardware is a robot that exists, not a simulated one; leave out one of them"
-        )
-    if given.hardware is not None and find_spec("cyclonedds") is None:
-        raise UsageError(f'--hardware {given.hardware}: it is reached by DDS: pip install "robactor[dds]"')
+    usual = _parser().get_default
+    wrong = ", ".join(f"--{word.replace('_', '-')}" for word in sorted(words) if getattr(given, word) != usual(word))
+    if given.hardware is None:
+        if wrong:
+            raise UsageError(f"{wrong}: which robot? Add --hardware unitree")
+        return None
+    if wrong:
+        raise UsageError(f"{wrong}: --hardware is a robot that exists, not a simulated one; leave out one of them")
+    return RealRobot(given.hardware, given.interface, given.domain, given.enable)
 
 
 def _with_negative_values(argv: Sequence[str]) -> list[str]:

@@ -24,7 +24,7 @@ M = TypeVar("M", bound=Message)
 
 
 class RawWriter(Generic[M]):
-    """Writes messages of one topic."""
+    """Writes messages of one topic; no public constructor: it comes from `RawTopics.writer`."""
 
     def __init__(self, writer: Writer) -> None:
         self._writer = writer
@@ -48,12 +48,12 @@ class RawTopics:
 
     def __init__(self, config: DdsConfig | None = None) -> None:
         self._participant = Participant(config or DdsConfig())
-        self._writers: Counter[str] = Counter()
+        self._others = _Others()
         self.unreadable = 0
         """Messages that were dropped because their bytes are not those of the type."""
 
     async def __aenter__(self) -> RawTopics:
-        await self._participant.open(self)
+        await self._participant.open(self._others)
         return self
 
     async def __aexit__(
@@ -74,7 +74,7 @@ class RawTopics:
 
     def writers(self, topic: str) -> int:
         """How many writers of `topic` others have, of any type, as far as is discovered by now."""
-        return self._writers[topic]
+        return self._others.writers[topic]
 
     def _taken(self, type: type[M], take: Callable[[M], None], samples: list[Sample]) -> None:
         for sample in samples:
@@ -85,7 +85,12 @@ class RawTopics:
             else:
                 take(message)
 
-    # -- discovery.Events ---------------------------------------------------------------------------------------------------
+
+class _Others:
+    """Counts the writers of others by topic (`discovery.Events`)."""
+
+    def __init__(self) -> None:
+        self.writers: Counter[str] = Counter()
 
     def participant_appeared(self, participant: RemoteParticipant) -> None:
         """Participants do not matter."""
@@ -94,12 +99,10 @@ class RawTopics:
         """They do not matter."""
 
     def endpoint_appeared(self, endpoint: RemoteEndpoint) -> None:
-        """Count it, if it writes."""
-        self._writers[endpoint.topic] += endpoint.writes
+        self.writers[endpoint.topic] += endpoint.writes
 
     def endpoint_changed(self, endpoint: RemoteEndpoint) -> None:
         """Its quality of service does not matter."""
 
     def endpoint_vanished(self, endpoint: RemoteEndpoint) -> None:
-        """Count it no longer."""
-        self._writers[endpoint.topic] -= endpoint.writes
+        self.writers[endpoint.topic] -= endpoint.writes
