@@ -26,8 +26,6 @@ from robot.interfaces.unitree.unitree_go.msg import LowCmd, LowState
 from robot.model.battery import PackDesign
 from robot.model.bodies import GO2
 
-__all__ = ["KEPT", "SILENT", "Go2", "Go2Battery"]
-
 SILENT: Final = 0.2
 """Seconds without a state after which the robot counts as lost."""
 UNCOMMANDED: Final = 0.1

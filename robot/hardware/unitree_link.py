@@ -23,8 +23,6 @@ from robot.interfaces.unitree.unitree_go.msg import LowCmd, LowState
 from robot.model.bodies import GO2
 from robot.model.kinematics import feet
 
-__all__ = ["Refused", "Service", "command_go2", "config_of"]
-
 STATE, COMMAND = "rt/lowstate", "rt/lowcmd"
 FIRST: Final = 5.0
 """Seconds in which the first state must come."""

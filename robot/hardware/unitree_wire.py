@@ -19,8 +19,6 @@ from robot.model.bodies import GO2
 from robot.model.legs import LEVEL, leg_state
 from robot.model.robot import RobotModel
 
-__all__ = ["JOINTS", "FootContacts", "command_of", "crc_of", "damping", "sample_of"]
-
 JOINTS: Final = np.array((3, 4, 5, 0, 1, 2, 9, 10, 11, 6, 7, 8))
 """Where each of our joints is among its motors; the other way round it is the same."""
 FEET: Final = np.array((1, 0, 3, 2))

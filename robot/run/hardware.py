@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from robot.run.options import Options, RealRobot
     from robot.run.web import ServeWeb
 
-__all__ = ["OFF", "run_hardware"]
-
 OFF = "the motors are off: nothing is sent to the robot without --enable"
 ON = "THE MOTORS ARE ON (--enable): first steps hang on a stand, with the remote control's emergency stop in your hand"
 

@@ -18,8 +18,6 @@ from actors.transport.dds.participant import Participant
 from actors.transport.dds.qos import EndpointQos
 from actors.transport.format.types import write_type
 
-__all__ = ["RawTopics", "RawWriter"]
-
 M = TypeVar("M", bound=Message)
 
 
