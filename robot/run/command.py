@@ -42,7 +42,12 @@ def main(argv: Sequence[str], serve_web: ServeWeb | None = None) -> int:
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     try:
-        return Session(parse(argv), serve_web).run()
+        options = parse(argv)
+        if options.hardware is not None:
+            from robot.run.hardware import run_hardware
+
+            return run_hardware(options.hardware, options, serve_web)
+        return Session(options, serve_web).run()
     except UsageError as error:
         print(f"robot run: {error}", file=sys.stderr)
         return 2

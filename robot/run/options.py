@@ -22,6 +22,13 @@ from robot.sim.ground import Ground
 VIRTUAL_DURATION = 120.0
 """A run on the virtual clock needs an end; this is its default, seconds."""
 
+_OF_HARDWARE = ("interface", "domain", "enable")
+_WITH_HARDWARE = frozenset(
+    ("hardware", "duration", "listen", "connect", "security", "no_web", "web", "web_host", "web_origin", "bags", "log_format", "log_level",
+     "motor_delay")
+)  # fmt: skip
+"""Words that mean something to a robot that exists."""
+
 
 @dataclass(frozen=True, slots=True)
 class Web:
@@ -36,6 +43,19 @@ class Web:
     """Whether it was asked for, so that the run ends if it cannot be had."""
     bags: str | None = None
     """The folder in which the page records bags; None: it does not."""
+
+
+@dataclass(frozen=True, slots=True)
+class RealRobot:
+    """A robot that exists."""
+
+    make: str
+    interface: str | None
+    """The network that it is on; None: the one that the middleware chooses."""
+    domain: int
+    """Its DDS domain."""
+    enable: bool
+    """Whether its motors are commanded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,11 +114,14 @@ class Options:
     """How wrong the body's sensors are."""
     web: Web | None = None
     """The web server beside the robot; None: there is none."""
+    hardware: RealRobot | None = None
+    """The robot that exists; None: it is simulated."""
 
 
 def parse(argv: Sequence[str]) -> Options:
     """Raises `UsageError`; `--help` ends in argparse's own way (exit 0)."""
     given = _parser().parse_args(_with_negative_values(argv))
+    hardware = _hardware(given)
     machines = parse_machines(given.host)
     _check_together(given)
     if given.publish_clock is not None:
@@ -151,6 +174,7 @@ def parse(argv: Sequence[str]) -> Options:
         robot=given.robot,
         sensors=given.sensors,
         web=_web(given),
+        hardware=hardware,
     )
 
 
@@ -191,6 +215,20 @@ def _check_together(given: argparse.Namespace) -> None:
         raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
     if given.processes and given.push:
         raise UsageError("--push: a body in a process of its own cannot be pushed from here; leave out --processes")
+
+
+def _hardware(given: argparse.Namespace) -> RealRobot | None:
+    """The robot that exists. Raises `UsageError` for words of the simulation beside it, and for its words without it."""
+    words = _OF_HARDWARE if given.hardware is None else vars(given).keys() - _WITH_HARDWARE - set(_OF_HARDWARE)
+    usual = _parser().get_default
+    wrong = ", ".join(f"--{word.replace('_', '-')}" for word in sorted(words) if getattr(given, word) != usual(word))
+    if given.hardware is None:
+        if wrong:
+            raise UsageError(f"{wrong}: which robot? Add --hardware unitree")
+        return None
+    if wrong:
+        raise UsageError(f"{wrong}: --hardware is a robot that exists, not a simulated one; leave out one of them")
+    return RealRobot(given.hardware, given.interface, given.domain, given.enable)
 
 
 def _with_negative_values(argv: Sequence[str]) -> list[str]:

@@ -12,6 +12,7 @@ def declare(add: Any) -> None:
     """Declare every word by `add`, the `add_argument` of a parser."""
     _add_circumstances(add)
     _add_body(add)
+    _add_hardware(add)
     _add_ground(add)
     _add_network(add)
     _add_errand(add)
@@ -87,6 +88,26 @@ def _add_body(add: Any) -> None:
         choices=("physics", "kinematic"),
         default="physics",
         help="MuJoCo, or numpy only, which cannot fall",
+    )
+
+
+def _add_hardware(add: Any) -> None:
+    """A robot that exists."""
+    add(
+        "--hardware",
+        choices=("unitree",),
+        help="a real robot instead of a simulated one: unitree, a Go2 by DDS (docs/unitree.md)",
+    )
+    add(
+        "--interface",
+        metavar="NAME",
+        help="the network interface that the real robot is on, such as eth0; a simulator: lo",
+    )
+    add("--domain", type=whole(0, 232), default=0, metavar="N", help="its DDS domain (default 0)")
+    add(
+        "--enable",
+        action="store_true",
+        help="command the real robot's motors; without it nothing is sent to the robot. First steps hang on a stand",
     )
 
 

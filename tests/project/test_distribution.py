@@ -20,7 +20,7 @@ META = "robactor-0.1.0.dist-info"
 WHEEL = {
     "actors": {".py", ".typed", ".msg", ".srv", ".action", "NOTICE"},
     "cli": {".py", ".typed", ".html", ".js", ".css", ".svg", ".json", "NOTICE"},
-    "robot": {".py", ".typed", ".msg", ".srv", ".action", ".xml", ".yaml"},
+    "robot": {".py", ".typed", ".msg", ".srv", ".action", ".xml", ".yaml", "NOTICE"},
     META: {"METADATA", "WHEEL", "RECORD", ".txt", "LICENSE", "NOTICE"},
 }
 """What the wheel holds: for each folder the suffixes, or the names of what has none."""

@@ -205,10 +205,10 @@ def _with_packages() -> dict[str, str]:
 
 
 def test_the_notice_names_the_packages_that_are_not_under_our_licence() -> None:
-    assert PROJECT["license-files"] == [
-        "LICENSE", "actors/interfaces/NOTICE", "robot/interfaces/NOTICE", "cli/web/page/vendor/NOTICE"
-    ]  # fmt: skip
-    assert "nav2_msgs" in (ROOT / "robot/interfaces/NOTICE").read_text()
+    robots = ["robot/interfaces/NOTICE", "robot/interfaces/unitree/NOTICE"]
+    notices = ["actors/interfaces/NOTICE", *robots, "cli/web/page/vendor/NOTICE"]
+    assert PROJECT["license-files"] == ["LICENSE", *notices]
+    assert "nav2_msgs" in (ROOT / robots[0]).read_text()
     notice = (ROOT / "actors/interfaces/NOTICE").read_text(encoding="utf-8")
     packages = {folder.name for folder in (ROOT / "actors/interfaces/share").iterdir()}
     assert packages <= set(re.findall(r"\w+", notice))

@@ -13,7 +13,7 @@ from robot.model.actuators import ActuatorDesign
 from robot.run.arguments import parse_seed, seconds, whole, within
 from robot.run.errands import Crash, Fetch, parse_fetch, parse_goal
 from robot.run.hardships import Push
-from robot.run.options import Web, parse
+from robot.run.options import RealRobot, Web, parse
 from robot.sim.ground import Ground
 
 
@@ -25,7 +25,7 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "machines": None, "hangs": (), "security": None,
         "replay": (), "journals": None, "spans": False, "ground": None, "pushes": (), "web": Web(), "actuators": ActuatorDesign(), "map": None,
-        "sensors": "real", "sight": False, "robot": "spot",
+        "sensors": "real", "sight": False, "robot": "spot", "hardware": None,
     }  # fmt: skip
 
 
@@ -195,3 +195,13 @@ def test_another_robot_has_none_of_what_only_the_reference_body_has(also: list[s
         UsageError, match="--robot: the kinematic body, the arm and the depth cameras are those of spot"
     ):
         parse(["--robot", "go2", *also])
+
+
+def test_a_robot_that_exists_has_its_own_words() -> None:
+    options = parse(["--hardware", "unitree", "--interface", "lo", "--domain", "1", "--duration", "3", "--no-web"])
+    assert options.hardware == RealRobot("unitree", "lo", 1, enable=False)
+    assert parse(["--hardware", "unitree", "--enable"]).hardware == RealRobot("unitree", None, 0, enable=True)
+    with pytest.raises(UsageError, match="--goal, --world: --hardware is a robot that exists"):
+        parse(["--hardware", "unitree", "--goal", "1", "1", "--world", "empty"])
+    with pytest.raises(UsageError, match="--enable: which robot"):
+        parse(["--enable"])
