@@ -6,6 +6,7 @@ import asyncio
 import time
 import uuid
 from collections.abc import AsyncIterator, Callable
+from functools import partial
 from typing import Any, cast
 
 import pytest
@@ -99,7 +100,7 @@ async def test_losses_are_told_to_those_for_whom_the_messages_were(both: Any, mo
     outs = [there.publisher(there.node(f"/out{index}"), "/lossy", INT32, DEFAULT) for index in range(2)]
     for out in outs:
         out.open()
-        await until(lambda out=out: out.wanted)
+        await until(partial(getattr, out, "wanted"))
         out.put(ONE, 1, 0)
     await until(lambda: len(owner.messages) == 2)
     assert len(receiver._numbers) == 1, "of so many writers the numbers are kept"
@@ -279,9 +280,10 @@ async def test_each_request_is_sent_once_when_its_server_is_there(both: Any) -> 
     requests: list[Any] = []
     there.server(there.node("/serves"), "/knows", UNKNOWN, SERVICES, requests.append)
     await until(lambda: owner.has("appeared", ("/serves", "SERVER", "/knows")))
-    for number in (1, 2):
-        client.ask(ONE, number, 0, b"", None, lambda answer: None)
-        await until(lambda number=number: len(requests) == number)
+    client.ask(ONE, 1, 0, b"", None, lambda answer: None)
+    await until(lambda: requests)
+    client.ask(ONE, 2, 0, b"", None, lambda answer: None)
+    await until(lambda: len(requests) == 2)
     assert [one.number for one in requests] == [1, 2]
 
 
