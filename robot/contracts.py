@@ -15,7 +15,7 @@ from typing import Final
 
 from actors import Action, QoS, Service, Topic, qos
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray
-from actors.interfaces.geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
+from actors.interfaces.geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
 from actors.interfaces.std_msgs.msg import Float64, String
@@ -95,11 +95,15 @@ CMD_VEL = Topic(Twist, "/cmd_vel", qos.COMMANDS)
 """The body's velocity in its own axes; forgotten after 0.5 s. Only the robot controller publishes it."""
 TELEOP_CMD = Topic(Twist, "/teleop/cmd_vel", qos.COMMANDS)
 """What an operator asks of the robot controller: of its four sources the first, before joystick, voice and autonomy."""
+TELEOP_CMD_STAMPED = Topic(TwistStamped, "/teleop/cmd_vel_stamped", qos.COMMANDS)
+"""The same from ROS 2's tools that stamp their commands; the stamp is not judged."""
 JOY_CMD = Topic(Twist, "/joy/cmd_vel", qos.COMMANDS)
 VOICE = Topic(String, "/voice_command", qos.COMMANDS)
 """One word, English or Portuguese: see `robot.control.voice`."""
 AUTONOMY_CMD = Topic(Twist, "/autonomy/cmd_vel", qos.COMMANDS)
 """What navigation asks for."""
+AUTONOMY_CMD_STAMPED = Topic(TwistStamped, "/autonomy/cmd_vel_stamped", qos.COMMANDS)
+"""The same from another navigation, as Nav2 publishes it."""
 MOTOR_TARGETS = Topic(MotorTargets, "/motor_targets", QoS(depth=1))
 """200 Hz from the gait controller; the motors sit the robot down 100 ms after the last one."""
 BODY_DRIVE = Topic(BodyDrive, "/body_drive", QoS(depth=1))

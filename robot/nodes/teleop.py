@@ -7,12 +7,24 @@ from typing import TYPE_CHECKING
 
 from actors import Node, every, parameter, publishes
 from actors.interfaces.builtin_interfaces.msg import Time
-from actors.interfaces.geometry_msgs.msg import Twist, Vector3
+from actors.interfaces.geometry_msgs.msg import Twist, TwistStamped, Vector3
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Request, SetBool_Response
 from actors.time import nanoseconds_of
-from robot.contracts import AUTONOMY_CMD, CMD_VEL, DRIVE_STATUS, ENABLE, JOY_CMD, SAFETY_STATE, SCAN, TELEOP_CMD, VOICE
+from robot.contracts import (
+    AUTONOMY_CMD,
+    AUTONOMY_CMD_STAMPED,
+    CMD_VEL,
+    DRIVE_STATUS,
+    ENABLE,
+    JOY_CMD,
+    SAFETY_STATE,
+    SCAN,
+    TELEOP_CMD,
+    TELEOP_CMD_STAMPED,
+    VOICE,
+)
 from robot.control.arbiter import Decision, Source, VelocityArbiter, VelocityLimits, Verdict
 from robot.control.guard import Guard
 from robot.control.voice import interpret
@@ -39,7 +51,8 @@ SILENT = "the safety monitor is silent"
 class RobotController(Node):
     """Passes on the commands of whoever drives: teleop before joystick before voice before autonomy, each for `timeout` seconds.
 
-    Takes teleop/cmd_vel, joy/cmd_vel, voice_command, autonomy/cmd_vel, safety/state, lidar/scan; publishes cmd_vel, drive_status; serves robot/enable.
+    Takes teleop/cmd_vel, joy/cmd_vel, voice_command, autonomy/cmd_vel, teleop/cmd_vel_stamped, autonomy/cmd_vel_stamped, safety/state,
+    lidar/scan; publishes cmd_vel, drive_status; serves robot/enable.
 
     An accepted command is published at once, in the handler that hears it. When the last one has timed out, when the robot is disabled and
     when the safety monitor stops it, one zero goes out in the same way, and under a stop 50 more every second, so that nobody who
@@ -107,6 +120,10 @@ class RobotController(Node):
     def teleop(self, message: Twist) -> None:
         self._offer(Source.TELEOP, message)
 
+    @TELEOP_CMD_STAMPED.on()
+    def teleop_stamped(self, message: TwistStamped) -> None:
+        self._offer(Source.TELEOP, message.twist)
+
     @JOY_CMD.on()
     def joystick(self, message: Twist) -> None:
         self._offer(Source.JOYSTICK, message)
@@ -114,6 +131,10 @@ class RobotController(Node):
     @AUTONOMY_CMD.on()
     def autonomy(self, message: Twist) -> None:
         self._offer(Source.AUTONOMY, message)
+
+    @AUTONOMY_CMD_STAMPED.on()
+    def autonomy_stamped(self, message: TwistStamped) -> None:
+        self._offer(Source.AUTONOMY, message.twist)
 
     @VOICE.on()
     def voice(self, message: String) -> None:

@@ -21,6 +21,8 @@ TOPICS = """\
     <- docking reliable 10
     <- navigation reliable 10
     -> robot_controller reliable 10
+/autonomy/cmd_vel_stamped geometry_msgs/msg/TwistStamped
+    -> robot_controller reliable 10
 /battery_state sensor_msgs/msg/BatteryState
     <- battery reliable latched 1
     -> docking reliable latched 1
@@ -161,6 +163,8 @@ TOPICS = """\
 /sensor_data my_robot_interfaces/msg/SensorData
     -> safety_monitor reliable 10
 /teleop/cmd_vel geometry_msgs/msg/Twist
+    -> robot_controller reliable 10
+/teleop/cmd_vel_stamped geometry_msgs/msg/TwistStamped
     -> robot_controller reliable 10
 /tf tf2_msgs/msg/TFMessage
     <- frames reliable 100

@@ -10,13 +10,14 @@ import pytest
 
 from actors import Child, Node, Topic
 from actors.interfaces.builtin_interfaces.msg import Time
-from actors.interfaces.geometry_msgs.msg import Pose, PoseStamped, Twist
+from actors.interfaces.geometry_msgs.msg import Pose, PoseStamped, Twist, TwistStamped
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from actors.testing import Rig
 from robot.contracts import (
     AUTONOMY_CMD,
+    AUTONOMY_CMD_STAMPED,
     BATTERY_STATUS,
     CMD_VEL,
     DRIVE_STATUS,
@@ -30,6 +31,7 @@ from robot.contracts import (
     SAVE_CONFIG,
     SCAN,
     TELEOP_CMD,
+    TELEOP_CMD_STAMPED,
     VOICE,
 )
 from robot.hardware.beams import MAX_RANGE, beam_angles
@@ -97,6 +99,20 @@ async def test_a_joystick_is_clipped_to_the_limits(rig: Rig) -> None:
     rig.publish(JOY_CMD, twist(2.0, wz=-3.0))
     await rig.quiet()
     assert list(cmd) == [twist(1.0, wz=-1.0)]
+
+
+async def test_a_stamped_command_drives_as_one_without_a_stamp_does_and_a_person_comes_before_autonomy(
+    rig: Rig,
+) -> None:
+    await rig.start(TUTORIAL)
+    cmd = rig.probe(CMD_VEL)
+    rig.publish(AUTONOMY_CMD_STAMPED, TwistStamped(twist=twist(0.4)))
+    await rig.quiet()
+    rig.publish(TELEOP_CMD_STAMPED, TwistStamped(twist=twist(0.2)))
+    await rig.quiet()
+    rig.publish(AUTONOMY_CMD_STAMPED, TwistStamped(twist=twist(0.4)))
+    await rig.quiet()
+    assert list(cmd) == [twist(0.4), twist(0.2)]
 
 
 async def test_enable_and_disable_answer_in_the_tutorials_words_and_the_zero_is_first(rig: Rig) -> None:

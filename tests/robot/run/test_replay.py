@@ -14,17 +14,19 @@ from typing import Literal
 import pytest
 
 from actors import Child, Node, Supervisor, execute, run
+from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.std_srvs.srv import SetBool, Trigger, Trigger_Request, Trigger_Response
 from actors.replay import Journal, ReplayError, load, replay, tape_in
 from actors.replay.tape import starts_of
 from robot.assembly import Robot
 from robot.contracts import DOCK, EMERGENCY_STOP, NAVIGATE_TO_POSE, STAND
 from robot.evaluate.load import processor_seconds
+from robot.geometry.messages import pose_stamped
 from robot.geometry.planar import Pose2
+from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.action import Dock
 from robot.nodes.gait import Gait
 from tests.robot.run.test_run import robot
-from tests.robot.stage import to_place
 
 NODES = ("navigation", "gait", "battery", "safety_monitor", "robot_controller", "localizer")
 INNER: dict[str, set[tuple[str, str]]] = {
@@ -52,7 +54,7 @@ class Operator(Node):
     """Who sends the robot to places."""
 
     async def go(self, x: float, y: float) -> str:
-        async with self.start(NAVIGATE_TO_POSE, to_place(x, y)) as goal:
+        async with self.start(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=pose_stamped(Pose2(x, y), Time()))) as goal:
             return repr(await goal.ended())
 
     async def dock(self) -> str:
