@@ -90,17 +90,17 @@ class _Others:
     def __init__(self) -> None:
         self.writers: Counter[str] = Counter()
 
-    def participant_appeared(self, participant: RemoteParticipant) -> None:
+    def participant_appeared(self, found: RemoteParticipant) -> None:
         """Participants do not matter."""
 
-    def participant_vanished(self, participant: RemoteParticipant) -> None:
+    def participant_vanished(self, found: RemoteParticipant) -> None:
         """They do not matter."""
 
-    def endpoint_appeared(self, endpoint: RemoteEndpoint) -> None:
-        self.writers[endpoint.topic] += endpoint.writes
+    def endpoint_appeared(self, found: RemoteEndpoint) -> None:
+        self.writers[found.topic] += found.writes
 
-    def endpoint_changed(self, endpoint: RemoteEndpoint) -> None:
+    def endpoint_changed(self, found: RemoteEndpoint) -> None:
         """Its quality of service does not matter."""
 
-    def endpoint_vanished(self, endpoint: RemoteEndpoint) -> None:
-        self.writers[endpoint.topic] -= endpoint.writes
+    def endpoint_vanished(self, found: RemoteEndpoint) -> None:
+        self.writers[found.topic] -= found.writes
