@@ -180,14 +180,15 @@ class Service:
         header = RequestHeader(identity=RequestIdentity(id=number, api_id=api))
         self._requests.write(Request(header=header, parameter=json.dumps(parameters)))
         try:
-            response = await asyncio.wait_for(answer, ANSWER)
+            response: Response = await asyncio.wait_for(answer, ANSWER)
         except TimeoutError:
             raise Refused(f"the Go2's service {self._name} does not answer within {ANSWER:g} s") from None
         finally:
             del self._waiting[number]
         if (code := response.header.status.code) != 0:
             raise Refused(f"the Go2's service {self._name} refuses call {api} with code {code}")
-        return response.data
+        data: str = response.data
+        return data
 
     def _answered(self, response: Response) -> None:
         answer = self._waiting.get(response.header.identity.id)
