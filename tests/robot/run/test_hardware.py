@@ -21,12 +21,15 @@ def test_where_no_robot_is_one_line_says_so(capfd: pytest.CaptureFixture[str]) -
     )
 
 
-def test_without_dds_one_line_says_what_to_install(
-    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "cyclonedds.internal", None)
-    assert main(["--hardware", "unitree", "--domain", "202", "--no-web"]) == 2
-    assert "robactor[dds]" in capfd.readouterr().err
+def test_without_dds_one_line_says_what_to_install() -> None:
+    program = (
+        "import sys; sys.modules['cyclonedds.internal'] = None; from robot.run.command import main; "
+        "sys.exit(main(['--hardware', 'unitree', '--domain', '202', '--no-web']))"
+    )
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("robot run: --hardware unitree: ") and "robactor[dds]" in ended.stderr
+    assert ended.stderr.count("\n") == 1
 
 
 def test_its_motors_are_off_until_they_are_enabled(capfd: pytest.CaptureFixture[str]) -> None:
