@@ -28,6 +28,8 @@ FIRST: Final = 5.0
 """Seconds in which the first state must come."""
 DISCOVERY: Final = 1.0
 """Seconds in which others who command the robot are discovered."""
+MUTUAL: Final = 0.3
+"""Seconds that the other side has to discover us, too: a reader that asks for no retransmission misses what is written before."""
 BRAKED: Final = 0.5
 """Seconds for which the drives are told to brake at the end."""
 ANSWER: Final = 2.0
@@ -171,6 +173,7 @@ class Service:
         """Whether it is found within a second."""
         with suppress(Refused):
             await _until(lambda: self._requests.matched > 0, "", DISCOVERY)
+            await asyncio.sleep(MUTUAL)
         return self._requests.matched > 0
 
     async def call(self, api: int, **parameters: str) -> str:
