@@ -54,6 +54,8 @@ class Go2(Hardware):
         self._silent, self._hz = 0.0, 0.0
         self._feet = FootContacts(sensed=any(first.foot_force))
         self._arrived: deque[LowState] = deque(maxlen=KEPT)
+        self._gathered: list[Sample] = []
+        """Since the last sample was due."""
         self._waiting: deque[Sample] = deque(maxlen=40)
         self.lost = ""
         """Why it is lost; empty while it is not."""
@@ -128,7 +130,7 @@ class Go2(Hardware):
 
     def sample(self, hz: float) -> None:
         self._hz, self._sampled = hz, self._time
-        self._gathered: list[Sample] = []
+        self._gathered.clear()
         self._waiting.clear()
 
     def next_sample(self) -> Sample | None:

@@ -28,6 +28,8 @@ FIRST: Final = 5.0
 """Seconds in which the first state must come."""
 DISCOVERY: Final = 1.0
 """Seconds in which others who command the robot are discovered."""
+MUTUAL: Final = 0.3
+"""Seconds that the other side has to discover us, too: a reader that asks for no retransmission misses what is written before."""
 BRAKED: Final = 0.5
 """Seconds for which the drives are told to brake at the end."""
 ANSWER: Final = 2.0
@@ -171,6 +173,7 @@ class Service:
         """Whether it is found within a second."""
         with suppress(Refused):
             await _until(lambda: self._requests.matched > 0, "", DISCOVERY)
+            await asyncio.sleep(MUTUAL)
         return self._requests.matched > 0
 
     async def call(self, api: int, **parameters: str) -> str:
@@ -180,14 +183,15 @@ class Service:
         header = RequestHeader(identity=RequestIdentity(id=number, api_id=api))
         self._requests.write(Request(header=header, parameter=json.dumps(parameters)))
         try:
-            response = await asyncio.wait_for(answer, ANSWER)
+            response: Response = await asyncio.wait_for(answer, ANSWER)
         except TimeoutError:
             raise Refused(f"the Go2's service {self._name} does not answer within {ANSWER:g} s") from None
         finally:
             del self._waiting[number]
         if (code := response.header.status.code) != 0:
             raise Refused(f"the Go2's service {self._name} refuses call {api} with code {code}")
-        return response.data
+        data: str = response.data
+        return data
 
     def _answered(self, response: Response) -> None:
         answer = self._waiting.get(response.header.identity.id)

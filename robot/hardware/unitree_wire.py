@@ -85,7 +85,7 @@ def sample_of(state: LowState, time: float, feet: FootContacts) -> Sample | None
         return None
     force = np.array(state.foot_force, dtype=np.float64)[FEET] if feet.sensed else _loads(motors[0], motors[2])
     contact = feet.contact(force, time)
-    return Sample(time, ImuSample(gyro, accel), JointSample(*motors, contact))
+    return Sample(time, ImuSample(gyro, accel), JointSample(motors[0], motors[1], motors[2], contact))
 
 
 def _loads(angles: Vector, torques: Vector) -> Vector:

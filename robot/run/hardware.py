@@ -8,7 +8,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from robot.run.errands import UsageError
+from cli.command import UsageError
 
 if TYPE_CHECKING:
     from actors import System

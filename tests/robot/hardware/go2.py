@@ -33,6 +33,7 @@ class SimulatedGo2:
     def __init__(self, topics: RawTopics, *, walking: str = "") -> None:
         self.body = PhysicsBody(get_world("empty"), seed=3, delay=0.002, model=GO2)
         self.topics = topics
+        self.feels = True
         self.walking, self.calls = walking, list[int]()
         self.taken = self.refused = 0
         self.newest = LowCmd()
@@ -76,7 +77,7 @@ class SimulatedGo2:
                 ),
                 motor_state=(*motors, *[MotorState()] * 8),
                 bms_state=BmsState(soc=83, current=-2500, cell_vol=[3600] * 8 + [0] * 7),
-                foot_force=(UNLOADED + LOADED * joints.contact)[FEET].astype(np.int16),
+                foot_force=(self.feels * (UNLOADED + LOADED * joints.contact))[FEET].astype(np.int16),
                 tick=round(until * 1e3) & 0xFFFFFFFF,
             )
         )

@@ -24,6 +24,8 @@ from robot.hardware.unitree import Go2, Go2Battery
 from robot.hardware.unitree_wire import FootContacts, command_of, crc_of, damping
 from robot.interfaces.unitree.unitree_go.msg import BmsState, IMUState, LowCmd, LowState, MotorCmd, MotorState
 from robot.model.bodies import GO2
+from robot.model.kinematics import inverse
+from robot.model.stance import nominal_feet
 from robot.tree import tree_of
 
 pytest.importorskip("cyclonedds")
@@ -142,7 +144,7 @@ def test_numbers_that_are_none_are_no_state() -> None:
 def test_the_battery_is_what_its_electronics_say() -> None:
     pack = BmsState(soc=83, current=-2500, cell_vol=[3600] * 8 + [0] * 7, bq_ntc=(31, 33))
     told = Go2Battery(Go2(state(bms_state=pack))).state
-    assert (told.voltage, told.current, told.soc, told.temperature) == (pytest.approx(28.8), -2.5, 0.83, 33.0)
+    assert told.voltage == pytest.approx(28.8) and (told.current, told.soc, told.temperature) == (-2.5, 0.83, 33.0)
     assert told.status is SupplyStatus.DISCHARGING
     assert Go2Battery(Go2(state())).state.status is SupplyStatus.UNKNOWN
 
@@ -220,9 +222,12 @@ async def commanded(
         await paced(driver.__aexit__(None, None, None))
 
 
-async def test_a_go2_stands_up_walks_and_sits_down_over_dds(rig: Rig) -> None:
+@pytest.mark.parametrize("feels", [True, False])
+async def test_a_go2_stands_up_walks_and_sits_down_over_dds(rig: Rig, feels: bool) -> None:
+    """Also one whose feet have no sensors, as in its maker's simulator."""
     domain, said = next(_domains), list[str]()
     async with simulated(domain, "normal") as far:
+        far.feels = feels
         async with commanded(domain, far, say=said.append) as near:
             await crossed(lambda: far.taken == near.sent)
             assert far.walking == "" and far.newest == damping()
@@ -281,6 +286,19 @@ async def test_it_is_refused_where_another_program_commands_it(rig: Rig) -> None
             async with commanded(domain, far):
                 pass
         assert far.walking == "normal" and far.taken == 0
+
+
+async def test_one_that_stands_is_refused_before_its_own_walking_is_switched_off(rig: Rig) -> None:
+    domain = next(_domains)
+    async with simulated(domain, "normal") as far:
+        standing = inverse(nominal_feet(GO2.stand_height, GO2), GO2).joints
+        for tick in range(1, 401):
+            far.body.command(MotorTargets(standing, np.zeros(12), np.zeros(12), np.full(12, 90.0), np.full(12, 4.0)))
+            far.body.advance(tick * 0.005)
+        with pytest.raises(Refused, match="the Go2 stands"):
+            async with commanded(domain, far):
+                pass
+        assert far.walking == "normal" and far.calls == []
 
 
 async def test_nobody_there_is_one_line(rig: Rig) -> None:
