@@ -150,10 +150,15 @@ class Go2(Hardware):
             raise BodySilent(self.lost)
 
 
+PACK: Final = PackDesign(series_cells=8, energy_wh=236.8)
+
+
 class Go2Battery(BatteryDevice):
     """What the battery of the same robot reports. One that reports nothing, as in a simulator, counts as full."""
 
-    design = PackDesign(series_cells=8, energy_wh=236.8)
+    @property
+    def design(self) -> PackDesign:
+        return PACK
 
     def __init__(self, robot: Go2) -> None:
         self._robot = robot

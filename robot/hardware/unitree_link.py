@@ -6,7 +6,7 @@ import asyncio
 import json
 import time
 from collections import deque
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncGenerator, Callable
 from contextlib import asynccontextmanager, suppress
 from itertools import count
 from typing import Final
@@ -56,7 +56,7 @@ def config_of(interface: str | None, domain: int) -> DdsConfig:
 
 
 @asynccontextmanager
-async def command_go2(config: DdsConfig, *, enable: bool, say: Callable[[str], None]) -> AsyncIterator[Go2]:
+async def command_go2(config: DdsConfig, *, enable: bool, say: Callable[[str], None]) -> AsyncGenerator[Go2]:
     """The legs of the Go2 in a domain, for as long as the context lasts.
 
     Without `enable` nothing is sent to it. With it, its own walking service is switched off first, and on again at the end, if it has one

@@ -94,7 +94,8 @@ def _loads(angles: Vector, torques: Vector) -> Vector:
     turning = np.array(legs.jacobians)
     pushing = turning @ (np.array(legs.weight) - torques).reshape(4, 3, 1)
     square = turning @ turning.transpose(0, 2, 1) + SINGULAR * np.eye(3)  # of a stretched leg nothing is known along it
-    return np.linalg.solve(square, pushing)[:, 2, 0]
+    forces: Vector = np.asarray(np.linalg.solve(square, pushing)[:, 2, 0], dtype=np.float64)
+    return forces
 
 
 class FootContacts:

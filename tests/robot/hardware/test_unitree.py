@@ -222,6 +222,7 @@ async def commanded(
         await paced(driver.__aexit__(None, None, None))
 
 
+@pytest.mark.slow(reason="each state and command crosses a real DDS")
 @pytest.mark.parametrize("feels", [True, False])
 async def test_a_go2_stands_up_walks_and_sits_down_over_dds(rig: Rig, feels: bool) -> None:
     """Also one whose feet have no sensors, as in its maker's simulator."""
@@ -250,6 +251,7 @@ async def test_a_go2_stands_up_walks_and_sits_down_over_dds(rig: Rig, feels: boo
         assert ["switched off" in said[0], "on again" in said[1]] == [True, True]
 
 
+@pytest.mark.slow(reason="each state and command crosses a real DDS")
 async def test_when_no_states_come_its_drives_brake_and_the_run_ends(rig: Rig) -> None:
     domain = next(_domains)
     async with simulated(domain) as far, commanded(domain, far) as near:
@@ -301,6 +303,7 @@ async def test_one_that_stands_is_refused_before_its_own_walking_is_switched_off
         assert far.walking == "normal" and far.calls == []
 
 
+@pytest.mark.slow(reason="each state and command crosses a real DDS")
 async def test_nobody_there_is_one_line(rig: Rig) -> None:
     with pytest.raises(BodySilent, match="no Go2 is heard in domain"):
         here = DdsConfig(domain=next(_domains), discovery_range="LOCALHOST")
