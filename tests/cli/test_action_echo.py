@@ -49,12 +49,15 @@ def _heard_elsewhere(entry: Any) -> bool:
     return "/_action/" in entry.name and any(not one.here for one in entry.subscriptions)
 
 
-async def lines(process: asyncio.subprocess.Process, last: str) -> list[str]:
-    """What it prints, up to the first line that begins so."""
+async def lines(process: asyncio.subprocess.Process, last: str, feedback: int = 0) -> list[str]:
+    """What it prints, until a line begins so and there was so much feedback: topics are not in order with each other."""
     assert process.stdout is not None
     found: list[str] = []
-    while not found or not found[-1].startswith(last):
+    ended = False
+    while not ended or sum("FEEDBACK_TOPIC" in line for line in found) < feedback:
         found.append((await process.stdout.readline()).decode())
+        assert found[-1], "it has ended"
+        ended = ended or found[-1].startswith(last)
     return found
 
 
@@ -68,7 +71,7 @@ async def test_feedback_and_status_are_printed_as_they_come(system_of: SystemOf,
     async with system_of(Counter, Client) as system:
         async with echoing(system, environment, "-i", "FEEDBACK_TOPIC | status_topic", topics=2) as process:
             await system.node(Client).ask(3)
-            found = await lines(process, "  status: 4")
+            found = await lines(process, "  status: 4", feedback=2)
             assert await ended(process) == (130, "")
     text = "".join(found)
     feedback = text[text.index("interface: FEEDBACK_TOPIC") :].split("---\n")[0]
@@ -85,14 +88,14 @@ async def test_the_calls_of_an_action_are_told_by_name_if_its_server_tells_them(
     async with system_of(Child(Counter, parameters=TOLD), Client) as system:
         async with echoing(system, environment, "--json", topics=4) as process:
             await system.node(Client).ask(3)
-            found = [json.loads(line) for line in await lines(process, '{"interface":"RESULT_SERVICE"')]
+            found = [json.loads(line) for line in await lines(process, '{"interface":"RESULT_SERVICE"', feedback=2)]
             code, error = await ended(process)
     assert code == 130
     assert error == "no events of CANCEL_SERVICE: service introspection is not enabled at the action server or client\n"
     goal = [each for each in found if each["interface"] == "GOAL_SERVICE"]
     assert [each["info"]["event_type"] for each in goal] == ["REQUEST_RECEIVED", "RESPONSE_SENT"]
     assert [each["request"][0]["goal"] for each in goal[:1]] == [{"order": 3}]
-    result = found[-1]
+    result = next(each for each in found if each["interface"] == "RESULT_SERVICE")
     assert (result["info"]["event_type"], result["response"][0]["status"]) == ("RESPONSE_SENT", 4)
     assert result["response"][0]["result"] == {"sequence": [0, 1, 1, 2]}
     feedback = [each["feedback"]["sequence"] for each in found if each["interface"] == "FEEDBACK_TOPIC"]

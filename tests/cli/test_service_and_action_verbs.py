@@ -78,8 +78,8 @@ async def test_a_call_of_a_name_that_nobody_serves_says_so_and_names_the_nearest
         alone = (await process.stderr.readline()).decode()
         async with system_of(Adder):
             near = (await process.stderr.readline()).decode()
-        process.send_signal(signal.SIGINT)
-        out, err = await process.communicate()
+            process.send_signal(signal.SIGINT)  # while the server is there: what the end of it changes is told, too
+            out, err = await process.communicate()
 
     assert alone == "nobody serves /add_two_int now\n"
     assert near.startswith("nobody serves /add_two_int now; did you mean ")
