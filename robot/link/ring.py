@@ -15,7 +15,8 @@ import numpy as np
 
 from robot.geometry.vectors import Vector
 
-_COUNT = struct.Struct("<Q")
+_COUNT = 8
+"""Bytes of the count of records."""
 _HEAD = struct.Struct("<QQ")
 """Of a slot: number, checksum."""
 _TRIES = 8
@@ -39,13 +40,12 @@ class Ring:
     @staticmethod
     def size(slots: int, width: int) -> int:
         """Bytes that a ring takes."""
-        return _COUNT.size + slots * (_HEAD.size + 8 * width)
+        return _COUNT + slots * (_HEAD.size + 8 * width)
 
     @property
     def written(self) -> int:
         """How many records have been written, by all writers so far."""
-        count: int = _COUNT.unpack_from(self._memory, self._offset)[0]
-        return count
+        return self._count()[0]
 
     def write(self, values: Sequence[float] | Vector) -> int:
         """Add a record and return its number. Raises `ValueError` unless it has `width` numbers."""
@@ -56,7 +56,7 @@ class Ring:
         at = self._place(number)
         _HEAD.pack_into(self._memory, at, number, _checksum(number, data))
         self._memory[at + _HEAD.size : at + self._slot] = data
-        _COUNT.pack_into(self._memory, self._offset, number)
+        self._count()[0] = number
         return number
 
     def latest(self) -> Vector | None:
@@ -79,8 +79,12 @@ class Ring:
             if record is not None:
                 yield one, record
 
+    def _count(self) -> memoryview[int]:
+        """The count, read and written by one instruction: `struct` goes byte by byte, and a writer may be killed between two of them."""
+        return self._memory[self._offset : self._offset + _COUNT].cast("Q")
+
     def _place(self, number: int) -> int:
-        return self._offset + _COUNT.size + (number % self._slots) * self._slot
+        return self._offset + _COUNT + (number % self._slots) * self._slot
 
     def _read(self, number: int) -> Vector | None:
         at = self._place(number)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import threading
+import time
 from collections.abc import Iterator
 from multiprocessing import get_context
 from multiprocessing.shared_memory import SharedMemory
@@ -143,3 +144,22 @@ def test_a_reader_never_sees_a_torn_record_while_another_process_writes_and_is_k
     finally:
         memory.unlink()
         memory.close()
+
+
+@pytest.mark.slow(reason="a thousand writers are killed")
+def test_a_writer_that_is_killed_at_any_instant_leaves_a_whole_record() -> None:
+    for number in range(1000):
+        memory = SharedMemory(create=True, size=Ring.size(SLOTS, WIDTH))
+        try:
+            ring = Ring(memory.buf, 0, SLOTS, WIDTH)
+            writer = get_context("fork").Process(target=_write_for_ever, args=(memory.name,), daemon=True)
+            writer.start()
+            while ring.written < 100:
+                pass
+            time.sleep(number % 10 * 4e-4)
+            writer.kill()
+            writer.join()
+            assert ring.latest() is not None, ring.written
+        finally:
+            memory.unlink()
+            memory.close()
