@@ -152,12 +152,14 @@ def added(group: str = VERBS) -> list[EntryPoint]:
             continue
         for package in sorted(packages):
             try:
-                with open(os.path.join(folder, package, "entry_points.txt"), encoding="utf-8") as file:
+                with open(
+                    os.path.join(folder, package, "entry_points.txt"), encoding="utf-8", errors="replace"
+                ) as file:
                     sections = file.read().split("\n[")
             except OSError:
                 continue
             for section in sections:
-                title, *lines = section.lstrip("[").splitlines()
+                title, *lines = section.lstrip("[").splitlines() or [""]
                 if title.strip() == f"{group}]":
                     pairs = [line.split("=", 1) for line in lines if "=" in line]
                     for name, value in pairs:

@@ -22,10 +22,6 @@ Run: TypeAlias = Callable[[argparse.Namespace], "Coroutine[Any, Any, int | Exit]
 """Carries out a verb with its options: a function, or a coroutine function, which is canceled at a signal."""
 
 
-def no_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of a verb that has none."""
-
-
 class Verb:
     """One verb.
 

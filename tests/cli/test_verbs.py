@@ -101,6 +101,9 @@ def package(tmp_path: Path) -> Path:
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: greeting\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text("[robactor.verbs]\ngreet = greeting:GREET\nlost = nowhere:LOST\n")
+    for name, content in (("empty", b""), ("odd", b"[robactor.verbs\n\xff=\n=\n[]\n")):
+        (tmp_path / f"{name}-1.0.dist-info").mkdir()
+        (tmp_path / f"{name}-1.0.dist-info" / "entry_points.txt").write_bytes(content)
     return tmp_path
 
 
