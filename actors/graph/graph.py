@@ -95,9 +95,10 @@ class TopicEntry:
         last = self.name.rpartition("/")[2]
 
         def known(name: str, entry: TopicEntry) -> bool:
-            """Whether a node subscribes here that uses it, too, under the same last name: it means both."""
-            users = (one.node.fqn for one in (*entry.publishers, *entry.subscriptions))
-            return name.rpartition("/")[2] == last and not here.isdisjoint(users)
+            """Whether a node that subscribes here means that topic, too: it subscribes to it, or publishes it under the same last name."""
+            if not here.isdisjoint(one.node.fqn for one in entry.subscriptions):
+                return True
+            return name.rpartition("/")[2] == last and not here.isdisjoint(one.node.fqn for one in entry.publishers)
 
         others = [name for name, entry in self.graph.topics.items() if entry.writers and not known(name, entry)]
         return near_name(self.name, others)

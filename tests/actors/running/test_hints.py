@@ -103,6 +103,9 @@ class Arbiter(Node):
     @Topic(Int32, "/autonomy/cmd_vel").on()
     async def autonomy(self, message: Int32) -> None: ...
 
+    @Topic(Int32, "/autonomy/cmd_vel_stamped").on()
+    async def stamped(self, message: Int32) -> None: ...
+
 
 class Navigation(Node):
     """One of the sources."""
