@@ -217,7 +217,7 @@ def _run(name: str, words: Sequence[str]) -> int | Exit:
 
 
 def unknown(name: str) -> str:
-    """What to say of a command that there is not."""
+    """The sentence for a name that is no command's, with the nearest one."""
     from actors.suggest import did_you_mean
 
     near = did_you_mean(name, [*(entry.name for entry in added()), *COMMANDS], quoted=False)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from robot.geometry.vectors import Vector
 from robot.model.power import motor_power
 
-NO_REPLAY = "is the robot's hardware, which its nodes read and drive by calls that no journal carries: replay the nodes that hear of it by topics"
+NO_REPLAY = "is the robot's hardware, which its nodes read and drive by calls that no journal carries: record the nodes that hear of it by topics instead"
 """Why no journal is kept of a node that holds hardware."""
 
 LEGS = ("fl", "fr", "rl", "rr")
@@ -113,7 +113,7 @@ class Hardware(Protocol):
 
     @property
     def time(self) -> float:
-        """Seconds, on the clock of whoever calls `advance`."""
+        """Seconds, on the clock of the caller of `advance`."""
         ...
 
     @property

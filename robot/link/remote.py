@@ -147,7 +147,7 @@ class LinkedBody(Simulated):
 
     @property
     def time(self) -> float:
-        """The instant of what is known, on the clock of whoever calls `advance`."""
+        """The instant of what is known, on the clock of the caller of `advance`."""
         return self.state().at + self._shift()
 
     @property

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class _Part(Simulated):
-    """Something that is part of a simulated body: its instants are the body's, and so is the clock of whoever reads it."""
+    """Something that is part of a simulated body: its instants are the body's, and so is its reader's clock."""
 
     no_replay: Final = NO_REPLAY
 

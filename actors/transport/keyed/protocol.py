@@ -10,7 +10,7 @@ callbacks come from the loop, and must not raise. After the `close` of a handle 
 
 **Order.** The samples of one outlet reach one subscription in the order of their `put`, each at most once. `Events.appeared` comes before
 `Events.vanished` for a token, each once in a life of the token. A sample may arrive before the token of its sender has appeared. What a
-process declares becomes known elsewhere in the order in which it is declared: whoever a token has appeared to reaches the subscriptions and
+process declares becomes known elsewhere in the order in which it is declared: a process to which a token has appeared reaches the subscriptions and
 servers that its process declared before it.
 
 **Own traffic.** What this transport announces, puts, serves and asks never comes back to itself.
@@ -119,7 +119,7 @@ class Query(Protocol):
         ...
 
     def drop(self) -> None:
-        """Leave it without an answer: whoever asked gets `NoAnswer` if nobody else answers."""
+        """Leave it without an answer: the process that asked gets `NoAnswer` if nobody else answers."""
         ...
 
 

@@ -38,7 +38,7 @@ class ParticipantEntities(NamedTuple):
     """All nodes of a participant."""
 
     gid: bytes
-    """That of the participant, 16 bytes; whoever has sent the message may have written another's."""
+    """That of the participant, 16 bytes; the sender of the message may have written another's."""
     nodes: tuple[NodeEntities, ...]
     gid_size: int = GUID_SIZE
     """The size of GIDs in the message: `GUID_SIZE` or `OLD_GID_SIZE`."""
