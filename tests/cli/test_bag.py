@@ -173,7 +173,7 @@ async def test_a_recorder_that_fails_ends_the_command_with_the_count_and_the_rea
     assert process.stderr is not None
     ended = (await asyncio.wait_for(process.stderr.read(), 30.0)).decode()
     assert await process.wait() == 1
-    said = re.search(r"walk: the recorder has failed: ZeroDivisionError.*; (\d+) messages recorded, 0 lost", ended)
+    said = re.search(r"walk: the recorder has failed: ZeroDivisionError.*; (\d+) messages recorded, \d+ lost", ended)
     assert said is not None, ended
     assert "Traceback" not in ended
     assert len(by_rosbags(bag)) == int(said[1])
