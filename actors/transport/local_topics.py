@@ -46,13 +46,14 @@ class _Sender:
         self._put = endpoint.put
         self._sent = 0
         self.sent_bytes = 0
-        self._unsent = publisher.count
-        """What the publisher had published when nobody listened any more."""
+        self._unnumbered = publisher.count
+        """How many messages of the publisher have no number."""
         self._listening: bool = False
         self._expires = nanoseconds(publisher.qos.lifespan) is not None
         if publisher.qos.transient_local:
             publisher.replay(self.send, publisher.qos.limit)
             publisher.attach(self.send)
+            self._unnumbered -= self._sent
 
     def send(self, sent: Any) -> None:
         """The publisher's target. A message that cannot be encoded is lost, and its node says so."""
@@ -62,20 +63,16 @@ class _Sender:
         except CdrError as error:
             publisher.node.warn("a message cannot be encoded", topic=publisher.entry.name, error=str(error))
             return
-        self._sent += 1
+        # Messages that were not sent have numbers, too. The first term is for those kept from before, and for one published meanwhile.
+        self._sent = max(self._sent + 1, publisher.count - self._unnumbered)
         self.sent_bytes += len(payload)
         self._put(payload, self._sent, self._wall_ns())
 
     def listen(self, wanted: bool) -> None:
-        """Take note whether anybody listens, perhaps without being shown."""
+        """Take note whether somebody listens, perhaps without being shown."""
         if wanted != self._listening and not self.publisher.qos.transient_local:
             self._listening = wanted
             (self.publisher.attach if wanted else self.publisher.detach)(self.send)
-            # What is published while nobody listens has its numbers, too: one who was out of reach learns from them what he has missed.
-            if wanted:
-                self._sent += self.publisher.count - self._unsent
-            else:
-                self._unsent = self.publisher.count
 
     def close(self) -> None:
         self.publisher.detach(self.send)

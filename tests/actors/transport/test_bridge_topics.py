@@ -136,6 +136,28 @@ async def test_who_listens_without_a_token_is_sent_to_and_not_counted(hosts: Hos
     assert out.subscription_count == 1
 
 
+async def test_a_subscription_that_is_shown_before_it_can_be_reached_counts_nothing_as_lost(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Talker), await hosts.start(Node)
+    out, end = rig.node(Talker).out, hosts.ends[other]
+    out(number(1))
+    mangled = NUMBERS_KEY.split("/", 1)[1].replace("numbers/", "%numbers/", 1)
+    shown = end.announce(f"@ros2_lv/0/77/1/2/MS/%/%/elsewhere/{mangled}/::,10:,:,:,,")
+    await rig.quiet()
+    assert out.subscription_count == 1
+    out(number(2))  # goes nowhere, and has its number
+
+    heard: list[Sample] = []
+    tap = end.subscribe(NUMBERS_KEY, EVERYTHING, heard.append)
+    await rig.quiet()
+    out(number(3))
+    shown.close()
+    out(number(4))
+    await rig.quiet()
+    tap.close()
+
+    assert [parse_attachment(sample.attachment).sequence_number for sample in heard] == [3, 4]
+
+
 async def test_a_message_carries_number_time_and_the_gid_of_its_publishers_token(hosts: Hosts) -> None:
     rig, other = await hosts.start(Talker), await hosts.start(Node)
     heard = sniffed(hosts, other, NUMBERS_KEY)
