@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors import ActorError, Child, DeclarationError, Node, Topic, qos
 from actors.interfaces import InterfaceError
-from cli.web.errors import Refused
+from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
     from actors import Publisher, QoS, System

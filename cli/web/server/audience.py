@@ -12,9 +12,9 @@ from actors import Topic
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.qos import CLOCK, PARAMETER_EVENTS
-from cli.web.client import Client, Session
-from cli.web.findings import LOOK_EVERY, examining
+from cli.web.clients.client import Client, Session
 from cli.web.foxglove.session import FoxgloveSession
+from cli.web.graph.findings import LOOK_EVERY, examining
 from cli.web.rosbridge.session import RosbridgeSession
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from actors.names.names import is_hidden
-from cli.web.names import absolute, interface
-from cli.web.parameters import node_names
+from cli.web.clients.names import absolute, interface
+from cli.web.graph.parameters import node_names
 
 if TYPE_CHECKING:
     from cli.web.hub import Hub

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 from actors.interfaces import InterfaceError, UnknownInterface, get_action, get_message, get_service
 from cli.graph.types import fetched, foreign_uses
-from cli.web.errors import Refused
+from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
     from actors import Node, System

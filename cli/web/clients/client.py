@@ -6,9 +6,9 @@ import asyncio
 from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from cli.web.errors import BadRequest, Refused
-from cli.web.outbox import Frame, Outbox, OutboxFull, Packet, frames_of
-from cli.web.writing import written
+from cli.web.clients.errors import BadRequest, Refused
+from cli.web.clients.outbox import Frame, Outbox, OutboxFull, Packet, frames_of
+from cli.web.clients.writing import written
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection

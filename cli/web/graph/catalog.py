@@ -16,12 +16,12 @@ from actors.names.names import is_hidden
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.standard import PARAMETER_SERVICES, TYPE_DESCRIPTION
 from actors.transport.standard_names import standard_services
-from cli.web.errors import Refused
+from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
     from actors import Node, System
     from actors.interfaces import Message
-    from cli.web.types import Types
+    from cli.web.graph.types import Types
 
 Get = Callable[[], Awaitable[Any]]
 

@@ -15,7 +15,7 @@ from actors.names.names import is_hidden, validate_full_name
 from actors.parameters.client import ParameterClient
 from actors.parameters.messages import from_value
 from actors.parameters.values import ParameterType
-from cli.web.errors import Refused
+from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
     from actors import Node, System

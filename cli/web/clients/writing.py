@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from struct import Struct
 
-from cli.web.outbox import Frame, Spliced
+from cli.web.clients.outbox import Frame, Spliced
 
 TEXT, BINARY = 0x81, 0x82
 """The first byte of a frame that is the whole message."""

@@ -13,7 +13,7 @@ import msgspec
 
 from actors.interfaces import Field, Message, MessageTypeError, MessageValueError, decode, from_plain, to_plain
 from actors.interfaces.fields import FLOATS
-from cli.web.errors import BadRequest, Refused
+from cli.web.clients.errors import BadRequest, Refused
 
 if TYPE_CHECKING:
     from actors.interfaces import FieldType

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Final
 
 from actors import ActorError, Child, Intensity, Node, Supervisor, run
 from actors.bag import BagError, Player, PlayOptions
-from cli.web.audience import Audience
-from cli.web.errors import Refused
+from cli.web.clients.errors import Refused
+from cli.web.graph.overview import Here
 from cli.web.hub import make_hub
-from cli.web.overview import Here
-from cli.web.playback import Playback, RecordedFeeds
+from cli.web.recordings.playback import Playback, RecordedFeeds
+from cli.web.server.audience import Audience
 
 if TYPE_CHECKING:
-    from cli.web.bags import Bags
-    from cli.web.client import Client
+    from cli.web.clients.client import Client
+    from cli.web.recordings.bags import Bags
 
 MOST: Final = 8
 """The recordings that are open at the same time."""

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import unquote, urlsplit
 
-from cli.web.inside import file_inside
+from cli.web.clients.inside import file_inside
 
 if TYPE_CHECKING:
     from websockets.http11 import Request, Response
 
-PAGE: Final = Path(__file__).parent / "page"
+PAGE: Final = Path(__file__).parents[1] / "page"
 
 TYPES: Final = {
     ".css": "text/css; charset=utf-8", ".glb": "model/gltf-binary", ".html": "text/html; charset=utf-8", ".ico": "image/x-icon",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors import ActorError, Child, temporary
 from actors.bag import BagError, BagReader, Recorder, RecordOptions, Selection
-from cli.web.errors import Refused
+from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
     from actors import System

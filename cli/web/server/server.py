@@ -17,19 +17,19 @@ from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import parse_qs, urlsplit
 
 from actors import ExitReason, Node, system_of
-from cli.web import figures
-from cli.web.admission import host_refusal, is_own_page, origin_refusal, token_refusal
-from cli.web.audience import Audience
-from cli.web.bags import Bags
-from cli.web.client import OVERLOADED, Client, farewell
-from cli.web.errors import Refused
-from cli.web.feeds import Feeds
+from cli.web.clients.client import OVERLOADED, Client, farewell
+from cli.web.clients.errors import Refused
 from cli.web.foxglove.session import SUBPROTOCOLS
-from cli.web.http import Files, answer, refusal
+from cli.web.graph.feeds import Feeds
+from cli.web.graph.overview import Here, Told
 from cli.web.hub import make_hub
-from cli.web.overview import Here, Told
-from cli.web.recordings import Recordings
-from cli.web.settings import WebSettings, WebUnavailable
+from cli.web.recordings.bags import Bags
+from cli.web.server import figures
+from cli.web.server.admission import host_refusal, is_own_page, origin_refusal, token_refusal
+from cli.web.server.audience import Audience
+from cli.web.server.http import Files, answer, refusal
+from cli.web.server.recordings import Recordings
+from cli.web.server.settings import WebSettings, WebUnavailable
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server, ServerConnection
@@ -145,7 +145,7 @@ class WebServer(Node):
     async def _listen(self, port: int, tls: Any) -> Server:
         from websockets.asyncio.server import serve
 
-        from cli.web.connection import Connection
+        from cli.web.server.connection import Connection
 
         return await serve(
             self._connected, self._settings.host, port, process_request=self._requested, select_subprotocol=_select, ssl=tls,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, TypeVar, cast
 
-from cli.web.errors import BadRequest
+from cli.web.clients.errors import BadRequest
 
 T = TypeVar("T")
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cli.web.conversion import read_json, write_json
-from cli.web.errors import BadRequest, Refused
-from cli.web.names import absolute
-from cli.web.parameters import plain_value
+from cli.web.clients.conversion import read_json, write_json
+from cli.web.clients.errors import BadRequest, Refused
+from cli.web.clients.names import absolute
+from cli.web.graph.parameters import plain_value
 
 if TYPE_CHECKING:
     from cli.web.hub import Hub

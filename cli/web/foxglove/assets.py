@@ -7,8 +7,8 @@ import os
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-from cli.web.errors import Refused
-from cli.web.inside import file_inside
+from cli.web.clients.errors import Refused
+from cli.web.clients.inside import file_inside
 
 MOST_BYTES = 64 * 1024 * 1024
 SUFFIXES = frozenset(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from actors.interfaces import InterfaceError
 from actors.interfaces.naming import full_name
 from actors.names.names import InvalidName, validate_full_name
-from cli.web.errors import Refused
+from cli.web.clients.errors import Refused
 
 
 def absolute(name: str) -> str:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from actors.topics.arrival import Arrival
-from cli.web.errors import Refused
-from cli.web.feeds import Outgoing, Taker
-from cli.web.foxglove.frames import ENDED, PAUSED, PLAYING, PlaybackRequest, PlaybackState, playback_frame, time_frame
+from cli.web.clients.errors import Refused
+from cli.web.graph.feeds import Outgoing, Taker
 
 if TYPE_CHECKING:
     from actors import System
@@ -22,15 +21,39 @@ LOOK_EVERY: Final = 0.1
 """Seconds between two looks at the time of a recording, which clients are told."""
 
 
+PLAYING, PAUSED, ENDED = 0, 1, 3
+"""The states of playback, as Foxglove numbers them; 2, that it waits for data, does not occur."""
+
+
+class PlaybackRequest(NamedTuple):
+    """How a client wants a recording to be played."""
+
+    play: bool
+    rate: float
+    seek_ns: int | None
+    """Where to go on, in nanoseconds since 1970; None: where it is."""
+    id: str
+    """What the answer is known by."""
+
+
+class PlaybackState(NamedTuple):
+    """How a recording is played."""
+
+    status: int
+    """`PLAYING`, `PAUSED` or `ENDED`."""
+    at_ns: int
+    rate: float
+
+
 class Viewer(Protocol):
     """A client that is told how the recording is played."""
 
-    def tell_playback(self, frame: bytes, *, sought: bool) -> None:
-        """Take the frame. With `sought` what waits to be sent belongs to another time."""
+    def tell_playback(self, state: PlaybackState, *, sought: bool, request: str) -> None:
+        """Take the state. With `sought` what waits to be sent belongs to another time; with `request` it answers that request of this viewer."""
         ...
 
-    def tell_time(self, frame: bytes) -> None:
-        """Take a frame, of which only the newest counts."""
+    def time(self, at_ns: int) -> None:
+        """Take the time of the recording, of which only the newest counts."""
         ...
 
 
@@ -58,15 +81,11 @@ class Playback:
         """The times between which it plays, for the greeting of a viewer."""
         return {"dataStartTime": _time(self.player.start_ns), "dataEndTime": _time(self.player.end_ns)}
 
-    def frame(self, *, sought: bool = False, request: str = "") -> bytes:
-        """The state as it is told to viewers."""
-        return playback_frame(self._state, sought=sought, request=request)
-
     def control(self, request: PlaybackRequest, viewer: Viewer) -> None:
         """Play as a viewer wants it, and tell everyone. Playing on from the end begins anew. Raises `Refused` for a rate that there is not."""
         player = self.player
         seek_ns = request.seek_ns
-        if seek_ns is None and request.play and self._state.status == ENDED:
+        if seek_ns is None and request.play and self.state.status == ENDED:
             seek_ns = player.start_ns
         try:
             player.rate = request.rate
@@ -90,13 +109,14 @@ class Playback:
         while True:
             self.look()
             if (at_ns := self.player.position_ns) != self._told_ns:
-                self._told_ns, frame = at_ns, time_frame(at_ns)
+                self._told_ns = at_ns
                 for viewer in self.viewers:
-                    viewer.tell_time(frame)
+                    viewer.time(at_ns)
             await asyncio.sleep(LOOK_EVERY)
 
     @property
-    def _state(self) -> PlaybackState:
+    def state(self) -> PlaybackState:
+        """How it is played now."""
         player = self.player
         at_ns = player.position_ns
         paused = ENDED if at_ns >= player.end_ns else PAUSED
@@ -105,15 +125,15 @@ class Playback:
     @property
     def _kind(self) -> tuple[int, float]:
         """What of the state is told when it changes."""
-        state = self._state
+        state = self.state
         return state.status, state.rate
 
     def _tell(self, answering: Viewer | None = None, request: str = "") -> None:
         sought = self._seeks != self.player.seeks
         self._seeks, self._told = self.player.seeks, self._kind
+        state = self.state
         for viewer in self.viewers:
-            id = request if viewer is answering else ""
-            viewer.tell_playback(self.frame(sought=sought, request=id), sought=sought)
+            viewer.tell_playback(state, sought=sought, request=request if viewer is answering else "")
 
 
 class RecordedFeeds:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
-from cli.web.errors import BadRequest
-from cli.web.fields import text
+from cli.web.clients.errors import BadRequest
+from cli.web.clients.fields import text
 
 Op = Callable[[dict[str, Any]], Awaitable[None] | None]
 """Does what a request asks for; what it returns is awaited before the next request."""

@@ -6,11 +6,11 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from actors.suggest import did_you_mean
-from cli.web.errors import Refused
-from cli.web.fields import by_name
-from cli.web.rosapi.definitions import Definitions
-from cli.web.rosapi.graph import GraphAnswers
-from cli.web.rosapi.parameters import ParameterAnswers
+from cli.web.clients.errors import Refused
+from cli.web.clients.fields import by_name
+from cli.web.rosbridge.rosapi.definitions import Definitions
+from cli.web.rosbridge.rosapi.graph import GraphAnswers
+from cli.web.rosbridge.rosapi.parameters import ParameterAnswers
 
 if TYPE_CHECKING:
     from cli.web.hub import Hub

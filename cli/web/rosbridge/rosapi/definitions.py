@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from actors.interfaces import Message, known_names, schema_text, to_plain
-from cli.web.errors import Refused
-from cli.web.names import interface
+from cli.web.clients.errors import Refused
+from cli.web.clients.names import interface
 
 if TYPE_CHECKING:
     from cli.web.hub import Hub
