@@ -6,7 +6,9 @@ A package is found in the first of these places that has it:
    value is a node class, a tree, or a function that makes one; an entry ``my_package`` alone names the module beside which its files lie;
 2. the folders given as `paths`: workspaces with the sources of packages, and folders that stand for packages;
 3. distributions installed here, with their console scripts as executables;
-4. the prefixes in ``AMENT_PREFIX_PATH``, those of a ROS 2 installation, and the prefix of this Python.
+4. the prefixes in ``AMENT_PREFIX_PATH``, those of a ROS 2 installation, and the prefix of this Python;
+5. the examples: what the entry points ``robactor.examples`` of what is installed here name, each a dictionary
+   ``{package: {executable: "module:Node"}}``.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
@@ -27,11 +30,11 @@ if TYPE_CHECKING:
 GROUP = "robactor.nodes"
 """The group of entry points in which a distribution names its nodes."""
 
-OURS = "robactor"
-"""The distribution whose packages are examples: a package of the user's in `paths` or in a prefix that has the name of one goes before it."""
+EXAMPLES = "robactor.examples"
+"""The group of entry points in which a distribution names its examples: they are no packages of whoever installs it."""
 
-EXAMPLES = "robot.tutorials"
-"""Where the modules of the tutorials are."""
+OURS = "robactor"
+"""The distribution of this framework: a package in `paths` that has the name of one of its own goes before it."""
 
 SHOWN = 30
 """How many names an error lists."""
@@ -91,24 +94,23 @@ class Packages:
         return [str(one.folder) for one in self._sources.values() if (one.folder / one.name / "__init__.py").is_file()]
 
     def names(self) -> list[str]:
-        """The packages, sorted: those with nodes of this framework, those of `paths`, and those of the prefixes."""
-        return sorted({*self._entries, *self._sources, *self._of_prefixes()})
+        """The packages, sorted: those with nodes of this framework, those of `paths`, those of the prefixes, and the examples."""
+        return sorted({*self._entries, *self._sources, *self._of_prefixes(), *self._examples})
 
     def executables(self, package: str) -> dict[str, Executable]:
         """The executables of a package by name, sorted. Raises `UnknownPackage`."""
         found: dict[str, Executable] = {}
         first: list[Callable[[str], Iterable[Executable]]] = [self._nodes, self._source_programs]
         if self._is_ours(package):
-            first = [
-                self._source_programs,
-                *([self._prefix_programs] if self._is_example(package) else []),
-                self._nodes,
-            ]
+            first.reverse()
         for place in (*first, self._scripts, self._prefix_programs):
             for executable in place(package):
                 found.setdefault(executable.name, executable)
-        if not found:
-            self._check(package)
+        if not found and self._installed_share(package) is None:
+            nodes = self._examples.get(package)
+            if nodes is None:
+                raise self._unknown(package)
+            found = {name: NodeTarget(package, name, target) for name, target in nodes.items()}
         return dict(sorted(found.items()))
 
     def find(self, package: str, executable: str) -> Executable:
@@ -121,6 +123,16 @@ class Packages:
 
     def share(self, package: str) -> Path:
         """The folder in which the files of a package lie: its launch and parameter files. Raises `UnknownPackage`."""
+        folder = self._installed_share(package)
+        if folder is None and package in self._examples:
+            module = next(iter(self._examples[package].values()), "").partition(":")[0]
+            folder = folder_of_module(module) if module else None
+        if folder is None:
+            raise self._unknown(package)
+        return folder
+
+    def _installed_share(self, package: str) -> Path | None:
+        """That of a package that is no example; None if there is none."""
         first: tuple[Callable[[str], Path | None], ...] = (
             (self._source_share, self._prefix_share, self._entry_share)
             if self._is_ours(package)
@@ -129,7 +141,7 @@ class Packages:
         for place in (*first, self._prefix_share, self._module_share):
             if (folder := place(package)) is not None:
                 return folder
-        raise self._unknown(package)
+        return None
 
     def prefix(self, package: str) -> Path:
         """The prefix below which a package is installed; for one that is not, the folder of its files. Raises `UnknownPackage`."""
@@ -166,15 +178,22 @@ class Packages:
             found.setdefault(package, {})[name] = entry
         return found
 
+    @cached_property
+    def _examples(self) -> dict[str, Mapping[str, str]]:
+        """Package -> name of the executable -> MODULE:NAME."""
+        from importlib.metadata import entry_points
+
+        found: dict[str, Mapping[str, str]] = {}
+        for entry in entry_points(group=EXAMPLES):
+            with suppress(ImportError, AttributeError):  # its examples are missed, and nothing else
+                found |= entry.load()
+        return found
+
     def _is_ours(self, package: str) -> bool:
-        """Whether this distribution brings the package: an example, before which a package of the user's of the same name goes."""
+        """Whether this distribution brings the package."""
         return any(
             entry.dist is not None and entry.dist.name == OURS for entry in self._entries.get(package, {}).values()
         )
-
-    def _is_example(self, package: str) -> bool:
-        """Whether its nodes are a tutorial's, not those of ROS 2 in this framework."""
-        return all(entry.value.startswith(EXAMPLES) for entry in self._entries[package].values())
 
     def _nodes(self, package: str) -> Iterator[NodeTarget]:
         for name, entry in self._entries.get(package, {}).items():
@@ -238,10 +257,6 @@ class Packages:
         return next((prefix / "share" / package for prefix in self._prefixes() if _is_in(prefix, package)), None)
 
     # -- errors -------------------------------------------------------------------------------------------------------------
-
-    def _check(self, package: str) -> None:
-        """Raise `UnknownPackage` unless the package is there, if without executables."""
-        self.share(package)
 
     def _unknown(self, package: str) -> UnknownPackage:
         known = self.names()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from actors import ActorError, Child
 from actors.transport import WireUnavailable
 from actors.transport.environment import security_from_environment
-from cli.web.settings import WebUnavailable, make_settings
+from cli.web.server.settings import WebUnavailable, make_settings
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -37,10 +37,10 @@ async def serve_beside(
             os.environ, host=host, port=port, origins=origins, security=security_from_environment(os.environ, security),
             bags=None if bags is None else Path(bags),
         )  # fmt: skip
-        for module in ("websockets.asyncio.server", "cli.web.server"):
+        for module in ("websockets.asyncio.server", "cli.web.server.server"):
             await asyncio.to_thread(import_module, module)  # the nodes that run go on meanwhile
-        from cli.web.overview import TreeTeller
-        from cli.web.server import WebServer
+        from cli.web.graph.overview import TreeTeller
+        from cli.web.server.server import WebServer
 
         teller = f"{NAME}_tree_{os.getpid()}"
         await system.join(Child(TreeTeller, name=teller))

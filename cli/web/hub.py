@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cli.web.client_nodes import ClientNodes
-from cli.web.conversion import Conversions
-from cli.web.foxglove.catalog import Catalog
-from cli.web.parameters import Parameters
-from cli.web.types import Types
+from cli.web.clients.conversion import Conversions
+from cli.web.graph.catalog import Catalog
+from cli.web.graph.client_nodes import ClientNodes
+from cli.web.graph.parameters import Parameters
+from cli.web.graph.types import Types
 
 if TYPE_CHECKING:
     from actors import Node, System
-    from cli.web.bags import Bags
-    from cli.web.client import Client
-    from cli.web.feeds import Feeds
-    from cli.web.overview import Overview
-    from cli.web.playback import Playback, RecordedFeeds
+    from cli.web.clients.client import Client
+    from cli.web.graph.feeds import Feeds
+    from cli.web.graph.overview import Overview
+    from cli.web.recordings.bags import Bags
+    from cli.web.recordings.playback import Playback, RecordedFeeds
 
 
 @dataclass(frozen=True)

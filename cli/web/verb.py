@@ -14,8 +14,8 @@ from actors.transport import WireUnavailable
 from actors.transport.environment import security_from_environment
 from cli.command import CommandFailed, Exit
 from cli.graph.seen import seen
-from cli.web.server import WebServer
-from cli.web.settings import WebUnavailable, make_settings
+from cli.web.server.server import WebServer
+from cli.web.server.settings import WebUnavailable, make_settings
 
 AGAIN = Backoff(0.5, 30.0)
 """The pause before a server that has failed is started again: the STOP of its page must not stay away."""

@@ -28,21 +28,6 @@ class Run:
         return main(argv, _serve_web)
 
 
-class Evaluate:
-    """`evaluate`: measurements of the robot."""
-
-    name = "evaluate"
-    help = "measure it: walk, odometry, maps, battery, ..."
-
-    def main(self, argv: Sequence[str]) -> int:
-        """The exit code; see `robot.evaluate.command`."""
-        from cli.starting import interruptible
-        from robot.evaluate.command import main
-
-        interruptible()
-        return main(argv)
-
-
 class Picture:
     """`picture`: the walking robot, drawn."""
 
@@ -90,4 +75,4 @@ async def _serve_web(system: System, **options: Any) -> None:
     await serve_beside(system, **options)
 
 
-RUN, CHECK, EVALUATE, PICTURE, MAP_SAVER = Run(), Check(), Evaluate(), Picture(), MapSaver()
+RUN, CHECK, PICTURE, MAP_SAVER = Run(), Check(), Picture(), MapSaver()

@@ -1,4 +1,4 @@
-"""The numbers of following a path. All were chosen, on the built-in worlds and the 30 BARN worlds of `evaluate barn`; distances are of the
+"""The numbers of following a path. All were chosen, on the built-in worlds and the 30 BARN worlds of `tests.figures barn`; distances are of the
 body's outline unless its middle is named.
 """
 

@@ -9,7 +9,7 @@ from robot.control.follow_config import FollowerConfig
 
 @dataclass(frozen=True, slots=True)
 class NavigatorConfig:
-    """All were chosen, on the built-in worlds and the 30 BARN worlds of `evaluate barn`, unless they say otherwise."""
+    """All were chosen, on the built-in worlds and the 30 BARN worlds of `tests.figures barn`, unless they say otherwise."""
 
     # -- planning anew
     pause: float = 0.4

@@ -1,4 +1,4 @@
-"""The numbers of walking. All were chosen, and are measured together by `evaluate walk`; what a number comes to is computed from it."""
+"""The numbers of walking. All were chosen, and are measured together by `tests.figures walk`; what a number comes to is computed from it."""
 
 from __future__ import annotations
 

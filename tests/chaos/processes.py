@@ -22,10 +22,10 @@ from actors import ActorError, Child, Node, System, execute, run
 from actors.interfaces.std_srvs.srv import SetBool, SetBool_Response
 from robot.assembly import Robot
 from robot.contracts import EMERGENCY_STOP, GAIT_STATUS, GOAL_REPORT, SAFETY_STATE
-from robot.evaluate.load import family
 from robot.interfaces.robactor_msgs.msg import GaitStatus, GoalReport, SafetyState
 from robot.link.remote import LinkedBody
 from robot.link.segment import PREFIX
+from tests.figures.load import family
 
 CONCERNS = ("control", "perception", "safety", "navigation", "mission")
 SAFE = 0.3

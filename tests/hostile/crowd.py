@@ -20,9 +20,9 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake
 from actors import Child, Node, Supervisor, Tick, Topic, every, publishes, run
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import UInt64
-from cli.web.outbox import MOST_BYTES
-from cli.web.server import WebServer
-from cli.web.settings import WebSettings
+from cli.web.clients.outbox import MOST_BYTES
+from cli.web.server.server import WebServer
+from cli.web.server.settings import WebSettings
 
 HZ = 200
 COUNTED = Topic(UInt64, "/counted")

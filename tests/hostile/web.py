@@ -20,8 +20,8 @@ from websockets.typing import Subprotocol
 from actors import Child, Node, Supervisor, System, Topic, parameter, run
 from actors.interfaces.std_msgs.msg import String
 from actors.logs import ERROR, LogRecord
-from cli.web.server import WebServer
-from cli.web.settings import WebSettings
+from cli.web.server.server import WebServer
+from cli.web.server.settings import WebSettings
 
 ATTACKERS = 4
 """Connections at the same time."""

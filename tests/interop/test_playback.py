@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 from websockets.asyncio.client import connect
 
-from cli.web.foxglove.frames import ENDED, PAUSED, PLAYING, PlaybackRequest, PlaybackState, playback_frame, read_frame
+from cli.web.foxglove.frames import playback_frame, read_frame
+from cli.web.recordings.playback import ENDED, PAUSED, PLAYING, PlaybackRequest, PlaybackState
 from tests.cli.web.test_playback import recorded, showing
 from tests.interop.test_web_clients import PROGRAMS, packages, ran  # noqa: F401  # `packages` is a fixture
 

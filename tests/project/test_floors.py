@@ -100,7 +100,7 @@ def test_no_module_imports_the_public_faces_at_the_top() -> None:
     assert [edge for edge in edges(ACTORS) if edge.target in ("actors", "actors.typing")] == []
 
 
-COMMANDS = ("__main__.py", "commands", "run", "evaluate", "picture", "tutorials")
+COMMANDS = ("__main__.py", "commands", "run", "picture", "tutorials")
 """The parts of `robot` that are programs."""
 
 

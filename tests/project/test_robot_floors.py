@@ -13,7 +13,6 @@ FLOORS = (
     "__main__",
     "commands",
     "tutorials",
-    "evaluate",
     "picture",
     "run",
     "testing",

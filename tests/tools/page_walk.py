@@ -23,8 +23,8 @@ from actors import Child, Node, Supervisor, Topic, execute, qos, run, subscribes
 from actors.bag import FlightRecorder, Player, PlayOptions
 from actors.interfaces.sensor_msgs.msg import CompressedImage
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
-from cli.web.server import WebServer
-from cli.web.settings import WebSettings
+from cli.web.server.server import WebServer
+from cli.web.server.settings import WebSettings
 from robot import Robot
 from robot.contracts import EMERGENCY_STOP, ENABLE, SIT, STAND, WALK
 from robot.run.choice import changed

@@ -20,7 +20,7 @@ from typing import Any, Final
 
 from websockets.asyncio.client import ClientConnection, connect
 
-from robot.evaluate.load import processor_seconds
+from tests.figures.load import processor_seconds
 
 LARGE: Final = frozenset(f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "PointCloud2"))
 PICTURE: Final = "/camera/rgb/compressed"

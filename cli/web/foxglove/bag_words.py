@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
 
-from cli.web.conversion import write_json
-from cli.web.errors import Refused
-from cli.web.fields import entries, number, optional_number, text
+from cli.web.clients.conversion import write_json
+from cli.web.clients.errors import Refused
+from cli.web.clients.fields import entries, number, optional_number, text
 from cli.web.foxglove.frames import asset_failure, asset_frame
 
 if TYPE_CHECKING:
-    from cli.web.bags import Bags
-    from cli.web.client import Client, Session
-    from cli.web.operations import Op
+    from cli.web.clients.client import Client, Session
+    from cli.web.clients.operations import Op
+    from cli.web.recordings.bags import Bags
 
 
 def bag_ops(bags: Bags, client: Client, session: Session) -> dict[str, Op]:

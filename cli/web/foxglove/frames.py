@@ -5,8 +5,9 @@ from __future__ import annotations
 from struct import Struct, error
 from typing import Final, NamedTuple
 
-from cli.web.errors import BadRequest
-from cli.web.outbox import Spliced
+from cli.web.clients.errors import BadRequest
+from cli.web.clients.outbox import Spliced
+from cli.web.recordings.playback import PlaybackRequest, PlaybackState
 
 _MESSAGE: Final = Struct("<BIQ")
 _TIME: Final = Struct("<BQ")
@@ -16,8 +17,6 @@ _CLIENT_MESSAGE: Final = Struct("<BI")
 _REQUEST: Final = Struct("<BIII")
 _PLAYBACK_STATE: Final = Struct("<BBQfBI")
 _PLAYBACK_REQUEST: Final = Struct("<BBfBQI")
-PLAYING, PAUSED, ENDED = 0, 1, 3
-"""The states of playback; 2, that it waits for data, does not occur."""
 
 
 class ClientMessage(NamedTuple):
@@ -34,26 +33,6 @@ class ServiceRequest(NamedTuple):
     call: int
     encoding: str
     payload: bytes
-
-
-class PlaybackRequest(NamedTuple):
-    """How a client wants a recording to be played."""
-
-    play: bool
-    rate: float
-    seek_ns: int | None
-    """Where to go on, in nanoseconds since 1970; None: where it is."""
-    id: str
-    """What the answer is known by."""
-
-
-class PlaybackState(NamedTuple):
-    """How a recording is played."""
-
-    status: int
-    """`PLAYING`, `PAUSED` or `ENDED`."""
-    at_ns: int
-    rate: float
 
 
 def playback_frame(state: PlaybackState, *, sought: bool, request: str = "") -> bytes:

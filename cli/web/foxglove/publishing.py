@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from actors.interfaces import CdrError
 from actors.interfaces.errors import InterfaceError
-from cli.web.client_nodes import Publications
-from cli.web.errors import BadRequest, Refused
-from cli.web.fields import entries, number, objects, text
-from cli.web.names import interface
+from cli.web.clients.errors import BadRequest, Refused
+from cli.web.clients.fields import entries, number, objects, text
+from cli.web.clients.names import interface
+from cli.web.graph.client_nodes import Publications
 
 if TYPE_CHECKING:
     from actors import Publisher

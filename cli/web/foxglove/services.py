@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from actors import ActorError, Service
 from actors.interfaces import InterfaceError, encode
-from cli.web.conversion import to_json
-from cli.web.errors import BadRequest, Refused
+from cli.web.clients.conversion import to_json
+from cli.web.clients.errors import BadRequest, Refused
 from cli.web.foxglove.frames import ServiceRequest, response_frame
 
 if TYPE_CHECKING:
-    from cli.web.foxglove.catalog import ServedService
+    from cli.web.graph.catalog import ServedService
     from cli.web.hub import Hub
 
 PATIENCE = 30.0

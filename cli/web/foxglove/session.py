@@ -9,35 +9,37 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors import ActorError
 from actors.interfaces import CdrError
-from cli.web.assets import read_asset
-from cli.web.conversion import write_json
-from cli.web.errors import Refused
-from cli.web.fields import entries, number, objects, text
+from cli.web.clients.conversion import write_json
+from cli.web.clients.errors import Refused
+from cli.web.clients.fields import entries, number, objects, text
+from cli.web.clients.operations import Op, perform
+from cli.web.clients.outbox import Frame, Packet
+from cli.web.foxglove.assets import read_asset
 from cli.web.foxglove.bag_words import bag_ops
 from cli.web.foxglove.connections import Connections
 from cli.web.foxglove.frames import (
     ClientMessage,
-    PlaybackRequest,
     ServiceRequest,
     asset_failure,
     asset_frame,
     message_frame,
+    playback_frame,
     read_frame,
     time_frame,
 )
 from cli.web.foxglove.publishing import ENCODINGS, Publishing
 from cli.web.foxglove.services import call
 from cli.web.foxglove.state import StateReports
-from cli.web.operations import Op, perform
-from cli.web.outbox import Frame, Packet
-from cli.web.parameters import event_values, split
+from cli.web.graph.parameters import event_values, split
+from cli.web.recordings.playback import PlaybackRequest
 
 if TYPE_CHECKING:
     from actors.graph.snapshot import Snapshot
-    from cli.web.client import Client
-    from cli.web.feeds import Outgoing
-    from cli.web.foxglove.catalog import Changes
+    from cli.web.clients.client import Client
+    from cli.web.graph.catalog import Changes
+    from cli.web.graph.feeds import Outgoing
     from cli.web.hub import Hub
+    from cli.web.recordings.playback import PlaybackState
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CAPABILITIES: Final = (
@@ -101,7 +103,7 @@ class FoxgloveSession:
         self.introduce()
         if playback is not None:
             playback.viewers.add(self)
-            self.tell_playback(playback.frame(), sought=False)
+            self.tell_playback(playback.state, sought=False)
         self._announce(list(catalog.channels.values()), list(catalog.services.values()))
 
     def introduce(self) -> None:
@@ -162,20 +164,16 @@ class FoxgloveSession:
         self._client.outbox.replace("findings", write_json({"op": "robactor.findings", "findings": findings}))
 
     def time(self, at_ns: int) -> None:
-        """Tell the time of the simulation."""
-        self.tell_time(time_frame(at_ns))
+        """Tell the time of the simulation or of the recording, of which only the newest counts."""
+        self._client.outbox.replace("time", time_frame(at_ns))
 
-    def tell_time(self, frame: bytes) -> None:
-        """Send a frame with the time, of which only the newest counts."""
-        self._client.outbox.replace("time", frame)
-
-    def tell_playback(self, frame: bytes, *, sought: bool) -> None:
-        """Send how the recording is played. With `sought`, the messages that wait are of another time, and are left out."""
+    def tell_playback(self, state: PlaybackState, *, sought: bool, request: str = "") -> None:
+        """Tell how the recording is played. With `sought`, the messages that wait are of another time, and are left out."""
         if sought:
             for lane in (*self._subscriptions, "time"):
                 self._client.outbox.forget(lane)
         if self._plays:
-            self._client.answer(frame)
+            self._client.answer(playback_frame(state, sought=sought, request=request))
 
     def parameters_changed(self, event: Any) -> None:
         """Tell of an event of `/parameter_events`, if the client wants to know."""

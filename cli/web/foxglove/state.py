@@ -8,7 +8,7 @@ import msgspec
 
 if TYPE_CHECKING:
     from actors.graph.snapshot import Snapshot
-    from cli.web.overview import Overview
+    from cli.web.graph.overview import Overview
 
 ROUNDED: Final = 3
 

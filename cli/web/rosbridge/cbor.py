@@ -7,7 +7,7 @@ from struct import pack
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.interfaces import Message, to_plain
-from cli.web.conversion import BYTES
+from cli.web.clients.conversion import BYTES
 
 if TYPE_CHECKING:
     from actors.interfaces import FieldType

@@ -5,9 +5,9 @@ from __future__ import annotations
 from itertools import count
 from typing import Any, Final
 
-from cli.web.conversion import write_json
-from cli.web.errors import BadRequest
-from cli.web.fields import number, text
+from cli.web.clients.conversion import write_json
+from cli.web.clients.errors import BadRequest
+from cli.web.clients.fields import number, text
 
 MOST_CHARACTERS: Final = 4 * 1024 * 1024
 """The longest text that may come in fragments, and the room for all that are not complete."""

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors import ActorError, Goal, GoalRejected, GoalStatus
 from actors.contracts.contracts import Action
-from cli.web.conversion import plain
-from cli.web.errors import Refused
-from cli.web.fields import flag, optional_number, text
-from cli.web.names import absolute, interface
+from cli.web.clients.conversion import plain
+from cli.web.clients.errors import Refused
+from cli.web.clients.fields import flag, optional_number, text
+from cli.web.clients.names import absolute, interface
 
 if TYPE_CHECKING:
     from cli.web.hub import Hub

@@ -11,11 +11,11 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors import Aborted, Done, GoalStatus, Node
-from cli.web.client_nodes import MOST
-from cli.web.conversion import plain
-from cli.web.errors import BadRequest, Refused
-from cli.web.fields import flag, text
-from cli.web.names import absolute, interface
+from cli.web.clients.conversion import plain
+from cli.web.clients.errors import BadRequest, Refused
+from cli.web.clients.fields import flag, text
+from cli.web.clients.names import absolute, interface
+from cli.web.graph.client_nodes import MOST
 
 if TYPE_CHECKING:
     from actors import Action, Service

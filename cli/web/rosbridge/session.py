@@ -9,22 +9,22 @@ from typing import TYPE_CHECKING, Any, Final
 from actors import ActorError, Publisher, Service
 from actors.interfaces import InterfaceError
 from actors.interfaces.action_msgs.srv import CancelGoal
-from cli.web.client_nodes import Publications
-from cli.web.conversion import plain, write_json
-from cli.web.errors import BadRequest, Refused
-from cli.web.fields import by_name, flag, optional_number, text
-from cli.web.names import absolute, interface
-from cli.web.operations import Op, perform
-from cli.web.outbox import Frame
-from cli.web.rosapi import Rosapi
+from cli.web.clients.conversion import plain, write_json
+from cli.web.clients.errors import BadRequest, Refused
+from cli.web.clients.fields import by_name, flag, optional_number, text
+from cli.web.clients.names import absolute, interface
+from cli.web.clients.operations import Op, perform
+from cli.web.clients.outbox import Frame
+from cli.web.graph.client_nodes import Publications
 from cli.web.rosbridge.fragments import Fragments, fragments_of
 from cli.web.rosbridge.goals import Goals
 from cli.web.rosbridge.png import png_text
+from cli.web.rosbridge.rosapi import Rosapi
 from cli.web.rosbridge.serving import ActionsServed, ServicesServed
 from cli.web.rosbridge.subscriptions import Subscriptions
 
 if TYPE_CHECKING:
-    from cli.web.client import Client
+    from cli.web.clients.client import Client
     from cli.web.hub import Hub
 
 PATIENCE: Final = 10.0

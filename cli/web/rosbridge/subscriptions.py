@@ -9,18 +9,18 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.interfaces import CdrError, Message
-from cli.web.conversion import to_json, write_json
-from cli.web.errors import Refused
-from cli.web.fields import optional_number, text
-from cli.web.names import absolute, interface
-from cli.web.outbox import DEPTH, Packet
+from cli.web.clients.conversion import to_json, write_json
+from cli.web.clients.errors import Refused
+from cli.web.clients.fields import optional_number, text
+from cli.web.clients.names import absolute, interface
+from cli.web.clients.outbox import DEPTH, Packet
 from cli.web.rosbridge.cbor import cbor, cbor_joined, cbor_message
 from cli.web.rosbridge.fragments import fragments_of
 from cli.web.rosbridge.png import png_text
 
 if TYPE_CHECKING:
-    from cli.web.client import Client, Session
-    from cli.web.feeds import Outgoing
+    from cli.web.clients.client import Client, Session
+    from cli.web.graph.feeds import Outgoing
     from cli.web.hub import Hub
 
 COMPRESSIONS: Final = ("none", "png", "cbor", "cbor-raw")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -13,6 +13,7 @@ from actors.launch.packages import GROUP, NodeTarget, Packages, Program, Unknown
 from actors.launch.sources import folder_of_module
 from actors.running.target import find
 from actors.supervision.declarations import Supervisor
+from robot.tutorials.executables import EXECUTABLES
 
 
 def program(path: Path) -> Path:
@@ -36,7 +37,7 @@ def installed(prefix: Path, package: str) -> Path:
     return program(prefix / "lib" / package / "talker")
 
 
-def test_a_node_of_the_tutorials_is_found_by_its_entry_point() -> None:
+def test_a_node_of_the_tutorials_is_found_by_the_name_of_its_package() -> None:
     found = Packages(environment={}).find("humanoid_control", "planner")
 
     assert found == NodeTarget("humanoid_control", "planner", "robot.tutorials.humanoid_lab:Planner")
@@ -50,11 +51,15 @@ def test_both_names_of_the_battery_server_start_it() -> None:
     assert isinstance(one, NodeTarget) and isinstance(other, NodeTarget) and one.target == other.target
 
 
-@pytest.mark.parametrize(
-    "entry", [one for one in entry_points(group=GROUP) if ":" in one.value], ids=lambda one: one.name
-)
-def test_every_entry_point_leads_to_a_node_or_a_tree(entry: EntryPoint) -> None:
-    made = find(entry.value)()
+TARGETS = {
+    **{entry.name: entry.value for entry in entry_points(group=GROUP) if ":" in entry.value},
+    **{f"{package}.{name}": target for package, nodes in EXECUTABLES.items() for name, target in nodes.items()},
+}
+
+
+@pytest.mark.parametrize("target", TARGETS.values(), ids=TARGETS)
+def test_every_entry_point_and_example_leads_to_a_node_or_a_tree(target: str) -> None:
+    made = find(target)()
 
     assert isinstance(made, Supervisor) or (isinstance(made, type) and issubclass(made, Node))
 
@@ -196,16 +201,53 @@ def test_modules_without_a_folder_have_none() -> None:
     assert folder_of_module("robot.tutorials.ring") == folder_of_module("robot.tutorials")
 
 
-def test_a_package_of_the_user_in_a_prefix_goes_before_a_tutorial_of_its_name_but_not_before_our_nodes_of_ros_2(
-    tmp_path: Path,
+def test_a_package_of_the_user_takes_the_place_of_a_tutorial_of_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    talker = installed(tmp_path, "my_package")
+    """Nothing of the tutorial is left: neither its executables nor its files. Wherever the user's package is."""
+    talker = installed(tmp_path / "prefix", "my_package")
+    source_package(tmp_path / "src" / "planning", "planning")
+    info = tmp_path / "site" / "mine-1.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1\n")
+    (info / "entry_points.txt").write_text("[robactor.nodes]\ncontrol.motor_node = garden.motor:Motor\n")
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    packages = Packages([tmp_path / "src"], {"AMENT_PREFIX_PATH": str(tmp_path / "prefix")})
+
+    assert packages.executables("my_package") == {"talker": Program("my_package", "talker", talker)}
+    assert packages.share("my_package") == tmp_path / "prefix" / "share" / "my_package"
+    assert packages.executables("planning") == {}
+    assert packages.share("planning") == tmp_path / "src" / "planning"
+    assert packages.executables("control") == {"motor_node": NodeTarget("control", "motor_node", "garden.motor:Motor")}
+    assert packages.share("camera_driver") == folder_of_module("robot.tutorials")
+
+
+def test_a_tutorial_is_no_package_of_the_environment() -> None:
+    assert {entry.name.partition(".")[0] for entry in entry_points(group=GROUP)}.isdisjoint(EXECUTABLES)
+
+
+def test_examples_that_cannot_be_loaded_or_hold_nothing_hurt_no_other_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    info = tmp_path / "odd-1.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: odd\nVersion: 1\n")
+    (info / "entry_points.txt").write_text(
+        "[robactor.examples]\nodd = odd_examples:PACKAGES\ngone = no_such_module:X\n"
+    )
+    (tmp_path / "odd_examples.py").write_text('PACKAGES = {"hollow": {}}\n')
+    monkeypatch.syspath_prepend(str(tmp_path))
+    packages = Packages(environment={})
+
+    assert isinstance(packages.find("humanoid_control", "planner"), NodeTarget)
+    assert packages.executables("hollow") == {}
+    with pytest.raises(UnknownPackage):
+        packages.share("hollow")
+
+
+def test_our_nodes_of_ros_2_go_before_those_of_a_prefix(tmp_path: Path) -> None:
     installed(tmp_path, "tf2_ros")
-    mine = program(tmp_path / "lib" / "my_package" / "my_node")
     program(tmp_path / "lib" / "tf2_ros" / "static_transform_publisher")
     packages = Packages(environment={"AMENT_PREFIX_PATH": str(tmp_path)})
 
-    assert packages.find("my_package", "talker") == Program("my_package", "talker", talker)
-    assert packages.find("my_package", "my_node") == Program("my_package", "my_node", mine)
-    assert packages.share("my_package") == tmp_path / "share" / "my_package"
     assert isinstance(packages.find("tf2_ros", "static_transform_publisher"), NodeTarget)

@@ -16,8 +16,8 @@ from playwright.async_api import Page, async_playwright, expect
 
 from actors import Child, Supervisor, System, run
 from actors.runtime.record import NodeRecord
-from cli.web.server import WebServer
-from cli.web.settings import WebSettings
+from cli.web.server.server import WebServer
+from cli.web.server.settings import WebSettings
 from robot import Robot
 from robot.run.choice import changed
 

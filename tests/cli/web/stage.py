@@ -15,8 +15,8 @@ from actors import Action, Child, Done, Node, Service, Steps, Supervisor, System
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String
-from cli.web.server import WebServer
-from cli.web.settings import WebSettings
+from cli.web.server.server import WebServer
+from cli.web.server.settings import WebSettings
 
 CHATTER = Topic(String, "/chatter")
 LATCHED = Topic(String, "/latched", qos.STATE)

@@ -11,8 +11,8 @@ import pytest
 
 from actors.bag import BagReader
 from actors.interfaces.std_msgs.msg import String
-from cli.web import bags as module
-from cli.web.settings import WebSettings
+from cli.web.recordings import bags as module
+from cli.web.server.settings import WebSettings
 from tests.cli.web.stage import Foxglove, Stage, serving
 from tests.cli.web.test_playback import recorded
 

@@ -19,8 +19,8 @@ from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
 from actors.topics.arrival import Arrival
 from actors.transport.protocol import PATIENCE, next_look
-from cli.web.outbox import BEHIND, MOST_ANSWERS, MOST_BYTES, Outbox, OutboxFull, Spliced
-from cli.web.writing import written
+from cli.web.clients.outbox import BEHIND, MOST_ANSWERS, MOST_BYTES, Outbox, OutboxFull, Spliced
+from cli.web.clients.writing import written
 from tests.cli.web.stage import serving, until
 
 PICTURE = Topic(Image, "/picture")
@@ -170,7 +170,7 @@ async def test_what_gathers_is_one_write_for_each_client_and_the_messages_are_sh
             writes.append(listed)
         return written(listed)
 
-    monkeypatch.setattr("cli.web.client.written", spy)
+    monkeypatch.setattr("cli.web.clients.client.written", spy)
     async with serving() as stage, stage.foxglove() as first, stage.foxglove() as second:
         for client in (first, second):
             channel = await client.channel("/chatter")

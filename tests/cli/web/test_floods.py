@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from cli.web import server
+from cli.web.server import server
 from tests.cli.web.stage import Stage, serving, until
 
 FRAMES = 20_000

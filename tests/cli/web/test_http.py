@@ -17,10 +17,10 @@ from websockets.exceptions import InvalidHandshake, InvalidStatus
 from websockets.http11 import Request
 
 from actors import Child
-from cli.web.admission import host_refusal, origin_refusal
-from cli.web.http import Files
-from cli.web.server import WebServer
-from cli.web.settings import WebSettings, WebUnavailable, make_settings
+from cli.web.server.admission import host_refusal, origin_refusal
+from cli.web.server.http import Files
+from cli.web.server.server import WebServer
+from cli.web.server.settings import WebSettings, WebUnavailable, make_settings
 from tests.cli.web.stage import request, serving
 
 TOKEN = "a-token-of-some-length"

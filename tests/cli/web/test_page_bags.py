@@ -16,7 +16,7 @@ from actors import Child, Node, execute, run
 from actors.bag import BagReader, Recorder, RecordOptions, Selection
 from actors.interfaces import decode
 from actors.interfaces.nav_msgs.msg import Odometry
-from cli.web.settings import WebSettings
+from cli.web.server.settings import WebSettings
 from robot import Robot
 from robot.contracts import MOVE_TO_POSITION
 from robot.interfaces.tutorials.my_robot_interfaces.action import MoveToPosition

@@ -13,9 +13,10 @@ from actors.interfaces.foreign import ForeignType
 from actors.interfaces.rcl_interfaces.msg import Parameter, ParameterEvent, ParameterValue
 from actors.qos import PARAMETER_EVENTS
 from actors.testing import Rig
-from cli.web import audience, types
-from cli.web.errors import Refused
-from cli.web.types import AGAIN, Types
+from cli.web.clients.errors import Refused
+from cli.web.graph import types
+from cli.web.graph.types import AGAIN, Types
+from cli.web.server import audience
 from tests.cli.web.stage import serving
 
 STRANGE = ForeignType("strange_msgs/msg/Thing", "RIHS01_" + "0" * 64)

@@ -20,8 +20,8 @@ from actors.interfaces import decode, encode
 from actors.interfaces.std_msgs.msg import Int32, String
 from cli.command import CommandFailed
 from cli.verbs.web import COMMAND
-from cli.web.server import WebServer
-from cli.web.settings import WebSettings
+from cli.web.server.server import WebServer
+from cli.web.server.settings import WebSettings
 from cli.web.verb import serve
 from tests.cli.web.stage import Bridge, Foxglove, serving
 
@@ -303,7 +303,7 @@ async def test_who_comes_back_finds_it_where_it_was(tmp_path: Path) -> None:
 
 
 async def test_only_so_many_recordings_are_open_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from cli.web import recordings
+    from cli.web.server import recordings
 
     monkeypatch.setattr(recordings, "MOST", 1)
     for name in ("one", "two"):
@@ -317,7 +317,7 @@ async def test_only_so_many_recordings_are_open_at_once(tmp_path: Path, monkeypa
 async def test_a_recording_that_nobody_looks_at_is_closed_after_a_while(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from cli.web import recordings
+    from cli.web.server import recordings
 
     monkeypatch.setattr(recordings, "LINGER", 0.01)
     monkeypatch.setattr(recordings, "MOST", 1)

@@ -10,8 +10,8 @@ from websockets.asyncio.client import connect
 
 from actors import Child
 from actors.transport.security import authority, load_security
-from cli.web.server import WebServer
-from cli.web.settings import make_settings
+from cli.web.server.server import WebServer
+from cli.web.server.settings import make_settings
 from tests.cli.web.stage import serving
 
 TOKEN = "a-token-of-some-length"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from websockets.frames import Frame, Opcode
 
-from cli.web.outbox import Spliced
-from cli.web.writing import written
+from cli.web.clients.outbox import Spliced
+from cli.web.clients.writing import written
 
 LENGTHS = (0, 1, 125, 126, 127, 65_535, 65_536, 70_000)
 """Around those at which the size takes more bytes."""

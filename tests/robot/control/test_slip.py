@@ -19,7 +19,6 @@ from robot.control.slip import (
     SlipWatch,
     friction_of,
 )
-from robot.evaluate.walk_measures import low_boxes
 from robot.geometry.planar import Pose2
 from robot.hardware.sensors import Sensors
 from robot.model.actuators import ActuatorDesign
@@ -27,6 +26,7 @@ from robot.model.modes import Mode
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ice
 from robot.testing import Conditions, Trial
+from tests.figures.walk_measures import low_boxes
 
 DT = 0.005
 FAST, HERE = 1.0, Pose2(0.0, 0.0)

@@ -14,11 +14,11 @@ from actors.errors import DeclarationError
 from actors.testing import Rig
 from robot import Robot
 from robot.contracts import BATTERY_STATE, GAIT_STATUS, GOAL_REPORT
-from robot.evaluate.load import family
 from robot.geometry.planar import Pose2
 from robot.nodes.carrier import Delivery
 from robot.run.choice import nodes_of
 from robot.scenes.worlds import UnknownWorld, get_world
+from tests.figures.load import family
 
 
 def names(robot: Robot) -> set[str]:

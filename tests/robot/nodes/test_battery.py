@@ -22,7 +22,6 @@ from robot.contracts import (
     NAVIGATE_TO_POSE,
     STAND,
 )
-from robot.evaluate.battery import CONTRACT
 from robot.geometry.messages import pose_stamped
 from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, MotorPower
@@ -34,6 +33,7 @@ from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
+from tests.figures.battery import CONTRACT
 from tests.robot.stage import ahead, battery_status, robot, robot_around, without
 
 WALKING = 304.0

@@ -15,7 +15,6 @@ import pytest
 from actors import Supervisor
 from actors.testing import Rig
 from cli.command import UsageError
-from robot.evaluate.load import family, processor_seconds
 from robot.hardware.sensors import Sensors
 from robot.link import segment
 from robot.link.remote import LinkedBody
@@ -29,6 +28,7 @@ from robot.run.options import parse
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.tree import robot_tree
+from tests.figures.load import family, processor_seconds
 from tests.robot.run.test_run import ENVIRONMENT, ROOT, node, robot, run
 from tests.robot.stage import whole
 

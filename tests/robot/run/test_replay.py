@@ -20,12 +20,12 @@ from actors.replay import Journal, ReplayError, load, replay, tape_in
 from actors.replay.tape import starts_of
 from robot.assembly import Robot
 from robot.contracts import DOCK, EMERGENCY_STOP, NAVIGATE_TO_POSE, STAND
-from robot.evaluate.load import processor_seconds
 from robot.geometry.messages import pose_stamped
 from robot.geometry.planar import Pose2
 from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.action import Dock
 from robot.nodes.gait import Gait
+from tests.figures.load import processor_seconds
 from tests.robot.run.test_run import robot
 
 NODES = ("navigation", "gait", "battery", "safety_monitor", "robot_controller", "localizer")

@@ -374,48 +374,6 @@ def test_a_parameter_file_that_is_no_yaml_names_file_and_line(text: str, place: 
     assert place in line
 
 
-@pytest.mark.parametrize(
-    ("words", "hint"),
-    [
-        (
-            ("walk", "--only", "nothing"),
-            "robot evaluate walk: --only nothing: no metric's name contains that; there are: ",
-        ),
-        (
-            ("walk", "--xyzzy"),
-            "robot evaluate walk: unrecognized arguments: --xyzzy (see robactor evaluate walk --help)",
-        ),
-        (
-            ("maps",),
-            "robot evaluate maps: give a folder, or --drawn",
-        ),
-        (("maps", "no/folder"), "robot evaluate maps: there is no no/folder"),
-        (
-            ("walk", "--seeds", "-1"),
-            "argument --seeds: -1 is no seed: give a whole number of at least 0",
-        ),
-        (("walk", "--delay", "-5"), "argument --delay: -5: give 0 to 20 milliseconds"),
-        (("walk", "--delay", "nan"), "argument --delay: nan: give 0 to 20 milliseconds"),
-        (("walk", "--minutes", "0"), "argument --minutes: 0: give 0.1 to 600 minutes"),
-        (("odometry", "--distance", "-1"), "argument --distance: -1: give 1 to 10000 metres"),
-        (("odometry", "--seconds", "0"), "argument --seconds: 0: give 1 to 3600 seconds"),
-        (("walks",), "did you mean walk?"),
-    ],
-)
-def test_a_measurement_that_cannot_be_made_is_one_line_and_exit_code_2(words: tuple[str, ...], hint: str) -> None:
-    done = robot("evaluate", *words)
-    assert done.returncode == 2
-    (line,) = done.stderr.splitlines()
-    assert hint in line
-    if "walk" in words and "--only" in words:
-        assert "'top speed held 20 s'" in line
-
-
-def test_evaluate_maps_calls_itself_what_was_typed() -> None:
-    done = robot("evaluate", "maps", "--help")
-    assert done.stdout.startswith("usage: robactor evaluate maps ")
-
-
 def test_a_pattern_for_all_nodes_sets_what_they_have_and_leaves_the_others_alone(tmp_path: Path) -> None:
     file = tmp_path / "all.yaml"
     file.write_text("/**:\n  ros__parameters:\n    max_speed: 0.6\n", encoding="utf-8")

@@ -16,7 +16,7 @@ from typing import IO
 
 import pytest
 
-from robot.evaluate.load import family, processor_seconds
+from tests.figures.load import family, processor_seconds
 from tests.robot.run.test_run import ENVIRONMENT, ROOT
 
 PERIOD = 0.1

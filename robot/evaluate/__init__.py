@@ -1,1 +1,0 @@
-"""Measurements of the robot, each printed by one command: `python -m robot evaluate walk`, `... barn FOLDER`."""
