@@ -10,8 +10,9 @@ from contextlib import suppress
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from actors.transport.dds import library as native
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.library import DATA_AVAILABLE, TIMEOUT, Library
-from actors.transport.dds.qos import POLICIES, EndpointQos, the_qos
+from actors.transport.dds.qos import POLICIES, the_qos
 from actors.transport.dds.within import Within
 
 KEEP_ALL: Final = 64 * 1024 * 1024

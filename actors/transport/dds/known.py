@@ -15,7 +15,7 @@ from actors.interfaces import registry
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.hashes import type_hash
 from actors.transport.dds.format.names import Role, RosNames, parse_names
-from actors.transport.dds.format.qos import INFINITE, DdsQos, parse_qos
+from actors.transport.dds.format.qos import parse_qos
 from actors.transport.dds.format.user_data import (
     EndpointData,
     Process,
@@ -29,7 +29,6 @@ from actors.transport.format.types import NO_TYPE_HASH
 from actors.transport.protocol import RemoteEndpoint, RemoteNode
 
 if TYPE_CHECKING:
-    from actors.qos.policies import QoS
     from actors.transport.dds import discovery
     from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
     from actors.transport.protocol import Events
@@ -41,7 +40,6 @@ BARE: Final = "/_CREATED_BY_BARE_DDS_APP_"
 """The node of endpoints of programs that are none of ROS."""
 _MOST_EARLY: Final = 1000
 """So many participants are remembered that have told of their nodes before they were found."""
-_SECOND: Final = 10**9
 
 
 def number_of(fqn: str) -> int:
@@ -234,9 +232,8 @@ class Known:
         if kind is None:
             return
         number = int.from_bytes(found.guid[12:], "big")
-        end.endpoint = RemoteEndpoint(
-            node, kind, end.ros.name, end.ros.type, _hash(end), _qos(found), found.guid, number
-        )
+        qos = parse_qos(found.qos, history_known=not found.guid.startswith(FAST_DDS))
+        end.endpoint = RemoteEndpoint(node, kind, end.ros.name, end.ros.type, _hash(end), qos, found.guid, number)
         self._events.appeared(end.endpoint)
 
     def _hide(self, end: Shown) -> None:
@@ -280,23 +277,3 @@ def _type_here(name: str) -> Any:
         with suppress(InterfaceError, ImportError):
             known = registry.find(name)
     return known
-
-
-def _qos(found: discovery.RemoteEndpoint) -> QoS:
-    qos = found.qos
-    return parse_qos(
-        DdsQos(
-            qos.reliable,
-            qos.transient_local,
-            None if qos.keep_all else qos.depth,
-            _nanoseconds(qos.deadline),
-            _nanoseconds(qos.lifespan),
-            qos.manual_liveliness,
-            _nanoseconds(qos.lease),
-        ),
-        history_known=not found.guid.startswith(FAST_DDS),
-    )
-
-
-def _nanoseconds(seconds: float | None) -> int:
-    return INFINITE if seconds is None else round(seconds * _SECOND)

@@ -26,9 +26,9 @@ from actors.transport.dds.format.participants import (
     parse_participant,
     write_participant,
 )
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.format.requests import RequestId, parse_request, write_request
 from actors.transport.dds.participant import Participant
-from actors.transport.dds.qos import EndpointQos
 from tests.actors.transport.dds.meeting import HERE, MeetingTransport, free_domain
 from tests.stage import ADD, NUMBERS, events, number, total, two
 
