@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from hashlib import blake2b
 from typing import TYPE_CHECKING, Any, Final
 
@@ -30,6 +31,7 @@ from actors.transport.protocol import RemoteEndpoint, RemoteNode
 
 if TYPE_CHECKING:
     from actors.transport.dds import discovery
+    from actors.transport.dds.endpoints import Status
     from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
     from actors.transport.protocol import Events
 
@@ -101,6 +103,8 @@ class Known:
         """By the GUID of the participant."""
         self.services: dict[tuple[Role, str], dict[bytes, Shown]] = {}
         self._early: dict[bytes, ParticipantEntities] = {}
+        self._silent: set[bytes] = set()
+        """The GUIDs of writers that are not alive, of those that have to show it."""
 
     def of(self, guid: bytes) -> Peer | None:
         """The participant that a reader or writer belongs to."""
@@ -178,8 +182,23 @@ class Known:
             if (end := peer.ends.get(found.guid)) is not None:
                 self._drop(peer, end)
 
+    def judged(self, writers: frozenset[bytes], status: Status) -> None:
+        """Cyclone DDS has found that some of the writers that a reader is matched with are alive again, or not alive any more.
+
+        It tells how many, and the last of them. If that leaves open which, any are taken: nobody is shown more than their number.
+        """
+        before = self._silent & writers
+        silent = set(before)
+        for guid in (status.peer, *sorted(writers)):
+            if len(silent) != status.not_alive:
+                (silent.add if len(silent) < status.not_alive else silent.discard)(guid)
+        self._silent = (self._silent - writers) | silent
+        for guid in before ^ silent:
+            self._events.liveliness(guid)
+
     def _drop(self, peer: Peer, end: Shown) -> None:
         guid = end.of_dds.guid
+        self._silent.discard(guid)
         del peer.ends[guid]
         role = end.ros.role, end.ros.name
         if (ends := self.services.get(role)) is not None:
@@ -233,8 +252,13 @@ class Known:
             return
         number = int.from_bytes(found.guid[12:], "big")
         qos = parse_qos(found.qos, history_known=not found.guid.startswith(FAST_DDS))
-        end.endpoint = RemoteEndpoint(node, kind, end.ros.name, end.ros.type, _hash(end), qos, found.guid, number)
+        alive = partial(self._is_alive, found.guid) if found.qos.manual_liveliness else None
+        names = end.ros.name, end.ros.type, _hash(end)
+        end.endpoint = RemoteEndpoint(node, kind, *names, qos, found.guid, number, alive)
         self._events.appeared(end.endpoint)
+
+    def _is_alive(self, guid: bytes) -> bool:
+        return guid not in self._silent
 
     def _hide(self, end: Shown) -> None:
         endpoint, end.endpoint = end.endpoint, None
