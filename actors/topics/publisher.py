@@ -50,7 +50,7 @@ class Publisher(Endpoint, Generic[M]):
     # * `history` is None exactly if the publisher is volatile.
 
     __slots__ = (
-        "_expects", "_outdated", "_thread", "attached", "count", "gated", "history", "matched", "on_close", "suspended", "taps", "targets",
+        "_expects", "_outdated", "_thread", "attached", "count", "gated", "history", "matched", "on_assert", "on_close", "suspended", "taps", "targets",
         "type",
     )  # fmt: skip
 
@@ -63,6 +63,8 @@ class Publisher(Endpoint, Generic[M]):
         """Whether the state of a lifecycle node suspends this publisher."""
         self.on_close: Callable[[Publisher[Any]], object] | None = None
         """Is called once, when the publisher is closed."""
+        self.on_assert: Callable[[], object] | None = None
+        """Is called with each `assert_liveliness`."""
         self.matched: dict[SubscriptionPeer, None] = {}
         """The matched subscriptions, in the order in which they were matched."""
         self.attached: tuple[Target, ...] = ()
@@ -131,6 +133,8 @@ class Publisher(Endpoint, Generic[M]):
         """
         if get_ident() != self._thread or (self._expects is _Closed and not self.suspended):
             self._refuse(None)
+        if self.on_assert is not None:
+            self.on_assert()
 
     def alive(self, lease_ns: int | None) -> bool:
         """Whether the publisher has shown a sign of life within the lease. Without a lease it is alive as long as its node."""

@@ -223,6 +223,10 @@ class Bridge:
         self._topics.wanted(publisher)
         self._teller.wanted(publisher)
 
+    def liveliness(self, gid: bytes) -> None:
+        """See `Events.liveliness`."""
+        self._topics.liveliness(gid)
+
     def link(self, session: str, up: bool) -> None:
         """See `Events.link`."""
         self._graph.changed()

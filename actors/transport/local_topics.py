@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.qos import DEFAULT
+from actors.qos.policies import Liveliness
 from actors.topics.endpoint import nanoseconds
 from actors.topics.peers import PublisherPeer, Target
 from actors.transport.format.tokens import EndpointKind
@@ -26,6 +28,8 @@ _MOST_LEFT: Final = 1000
 
 class LocalPublisher(PublisherPeer, Protocol):
     """A publisher of this process, which can be listened to without a subscription."""
+
+    on_assert: Callable[[], object] | None
 
     def attach(self, target: Target) -> None: ...
 
@@ -50,6 +54,8 @@ class _Sender:
         """How many messages of the publisher have no number."""
         self._listening: bool = False
         self._expires = nanoseconds(publisher.qos.lifespan) is not None
+        if publisher.qos.liveliness is Liveliness.MANUAL_BY_TOPIC:
+            publisher.on_assert = endpoint.assert_liveliness
         if publisher.qos.transient_local:
             publisher.replay(self.send, publisher.qos.limit)
             publisher.attach(self.send)
@@ -75,6 +81,7 @@ class _Sender:
             (self.publisher.attach if wanted else self.publisher.detach)(self.send)
 
     def close(self) -> None:
+        self.publisher.on_assert = None
         self.publisher.detach(self.send)
         self.endpoint.close()
 
@@ -151,6 +158,12 @@ class Topics:
         if sender is not None:
             sender.listen(publisher.wanted)
 
+    def liveliness(self, gid: bytes) -> None:
+        """See `Events.liveliness`."""
+        publisher = self._remote.get(gid)
+        if isinstance(publisher, RemotePublisher):
+            publisher.tell_matched()
+
     def _sent_by(self, publisher: PublisherPeer) -> int:
         """The bytes that a publisher has sent so far; 0 for one that has only just joined."""
         sender = self._senders.get(publisher)
@@ -211,7 +224,9 @@ class Topics:
         type, checks = ForeignType(endpoint.type, endpoint.type_hash), node.checks_qos
         if endpoint.kind is EndpointKind.PUBLISHER:
             known = self._left.pop(gid, None)
-            publisher = RemotePublisher(node, entry, type, endpoint.qos, self._side, known, checks_qos=checks)
+            publisher = RemotePublisher(
+                node, entry, type, endpoint.qos, self._side, known, checks_qos=checks, judged=endpoint.alive
+            )
             self._remote[gid] = publisher
             entry.add_publisher(publisher)
         else:

@@ -93,6 +93,8 @@ class RemoteEndpoint(NamedTuple):
     """What identifies it on the network, 16 bytes."""
     number: int = 0
     """By which the endpoints of a process are listed."""
+    alive: Callable[[], bool] | None = None
+    """Whether a publisher with MANUAL_BY_TOPIC is alive, where the wire judges that; None: its messages show it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,6 +199,10 @@ class PublisherHere(EndpointHere, Protocol):
         A transient local publisher keeps it for later ones."""
         ...
 
+    def assert_liveliness(self) -> None:
+        """Show the subscriptions of other processes that it is alive, with MANUAL_BY_TOPIC, if the wire can."""
+        ...
+
 
 class ClientHere(EndpointHere, Protocol):
     """A client of this process."""
@@ -269,6 +275,10 @@ class Events(Protocol):
 
     def wanted(self, publisher: PublisherHere) -> None:
         """`PublisherHere.wanted` has changed."""
+        ...
+
+    def liveliness(self, gid: bytes) -> None:
+        """`RemoteEndpoint.alive` of a publisher has changed."""
         ...
 
     def link(self, session: str, up: bool) -> None:

@@ -49,8 +49,8 @@ class RemotePublisher:
     What arrives is delivered to the matched subscriptions of this process, to each at most once and in order, and decoded at most once: not
     at all while all of them take it as it is (see `UndecodedTarget`). A gap in the numbers is counted as a loss, from the first message that
     a subscription has received, also over the time for which the publisher could not be reached: `known` are the numbers of the last messages
-    that subscriptions had received before. Liveliness that is manual_by_topic shows in arriving messages only. A lifespan is measured from the time of
-    sending, so the clocks of the two machines have to agree.
+    that subscriptions had received before. Liveliness that is manual_by_topic is as `judged` says, or without it shows in arriving messages only. A
+    lifespan is measured from the time of sending, so the clocks of the two machines have to agree.
 
     Invariants:
 
@@ -70,11 +70,13 @@ class RemotePublisher:
         known: Mapping[SubscriptionPeer, int] | None = None,
         *,
         checks_qos: bool = True,
+        judged: Callable[[], bool] | None = None,
     ) -> None:
         self.node = node
         self.entry = entry
         self.qos = qos
         self.checks_qos = checks_qos
+        self._judged = judged
         self._numbers = Numbers()
         self._known = known or {}
         self.carried_bytes = 0
@@ -88,7 +90,7 @@ class RemotePublisher:
         self._unreadable = side.unreadable
         self._time = asyncio.get_running_loop().time
         self._lifespan = nanoseconds(qos.lifespan)
-        self._shows_itself = qos.liveliness is Liveliness.MANUAL_BY_TOPIC
+        self._shows_itself = judged is None and qos.liveliness is Liveliness.MANUAL_BY_TOPIC
         self._keeps = min(qos.limit, _MOST_KEPT) if qos.transient_local else 1
         self._shown_ns = self._now_ns()
         self._matched: dict[SubscriptionPeer, _Match | None] = {}
@@ -215,6 +217,8 @@ class RemotePublisher:
         return lease_ns or nanoseconds(self.qos.liveliness_lease)
 
     def alive(self, lease_ns: int | None) -> bool:
+        if self._judged is not None:
+            return self._judged()
         lease = self._lease(lease_ns)
         return lease is None or self._now_ns() - self._shown_ns <= lease
 
@@ -227,8 +231,12 @@ class RemotePublisher:
         was_alive = self.alive(None)
         self._shown_ns = self._now_ns()
         if not was_alive:
-            for subscription in self._matched:
-                subscription.notify()
+            self.tell_matched()
+
+    def tell_matched(self) -> None:
+        """Let the matched subscriptions see whether it is alive."""
+        for subscription in self._matched:
+            subscription.notify()
 
     # -- its place in the graph ---------------------------------------------------------------------------------------------
 

@@ -69,6 +69,9 @@ class GraphView:
     def wanted(self, publisher: PublisherHere) -> None:
         """Do nothing: a view publishes nothing."""
 
+    def liveliness(self, gid: bytes) -> None:
+        """Do nothing: a view subscribes to nothing."""
+
     def link(self, session: str, up: bool) -> None:
         self._news.set()
 

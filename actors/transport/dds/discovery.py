@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.library import BuiltinEndpoint, BuiltinParticipant, Library, SampleInfo
-from actors.transport.dds.qos import EndpointQos, read_property, read_qos, read_user_data
+from actors.transport.dds.qos import read_property, read_qos, read_user_data
 from actors.transport.dds.reading import Report
 
 _PARTICIPANTS: Final = 0x7FFF0001

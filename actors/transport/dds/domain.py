@@ -18,10 +18,10 @@ from actors.transport.dds.format.participants import (
     parse_participant,
     write_participant,
 )
+from actors.transport.dds.format.qos import EndpointQos, write_qos
 from actors.transport.dds.format.user_data import EndpointData, write_endpoint_data, write_pair_id
 from actors.transport.dds.known import Known
 from actors.transport.dds.nodes import NodeHere
-from actors.transport.dds.qos import EndpointQos
 from actors.transport.dds.services import REMEDY, Client, Server
 from actors.transport.dds.topics import Publisher, Receiver, Subscription
 from actors.transport.format.errors import WireFormatError
@@ -249,17 +249,7 @@ def _here(node: protocol.NodeHere | None) -> NodeHere | None:
 
 
 def _quality(qos: QoS, data: EndpointData) -> EndpointQos:
-    return EndpointQos(
-        reliable=qos.reliable,
-        transient_local=qos.transient_local,
-        keep_all=qos.keep_all,
-        depth=qos.limit,
-        deadline=qos.deadline,
-        lifespan=qos.lifespan,
-        manual_liveliness=qos.liveliness.value == "manual_by_topic",
-        lease=qos.liveliness_lease,
-        user_data=write_endpoint_data(data),
-    )
+    return write_qos(qos, write_endpoint_data(data))
 
 
 def _both(

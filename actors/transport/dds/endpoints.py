@@ -10,8 +10,9 @@ from contextlib import suppress
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from actors.transport.dds import library as native
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.library import DATA_AVAILABLE, TIMEOUT, Library
-from actors.transport.dds.qos import POLICIES, EndpointQos, the_qos
+from actors.transport.dds.qos import POLICIES, the_qos
 from actors.transport.dds.within import Within
 
 KEEP_ALL: Final = 64 * 1024 * 1024
@@ -44,6 +45,10 @@ class Status(NamedTuple):
     """By how much `total` has changed since the last time."""
     policy: str = ""
     """Of `incompatible_qos`: the policy of the last peer, as `POLICIES` names it."""
+    not_alive: int = 0
+    """Of `liveliness_changed`: how many are matched and not alive now."""
+    peer: bytes = b""
+    """Of `liveliness_changed`: the GUID of the last writer that has changed."""
 
 
 class Sample(NamedTuple):
@@ -178,7 +183,15 @@ class Endpoint:
             if changes & bit:
                 raw = native.Status()
                 if getattr(self._library, getter)(self._entity, c.byref(raw)) == 0:
-                    self._within.wakeup.post(self._tell, _status(kind, raw))
+                    self._within.wakeup.post(self._tell, self._status(kind, raw))
+
+    def _status(self, kind: Kind, raw: native.Status) -> Status:
+        if kind == "matched":
+            return Status(kind, raw.third, raw.fourth)
+        if kind == "liveliness_changed":
+            return Status(kind, raw.total, raw.third, not_alive=raw.change, peer=self._guid_of(raw.last))
+        policy = POLICIES.get(raw.third, "INVALID") if kind == "incompatible_qos" else ""
+        return Status(kind, raw.total, raw.change, policy)
 
     def _tell(self, status: Status) -> None:
         if self._closed:
@@ -187,14 +200,6 @@ class Endpoint:
             self._matched = status.total
         if self._on_status is not None:
             self._on_status(status)
-
-
-def _status(kind: Kind, raw: native.Status) -> Status:
-    if kind == "matched":
-        return Status(kind, raw.third, raw.fourth)
-    if kind == "liveliness_changed":
-        return Status(kind, raw.total, raw.third)
-    return Status(kind, raw.total, raw.change, POLICIES.get(raw.third, "INVALID") if kind == "incompatible_qos" else "")
 
 
 class Writer(Endpoint):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from hashlib import blake2b
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,7 +16,7 @@ from actors.interfaces import registry
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.hashes import type_hash
 from actors.transport.dds.format.names import Role, RosNames, parse_names
-from actors.transport.dds.format.qos import INFINITE, DdsQos, parse_qos
+from actors.transport.dds.format.qos import parse_qos
 from actors.transport.dds.format.user_data import (
     EndpointData,
     Process,
@@ -29,8 +30,8 @@ from actors.transport.format.types import NO_TYPE_HASH
 from actors.transport.protocol import RemoteEndpoint, RemoteNode
 
 if TYPE_CHECKING:
-    from actors.qos.policies import QoS
     from actors.transport.dds import discovery
+    from actors.transport.dds.endpoints import Status
     from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
     from actors.transport.protocol import Events
 
@@ -41,7 +42,6 @@ BARE: Final = "/_CREATED_BY_BARE_DDS_APP_"
 """The node of endpoints of programs that are none of ROS."""
 _MOST_EARLY: Final = 1000
 """So many participants are remembered that have told of their nodes before they were found."""
-_SECOND: Final = 10**9
 
 
 def number_of(fqn: str) -> int:
@@ -103,6 +103,8 @@ class Known:
         """By the GUID of the participant."""
         self.services: dict[tuple[Role, str], dict[bytes, Shown]] = {}
         self._early: dict[bytes, ParticipantEntities] = {}
+        self._silent: set[bytes] = set()
+        """The GUIDs of writers that are not alive, of those that have to show it."""
 
     def of(self, guid: bytes) -> Peer | None:
         """The participant that a reader or writer belongs to."""
@@ -180,8 +182,23 @@ class Known:
             if (end := peer.ends.get(found.guid)) is not None:
                 self._drop(peer, end)
 
+    def judged(self, writers: frozenset[bytes], status: Status) -> None:
+        """Cyclone DDS has found that some of the writers that a reader is matched with are alive again, or not alive any more.
+
+        It tells how many, and the last of them. If that leaves open which, any are taken: nobody is shown more than their number.
+        """
+        before = self._silent & writers
+        silent = set(before)
+        for guid in (status.peer, *sorted(writers)):
+            if len(silent) != status.not_alive:
+                (silent.add if len(silent) < status.not_alive else silent.discard)(guid)
+        self._silent = (self._silent - writers) | silent
+        for guid in before ^ silent:
+            self._events.liveliness(guid)
+
     def _drop(self, peer: Peer, end: Shown) -> None:
         guid = end.of_dds.guid
+        self._silent.discard(guid)
         del peer.ends[guid]
         role = end.ros.role, end.ros.name
         if (ends := self.services.get(role)) is not None:
@@ -234,10 +251,14 @@ class Known:
         if kind is None:
             return
         number = int.from_bytes(found.guid[12:], "big")
-        end.endpoint = RemoteEndpoint(
-            node, kind, end.ros.name, end.ros.type, _hash(end), _qos(found), found.guid, number
-        )
+        qos = parse_qos(found.qos, history_known=not found.guid.startswith(FAST_DDS))
+        alive = partial(self._is_alive, found.guid) if found.qos.manual_liveliness else None
+        names = end.ros.name, end.ros.type, _hash(end)
+        end.endpoint = RemoteEndpoint(node, kind, *names, qos, found.guid, number, alive)
         self._events.appeared(end.endpoint)
+
+    def _is_alive(self, guid: bytes) -> bool:
+        return guid not in self._silent
 
     def _hide(self, end: Shown) -> None:
         endpoint, end.endpoint = end.endpoint, None
@@ -280,23 +301,3 @@ def _type_here(name: str) -> Any:
         with suppress(InterfaceError, ImportError):
             known = registry.find(name)
     return known
-
-
-def _qos(found: discovery.RemoteEndpoint) -> QoS:
-    qos = found.qos
-    return parse_qos(
-        DdsQos(
-            qos.reliable,
-            qos.transient_local,
-            None if qos.keep_all else qos.depth,
-            _nanoseconds(qos.deadline),
-            _nanoseconds(qos.lifespan),
-            qos.manual_liveliness,
-            _nanoseconds(qos.lease),
-        ),
-        history_known=not found.guid.startswith(FAST_DDS),
-    )
-
-
-def _nanoseconds(seconds: float | None) -> int:
-    return INFINITE if seconds is None else round(seconds * _SECOND)

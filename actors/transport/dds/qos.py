@@ -5,9 +5,9 @@ from __future__ import annotations
 import ctypes as c
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any, Final
 
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.library import DURATION_INFINITE, Library
 
 POLICIES: Final = {
@@ -18,22 +18,6 @@ POLICIES: Final = {
 
 _UNLIMITED: Final = -1
 _DEPTH_MOST: Final = 2**31 - 1
-
-
-@dataclass(frozen=True, slots=True)
-class EndpointQos:
-    """The quality of service of a reader or writer. Durations are in seconds; None: infinite, or not given."""
-
-    reliable: bool = True
-    transient_local: bool = False
-    keep_all: bool = False
-    depth: int = 1
-    deadline: float | None = None
-    lifespan: float | None = None
-    manual_liveliness: bool = False
-    """MANUAL_BY_TOPIC instead of AUTOMATIC."""
-    lease: float | None = None
-    user_data: bytes = b""
 
 
 @contextmanager

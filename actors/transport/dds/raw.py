@@ -14,8 +14,8 @@ from actors.interfaces.message import Message
 from actors.transport.dds.config import DdsConfig
 from actors.transport.dds.discovery import RemoteEndpoint, RemoteParticipant
 from actors.transport.dds.endpoints import Sample, Writer
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.participant import Participant
-from actors.transport.dds.qos import EndpointQos
 from actors.transport.format.types import write_type
 
 M = TypeVar("M", bound=Message)

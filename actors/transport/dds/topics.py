@@ -6,7 +6,7 @@ from collections import OrderedDict, deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
-from actors.transport.dds.qos import EndpointQos
+from actors.transport.dds.format.qos import EndpointQos
 
 if TYPE_CHECKING:
     from actors.transport.dds.domain import Domain
@@ -55,6 +55,10 @@ class Publisher:
                 put(payload)
 
             self.put = put_payload
+
+    def assert_liveliness(self) -> None:
+        if self._writer is not None:
+            self._writer.assert_liveliness()
 
     def close(self) -> None:
         writer, self._writer = self._writer, None
@@ -132,6 +136,8 @@ class Receiver:
     def _changed(self, status: Status) -> None:
         if status.kind == "matched" and status.change <= 0 and self._kept is not None:
             self._repeated = frozenset(self._kept)
+        if status.kind == "liveliness_changed":
+            self._domain.known.judged(self.reader.matched_guids(), status)
         if status.kind == "sample_lost" and status.change > 0:
             for taker in self.takers:
                 self._domain.events.lost(taker, status.change)

@@ -104,6 +104,9 @@ class _Publisher:
             self._outlet = self._participant.opened(self, write_key(self._key), self._delivery)
             self.put = attaching(self.gid, self._outlet.put)
 
+    def assert_liveliness(self) -> None:
+        """Do nothing: ``rmw_zenoh`` has nothing to send for it."""
+
     def close(self) -> None:
         if self._endpoint is not None:
             self._endpoint.close()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from actors import QoS
 from actors.interfaces import decode, encode
 from actors.interfaces.rmw_dds_common.msg import ParticipantEntitiesInfo
-from actors.qos import Durability, History, Liveliness, Reliability
+from actors.qos import BEST_AVAILABLE_DURATION, Durability, History, Liveliness, Reliability
 from actors.transport.dds.format.names import DdsNames, Role, RosNames, parse_names, write_names
 from actors.transport.dds.format.participants import (
     OLD_GID_SIZE,
@@ -18,7 +18,7 @@ from actors.transport.dds.format.participants import (
     parse_participant,
     write_participant,
 )
-from actors.transport.dds.format.qos import INFINITE, DdsQos, parse_qos, write_qos
+from actors.transport.dds.format.qos import EndpointQos, parse_qos, write_qos
 from actors.transport.dds.format.requests import RequestId, parse_request, write_request
 from actors.transport.dds.format.user_data import (
     EndpointData,
@@ -256,7 +256,7 @@ def test_requests_without_identity_are_refused() -> None:
 
 
 PROFILES = [
-    (QoS(depth=7, liveliness=Liveliness.AUTOMATIC), DdsQos(reliable=True, transient_local=False, depth=7)),
+    (QoS(depth=7, liveliness=Liveliness.AUTOMATIC), EndpointQos(depth=7)),
     (
         QoS(
             depth=1,
@@ -267,28 +267,33 @@ PROFILES = [
             liveliness=Liveliness.MANUAL_BY_TOPIC,
             liveliness_lease=3.0,
         ),
-        DdsQos(False, True, 1, 2 * 10**9, 5 * 10**8, True, 3 * 10**9),
+        EndpointQos(
+            reliable=False, transient_local=True, deadline=2.0, lifespan=0.5, manual_liveliness=True, lease=3.0
+        ),
     ),
     (
         QoS(history=History.KEEP_ALL, liveliness=Liveliness.AUTOMATIC),
-        DdsQos(reliable=True, transient_local=False, depth=None),
+        EndpointQos(keep_all=True, depth=10),
     ),
 ]
 
 
 @pytest.mark.parametrize(("qos", "policies"), PROFILES)
-def test_a_profile_is_a_set_of_policies(qos: QoS, policies: DdsQos) -> None:
+def test_a_profile_is_a_set_of_policies(qos: QoS, policies: EndpointQos) -> None:
     assert write_qos(qos) == policies
     assert parse_qos(policies) == qos
 
 
 def test_a_profile_leaves_to_dds_what_it_does_not_specify() -> None:
-    default = DdsQos(reliable=True, transient_local=False, depth=1)
+    default = EndpointQos()
     assert write_qos(QoS(history=History.SYSTEM_DEFAULT, depth=0, reliability=Reliability.SYSTEM_DEFAULT)) == default
-    assert write_qos(QoS(depth=2**40, lifespan=1e300, deadline=1e-12)) == DdsQos(True, False, 2**31 - 1, 1, INFINITE)
+    assert write_qos(QoS(depth=7, lifespan=1e300, deadline=1e-12)) == EndpointQos(depth=7, deadline=1e-9)
+    assert write_qos(QoS(depth=1, deadline=BEST_AVAILABLE_DURATION)) == default
 
 
 def test_the_history_of_a_peer_that_does_not_send_it_is_unknown() -> None:
-    assert parse_qos(DdsQos(True, False, 1), history_known=False).history is History.UNKNOWN
-    assert parse_qos(DdsQos(True, False, None), history_known=False).history is History.UNKNOWN
-    assert parse_qos(DdsQos(True, False, -1, -5, 0)) == QoS(depth=1, liveliness=Liveliness.AUTOMATIC)
+    assert parse_qos(EndpointQos(), history_known=False).history is History.UNKNOWN
+    assert parse_qos(EndpointQos(keep_all=True), history_known=False).history is History.UNKNOWN
+    assert parse_qos(EndpointQos(depth=-1, deadline=-5.0, lifespan=0.0)) == QoS(
+        depth=1, liveliness=Liveliness.AUTOMATIC
+    )

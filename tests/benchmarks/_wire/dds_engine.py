@@ -7,8 +7,8 @@ import struct
 
 from actors.transport.dds.config import DdsConfig
 from actors.transport.dds.endpoints import Reader, Sample, Writer
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.participant import Participant
-from actors.transport.dds.qos import EndpointQos
 from tests.benchmarks._wire import IMAGE, SMALL, Arrivals, Far, Work, calls, stream, ticks
 
 KEPT = EndpointQos(keep_all=True)

@@ -16,8 +16,10 @@ from lines import obey, say
 from plain import message_to_ordereddict, set_message_fields
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import MultiThreadedExecutor
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 
 rclpy.init()
 kind = rclpy.lifecycle.LifecycleNode if sys.argv[2:] == ["lifecycle"] else rclpy.node.Node
@@ -38,12 +40,17 @@ def filled(message: Any, plain: dict[str, Any]) -> Any:
     return message
 
 
-def profile(reliability: str = "RELIABLE", durability: str = "VOLATILE", depth: int = 10, all: bool = False) -> Any:
+def profile(
+    reliability: str = "RELIABLE", durability: str = "VOLATILE", depth: int = 10, all: bool = False, lease: float = 0.0
+) -> Any:
+    """With a `lease`, its liveliness is MANUAL_BY_TOPIC."""
     return QoSProfile(
         history=HistoryPolicy.KEEP_ALL if all else HistoryPolicy.KEEP_LAST,
         depth=depth,
         reliability=ReliabilityPolicy[reliability],
         durability=DurabilityPolicy[durability],
+        liveliness=LivelinessPolicy.MANUAL_BY_TOPIC if lease else LivelinessPolicy.AUTOMATIC,
+        liveliness_lease_duration=Duration(seconds=lease),
     )
 
 
@@ -60,7 +67,17 @@ def subscription(topic: str, type: str, qos: dict[str, Any]) -> None:
     def heard(message: Any) -> None:
         say("heard", topic=topic, message=message_to_ordereddict(message))
 
-    things["subscription", topic] = node.create_subscription(class_of(type), topic, heard, profile(**qos))
+    def changed(event: Any) -> None:
+        say("liveliness", topic=topic, alive=event.alive_count, not_alive=event.not_alive_count)
+
+    watching = SubscriptionEventCallbacks(liveliness=changed) if "lease" in qos else None
+    things["subscription", topic] = node.create_subscription(
+        class_of(type), topic, heard, profile(**qos), event_callbacks=watching
+    )
+
+
+def assert_liveliness(topic: str) -> None:
+    things["publisher", topic].assert_liveliness()
 
 
 def counts(topic: str) -> Any:
@@ -184,7 +201,7 @@ def close(kind: str, name: str) -> None:
 spinning = threading.Thread(target=executor.spin, daemon=True)
 spinning.start()
 commands = (
-    publisher, publish, subscription, counts, nodes, server, call, action_server, goal, declare, close,
+    publisher, publish, assert_liveliness, subscription, counts, nodes, server, call, action_server, goal, declare, close,
 )  # fmt: skip
 obey({one.__name__: one for one in commands})
 executor.shutdown(2.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Iterator
 from itertools import product
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from actors import QoS, Topic
 from actors.interfaces import from_plain, get_message, load
 from actors.interfaces.std_msgs.msg import String
-from actors.qos import Durability, History, Reliability
+from actors.qos import Durability, History, Liveliness, Reliability
 from tests.interop.parties import deliver, until
 from tests.interop.ros2.bench import Bench, Check
 from tests.interop.test_topics import MESSAGES
@@ -53,6 +54,7 @@ def checks(middleware: str = "zenoh") -> Iterator[tuple[str, Check]]:
         yield "what DDS would refuse is exchanged in both directions", incompatible
     else:
         yield "what DDS refuses is not exchanged, and both sides are told", refused
+        yield "who asserts its liveliness stays alive on the other side, without a message", liveliness
     yield "keep all: 2000 messages at once arrive in order", in_order
     yield "a type known from its definition only", unknown_type
 
@@ -153,6 +155,30 @@ async def refused(bench: Bench) -> None:
     await their_talker(PROFILES[0], PROFILES[0])(bench)
     assert not got
     assert not there.heard(topic)
+
+
+async def liveliness(bench: Bench) -> None:
+    topic, back, there = fresh(), fresh(), await bench.peer()
+    manual = QoS(depth=10, liveliness=Liveliness.MANUAL_BY_TOPIC, liveliness_lease=2.0)
+    publisher = bench.ours.node.publisher(Topic(String, topic), qos=manual)
+    await there.do("subscription", topic=topic, type=TYPE, qos={"lease": 2.0})
+    await there.do("publisher", topic=back, type=TYPE, qos={"lease": 2.0})
+
+    def counted(name: str) -> int:
+        return int((there.said("liveliness", topic=topic) or [{name: 0}])[-1][name])
+
+    async with bench.ours.node.subscribe(Topic(String, back), qos=manual) as stream:
+        await until(lambda: publisher.subscription_count and stream.status.matched, "both are matched")
+        publisher(String(data="first"))
+        await there.do("publish", topic=back, message={"data": "first"})
+        await until(lambda: counted("alive") and stream.status.alive, "both are alive")
+        for _ in range(30):  # without a message, for longer than twice the lease
+            publisher.assert_liveliness()
+            await there.do("assert_liveliness", topic=back)
+            await asyncio.sleep(0.15)
+        assert (counted("alive"), stream.status.alive) == (1, 1)
+        assert all(one["not_alive"] == 0 for one in there.said("liveliness", topic=topic))
+        await until(lambda: counted("not_alive") and stream.status.not_alive, "both have ceased, and are not alive")
 
 
 async def in_order(bench: Bench) -> None:

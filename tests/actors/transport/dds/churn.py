@@ -15,7 +15,7 @@ import uuid
 from collections.abc import Callable
 from pathlib import Path
 
-from actors.transport.dds.qos import EndpointQos
+from actors.transport.dds.format.qos import EndpointQos
 from tests.actors.transport.dds.peers import HELLO, Peer, until
 
 PARTICIPANTS = 100

@@ -11,8 +11,8 @@ from contextlib import asynccontextmanager
 from actors.transport.dds.config import DdsConfig
 from actors.transport.dds.discovery import RemoteEndpoint, RemoteParticipant
 from actors.transport.dds.endpoints import Reader, Sample, Status, Writer
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.participant import Participant
-from actors.transport.dds.qos import EndpointQos
 
 STRING = "std_msgs::msg::dds_::String_"
 HELLO = b"\0\1\0\0\6\0\0\0hello\0\0\0"

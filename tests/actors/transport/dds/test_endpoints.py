@@ -11,7 +11,7 @@ pytest.importorskip("cyclonedds")
 
 from actors.transport.dds import endpoints
 from actors.transport.dds.endpoints import Writer
-from actors.transport.dds.qos import EndpointQos
+from actors.transport.dds.format.qos import EndpointQos
 from tests.actors.transport.dds.peers import HELLO, matched, numbered, two_peers, until
 
 RELIABLE = EndpointQos(keep_all=True)

@@ -16,7 +16,8 @@ pytest.importorskip("cyclonedds")
 
 from actors.transport.dds import endpoints, library
 from actors.transport.dds.discovery import Discovery
-from actors.transport.dds.qos import EndpointQos, read_property, read_qos, read_user_data
+from actors.transport.dds.format.qos import EndpointQos
+from actors.transport.dds.qos import read_property, read_qos, read_user_data
 from actors.transport.dds.reading import Report
 from actors.transport.protocol import WireUnavailable
 from tests.actors.transport.dds.peers import HELLO, STRING, Peer, matched, two_peers, until

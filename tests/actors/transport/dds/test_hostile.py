@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip("cyclonedds")
 
 from actors.transport.dds import endpoints, library
-from actors.transport.dds.qos import EndpointQos
+from actors.transport.dds.format.qos import EndpointQos
 from tests.actors.transport.dds.peers import HELLO, Peer, matched, two_peers, until
 
 KEPT = EndpointQos(keep_all=True)

@@ -8,12 +8,13 @@ import pytest
 
 from actors.transport.dds import known as of_known
 from actors.transport.dds.discovery import RemoteEndpoint, RemoteParticipant
+from actors.transport.dds.endpoints import Status
 from actors.transport.dds.extras import Extra, add_extra, split_extra
 from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.format.user_data import Process, parse_process, write_process
 from actors.transport.dds.known import BARE, Known
 from actors.transport.dds.nodes import NodeHere
-from actors.transport.dds.qos import EndpointQos
 
 PREFIX = b"\x01\x10" + bytes(10)
 PARTICIPANT = PREFIX + bytes.fromhex("000001c1")
@@ -36,6 +37,9 @@ class Told:
 
     def link(self, session: str, up: bool) -> None:
         self.log.append(("link" if up else "no link", session))
+
+    def liveliness(self, gid: bytes) -> None:
+        self.log.append(("liveliness", gid[12:]))
 
     def unreadable(self, what: str, place: str, error: Exception, **fields: object) -> None:
         self.log.append(("unreadable", what))
@@ -142,3 +146,38 @@ def test_a_reader_that_two_subscriptions_share_stands_under_its_node_until_both_
     assert node.entities == NodeEntities("/a", "b", (PARTICIPANT,), ())
     node.remove(reader=PARTICIPANT)
     assert (node.entities.readers, len(changes)) == ((), 4)
+
+
+def test_as_many_writers_are_not_alive_as_their_reader_counts() -> None:
+    told = Told()
+    known = Known(0, told)  # type: ignore[arg-type]
+    known.participant_appeared(participant())
+    ends = [end(number, manual_liveliness=True) for number in (1, 3, 5)]
+    for one in ends:
+        known.endpoint_appeared(one)
+    known.told(info(*ends))
+    shown = [known.peers[PARTICIPANT].ends[one.guid].endpoint for one in ends]
+    guids = frozenset(one.guid for one in ends)
+
+    def alive() -> list[bool]:
+        return [one is not None and one.alive is not None and one.alive() for one in shown]
+
+    def counted(not_alive: int, last: RemoteEndpoint) -> None:
+        known.judged(guids, Status("liveliness_changed", 3 - not_alive, -1, not_alive=not_alive, peer=last.guid))
+
+    assert alive() == [True, True, True]
+    told.take()
+    counted(1, ends[1])
+    assert alive() == [True, False, True]
+    assert told.take() == [("liveliness", ends[1].guid[12:])]
+    counted(1, ends[1])  # another reader says the same
+    assert told.take() == []
+    counted(3, ends[2])  # two at once, of which only the last is named
+    assert alive() == [False, False, False]
+    counted(2, ends[0])
+    assert alive() == [True, False, False]
+    known.endpoint_vanished(ends[1])
+    known.judged(guids - {ends[1].guid}, Status("liveliness_changed", 2, 1, not_alive=0, peer=ends[2].guid))
+    assert alive() == [True, True, True]
+    known.endpoint_appeared(end(7))
+    assert known.peers[PARTICIPANT].ends[end(7).guid].endpoint is None

@@ -13,12 +13,13 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Node, ServiceFailed, System, run
+from actors import Child, Node, ServiceFailed, System, Topic, run
 from actors.interfaces import decode, encode, type_hash
 from actors.interfaces.std_msgs.msg import Int32
+from actors.qos.policies import Liveliness, QoS
 from actors.transport.dds import domain as of_domain
 from actors.transport.dds import known
-from actors.transport.dds.endpoints import Reader, Sample, Writer
+from actors.transport.dds.endpoints import Reader, Sample, Status, Writer
 from actors.transport.dds.format.names import DISCOVERY_TOPIC
 from actors.transport.dds.format.participants import (
     NodeEntities,
@@ -26,9 +27,9 @@ from actors.transport.dds.format.participants import (
     parse_participant,
     write_participant,
 )
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.format.requests import RequestId, parse_request, write_request
 from actors.transport.dds.participant import Participant
-from actors.transport.dds.qos import EndpointQos
 from tests.actors.transport.dds.meeting import HERE, MeetingTransport, free_domain
 from tests.stage import ADD, NUMBERS, events, number, total, two
 
@@ -264,3 +265,32 @@ async def test_a_domain_says_nothing_when_its_engine_cannot_be_opened() -> None:
     assert transport.report() == ()
     with pytest.raises(RuntimeError, match="a transport is opened once"):
         await transport.join(0, of_domain)
+
+
+async def test_a_neighbour_and_this_library_see_each_others_signs_of_life() -> None:
+    qos = EndpointQos(manual_liveliness=True, lease=1.0)
+    beat = Topic(NUMBERS.type, "/beat", QoS(depth=1, liveliness=Liveliness.MANUAL_BY_TOPIC, liveliness_lease=1.0))
+    async with beside() as (system, neighbour):
+        statuses: list[Status] = []
+        theirs = neighbour.participant.writer("rt/beat", INT32, qos)
+        hears = neighbour.participant.reader("rt/beat", INT32, qos, neighbour.samples.extend, on_status=statuses.append)
+        neighbour.tell("neighbour", theirs, hears)
+
+        def alive() -> int:
+            return [status.total for status in statuses if status.kind == "liveliness_changed"][-1]
+
+        mine = system.node("here").publisher(beat)
+        async with system.node("here").subscribe(beat) as stream:
+            await until(lambda: theirs.matched and mine.subscription_count == 2 and stream.status.matched == 2)
+            mine.publish(number(1))
+            theirs.put(encode(number(2)))
+            await until(lambda: statuses and alive() == 1 and stream.status.alive == 2)
+            begin, lost = asyncio.get_running_loop().time(), mine.status.liveliness_lost
+            while asyncio.get_running_loop().time() < begin + 2.5:  # more than twice the lease
+                mine.assert_liveliness()
+                theirs.assert_liveliness()
+                await asyncio.sleep(0.02)
+            if mine.status.liveliness_lost == lost:  # a busy machine may have kept them from that
+                assert (alive(), stream.status.alive) == (1, 2)
+            await until(lambda: alive() == 0 and stream.status.not_alive == 2)
+        assert len(neighbour.samples) == 1

@@ -15,8 +15,8 @@ import pytest
 pytest.importorskip("cyclonedds")
 
 from actors.transport.dds.config import DdsConfig
+from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.participant import Participant
-from actors.transport.dds.qos import EndpointQos
 from actors.transport.protocol import WireUnavailable
 from tests.actors.transport.dds.peers import HELLO, STRING, Peer, matched, settings, two_peers, until
 
@@ -161,7 +161,7 @@ async def test_a_host_with_too_many_participants_is_told_in_one_line() -> None:
 
 CHILD = """
 import asyncio, sys
-from actors.transport.dds.qos import EndpointQos
+from actors.transport.dds.format.qos import EndpointQos
 from tests.actors.transport.dds.peers import Peer
 async def main():
     peer = Peer(int(sys.argv[1]), sys.argv[2])

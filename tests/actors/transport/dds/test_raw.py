@@ -8,7 +8,7 @@ pytest.importorskip("cyclonedds")
 
 from actors.interfaces.std_msgs.msg import String
 from actors.transport.dds import DdsConfig, RawTopics
-from actors.transport.dds.qos import EndpointQos
+from actors.transport.dds.format.qos import EndpointQos
 from tests.actors.transport.dds.meeting import free_domain
 from tests.actors.transport.dds.peers import STRING, until
 

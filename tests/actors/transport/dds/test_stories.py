@@ -188,3 +188,24 @@ async def test_qos_events_come_from_publishers_and_subscriptions_elsewhere(meet:
             await until(lambda: watching.status.not_alive == 1)
             silent.publish(number(2))
             await until(lambda: watching.status.alive == 1)
+
+
+async def test_a_publisher_that_asserts_its_liveliness_is_alive_elsewhere_without_messages() -> None:
+    domain = free_domain()
+    beat = Topic(NUMBERS.type, "beat", QoS(depth=1, liveliness=Liveliness.MANUAL_BY_TOPIC, liveliness_lease=1.0))
+    async with (
+        run(Child(Node, name="a"), transport=MeetingTransport(domain), sinks=()) as one,
+        run(Child(Node, name="b"), transport=MeetingTransport(domain), sinks=()) as other,
+    ):
+        out = one.node("a").publisher(beat)
+        async with other.node("b").subscribe(beat) as watching:
+            await until(lambda: out.subscription_count and watching.status.matched)
+            out.publish(number(1))
+            await until(lambda: watching.status.alive == 1)
+            begin, lost = asyncio.get_running_loop().time(), out.status.liveliness_lost
+            while asyncio.get_running_loop().time() < begin + 2.5:  # more than twice its lease
+                out.assert_liveliness()
+                await asyncio.sleep(0.02)
+            if out.status.liveliness_lost == lost:  # a busy machine may have kept it from that
+                assert watching.status.alive == 1
+            await until(lambda: watching.status.not_alive == 1)

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("cyclonedds")
 
 from actors.transport.dds import endpoints, sending
-from actors.transport.dds.qos import EndpointQos
+from actors.transport.dds.format.qos import EndpointQos
 from tests.actors.transport.dds.peers import HELLO, deaf, matched, numbered, two_peers, until
 
 KEPT = EndpointQos(keep_all=True)
