@@ -15,7 +15,7 @@ from actors.qos import SERVICES
 from actors.transport.chains import RemoteCaller
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
-from actors.transport.format.replies import write_reply_error
+from actors.transport.format.replies import encode_failure, write_reply_error
 from actors.transport.format.tokens import EndpointKind
 from actors.transport.remote_services import RemoteServer
 from actors.transport.types_here import type_info
@@ -33,12 +33,14 @@ if TYPE_CHECKING:
 class Asked:
     """A request that has come from another process.
 
-    It is answered once. An error reaches only a client that can read it; a client of ROS 2 gets no answer, as from a server of ROS 2.
+    It is answered once. Clients of this library read errors. A client of ROS 2 gets a response that says that it failed, if the type can
+    say that; otherwise the text of the error, which it logs over Zenoh and never sees over DDS, and goes on waiting.
     """
 
-    def __init__(self, side: LocalSide, request: Request, extension: Extension | None) -> None:
+    def __init__(self, side: LocalSide, request: Request, extension: Extension | None, type: Any) -> None:
         self._side = side
         self._request = request
+        self._type = type
         self._reads_errors = extension is not None
         self.gid = request.gid
         self.number = request.number
@@ -57,12 +59,17 @@ class Asked:
 
     def fail(self, server: str, error: BaseException) -> None:
         """Answer it with an error, as the node `server`."""
-        if not self._reads_errors:
-            self._request.drop()
-            return
         if not isinstance(error, (CallCycle, NodeRestarting, NotRunning, ServiceFailed)):
             error = ServiceFailed(server, type(error).__name__, str(error))
-        self._request.fail(write_reply_error(error))
+        if self._reads_errors:
+            self._request.fail(write_reply_error(error))
+            return
+        text = str(error).encode(errors="backslashreplace")
+        payload = encode_failure(self._type.Response, text.decode())
+        if payload is None:
+            self._request.fail(text)
+        else:
+            self._request.reply(payload, self._side.wall_ns(), b"")
 
 
 class Shown(NamedTuple):
@@ -131,7 +138,7 @@ class Services:
                 self._side.unreadable.note("a request has no attachment that can be read", name, error, service=name)
                 request.drop()
             else:
-                take(shown, name, Asked(self._side, request, extension))
+                take(shown, name, Asked(self._side, request, extension, type))
 
         side = self._side
         shown = Shown(node, type, side.participant.server(side.node(node), name, type_info(type), qos, arrived))

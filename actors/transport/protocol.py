@@ -250,7 +250,7 @@ class Request(Protocol):
         ...
 
     def fail(self, payload: bytes) -> None:
-        """Answer it with an error. Only a client of this library can read it."""
+        """Answer it with an error. A client of ROS 2 logs the payload over Zenoh, and gets nothing over DDS; it goes on waiting."""
         ...
 
     def drop(self) -> None:

@@ -86,7 +86,26 @@ async def test_neither_can_use_a_service_with_a_list_of_messages(ours: Ours, sta
         await pyzeros.do("client", service=service, type=type, timeout=1.0)
 
 
-async def test_an_error_of_our_handler_leaves_the_sdk_without_an_answer_as_in_ros_2(
+@every_program
+async def test_an_error_of_our_handler_is_told_where_the_response_has_a_field_for_it(
+    program: str, ours: Ours, start: StartProgram
+) -> None:
+    async def broken(request: SetBool.Request) -> SetBool.Response:
+        raise ValueError("no such switch")
+
+    ours.node.serve(SWITCH, broken)
+    there = await start(program)
+    await _known(ours, there, SWITCH.name)
+    await there.do("client", service=SWITCH.name, type=SWITCH.type.__ros_type__, timeout=30.0)
+
+    answer = await there.do("call", service=SWITCH.name, request={"data": True})
+    assert answer == {
+        "success": False,
+        "message": "/ours/robot failed to serve the request: ValueError: no such switch",
+    }
+
+
+async def test_an_error_of_our_handler_leaves_the_sdk_without_an_answer_where_it_has_none(
     ours: Ours, start: StartProgram
 ) -> None:
     ours.node.serve(ADD, add)

@@ -1,7 +1,7 @@
-"""Errors as replies of a service, sent only to clients of this library; a client of ROS 2 would log them and go on waiting.
+"""Errors as replies of a service, for clients of this library and for those of ROS 2, whose format has no place for them.
 
-An error is the payload of a Zenoh error reply: four bytes, the last of which is the version, and a message in CDR. Zenoh itself answers a
-query that took too long with an error reply whose payload is `TIMED_OUT`.
+For a client of this library an error is the payload of a Zenoh error reply: four bytes, the last of which is the version, and a message in
+CDR. Zenoh itself answers a query that took too long with an error reply whose payload is `TIMED_OUT`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final, TypeAlias
 
 from actors.errors import CallCycle, NodeRestarting, NotRunning, ServiceFailed
-from actors.interfaces import CdrError, Message, decode, encode
+from actors.interfaces import CdrError, Message, MessageValueError, decode, encode
 from actors.interfaces.types import Many, default, uint64
 from actors.transport.format.errors import refuse
 
@@ -19,6 +19,10 @@ ReplyError: TypeAlias = CallCycle | NodeRestarting | NotRunning | ServiceFailed
 TIMED_OUT: Final = b"Timeout"
 
 _MARK: Final = b"RBE\x01"
+
+_FLAGS: Final = ("success", "successful", "accepted")
+_REASONS: Final = ("message", "error_message", "status_message", "failure_reason", "reason")
+"""The fields by which responses of ROS 2 say that a request failed, and why."""
 
 
 class Failure(Message, frozen=True, kw_only=True):
@@ -76,3 +80,15 @@ def parse_reply_error(payload: bytes) -> ReplyError:
             raise refuse(
                 payload, "an error of one of our peers", f"there is no kind {failure.kind!r:.40} with these nodes"
             )
+
+
+def encode_failure(response: type[Message], text: str) -> bytes | None:
+    """A response in CDR that says that its request failed, with `text` where it has a field for a reason. None if it has no field that says so."""
+    empty = response()
+    if not (flags := {name: False for name in _FLAGS if isinstance(getattr(empty, name, None), bool)}):
+        return None
+    reasons = {name: text for name in _REASONS if isinstance(getattr(empty, name, None), str)}
+    try:
+        return encode(response(**flags, **reasons))
+    except (CdrError, MessageValueError):  # the text is longer than its field may be
+        return encode(response(**flags))

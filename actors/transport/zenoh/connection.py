@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.keys import write_key
+from actors.transport.format.sessions import is_ours
 from actors.transport.format.tokens import EndpointKind, EndpointToken, parse_token
 from actors.transport.keyed.protocol import BULK, Answer, Delivery, Events, Query, Sample
 from actors.transport.protocol import Link, NoAnswer
@@ -33,6 +34,8 @@ from actors.transport.zenoh.traffic import Traffic
 _SETTLING: Final = 0.01
 """Seconds for which vanished tokens and unanswered questions are collected, because those of one lost process come one by one."""
 _LONGEST_SESSION: Final = 32
+QUESTIONS: Final = 10
+"""So many beats of ours from one question to processes of ROS 2 to the next."""
 
 
 class Connection:
@@ -69,6 +72,7 @@ class Connection:
         self._questions: dict[Question, None] = {}
         self._afterwards: list[Callable[[], None]] = []
         self._settling: Any = None
+        self._beats = 0
         own = Process(scope_of(tokens), self._own_session, os.getpid(), socket.gethostname())
         self._process = self._declare_token(own.token)
         alive = f"@robactor/{own.scope}/alive"
@@ -239,6 +243,20 @@ class Connection:
         self.wakeup.look()
         with suppress(import_zenoh().ZError):
             self._beat.put(self._own_session.encode())
+        self._beats += 1
+        if self._beats % QUESTIONS == 0:
+            self._answers.do(self._ask_others)
+
+    def _ask_others(self) -> None:
+        """Ask the processes of ROS 2 for nothing, which their Zenoh answers: else nothing comes from them for half a lease on a link that is not used.
+
+        One that stands still for the other half would be given up here, while its router, which may have heard it later, keeps it. Then nobody
+        opens the link again.
+        """
+        with suppress(import_zenoh().ZError):
+            for zid in map(str, self._session.info.peers_zid()):
+                if not is_ours(zid):
+                    self._session.get(f"@/{zid}/peer/robactor", direct(_ignore))
 
     def _heard(self, beat: tuple[objects.Text, float]) -> None:
         session = beat[0].to_bytes()[:_LONGEST_SESSION].decode("ascii", "replace")
@@ -272,6 +290,10 @@ class Announcement:
         if declared is not None:
             declared.undeclare()
             self._withdrawn(self)
+
+
+def _ignore(reply: object) -> None:
+    """What counts is that something has come."""
 
 
 def _served_key(token: str) -> str:

@@ -278,7 +278,7 @@ async def test_a_client_of_ros_2_asks_for_results_and_cancels_without_reasons(ho
         await other
 
 
-async def test_what_is_no_request_is_answered_with_an_error_or_not_at_all(hosts: Hosts) -> None:
+async def test_what_is_no_request_of_a_client_of_ros2_is_answered_with_an_error(hosts: Hosts) -> None:
     await hosts.start(Counter)
     client = await hosts.start(Node)
     answers: list[Answer] = []
@@ -286,7 +286,9 @@ async def test_what_is_no_request_is_answered_with_an_error_or_not_at_all(hosts:
         (key,) = (one.key for one in hosts.ends[hosts.rigs[0]].servers if part in one.key)
         hosts.ends[client].ask(key, b"", write_attachment(Attachment(1, 0, bytes(16))), None, answers.append)
     await client.quiet()
-    assert [type(answer).__name__ for answer in answers] == ["NoAnswer"] * 3
+    assert [type(answer).__name__ for answer in answers] == ["Replied", "Failed", "Failed"]
+    assert isinstance(answers[0], Replied)
+    assert not decode(derived.send_goal_service(Fibonacci).Response, answers[0].payload).accepted
 
 
 async def test_a_goal_id_that_is_in_use_is_rejected_and_the_first_goal_goes_on(hosts: Hosts) -> None:

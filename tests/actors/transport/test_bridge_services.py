@@ -12,19 +12,23 @@ from actors import (
     CallCycle,
     CallTimeout,
     Child,
+    Done,
     Node,
     NodeRestarting,
     NotRunning,
     Service,
     ServiceFailed,
     ServiceUnavailable,
+    Steps,
     WrongType,
     parameter,
 )
-from actors.interfaces import decode, encode
+from actors.interfaces import Message, decode, encode, load
+from actors.interfaces.derived import send_goal_service
 from actors.interfaces.errors import CdrError
+from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.interfaces.lifecycle_msgs.srv import GetState
+from actors.interfaces.lifecycle_msgs.srv import ChangeState, GetState
 from actors.interfaces.rcl_interfaces.srv import GetParameters
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
@@ -32,11 +36,11 @@ from actors.testing import Rig
 from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
 from actors.transport.format.gids import gid_of
-from actors.transport.format.replies import parse_reply_error
+from actors.transport.format.replies import encode_failure, parse_reply_error
 from actors.transport.keyed.protocol import Answer, Replied
 from actors.transport.protocol import Failed, NoAnswer
 from tests.actors.transport.hosts import Hosts
-from tests.stage import ADD, events, total, two
+from tests.stage import ADD, COUNT, events, total, two
 
 pytestmark = pytest.mark.virtual
 
@@ -429,7 +433,7 @@ async def test_a_request_carries_number_time_gid_of_the_clients_token_and_an_ext
     shown.close()
 
 
-async def test_errors_reach_only_a_client_that_can_read_them(hosts: Hosts) -> None:
+async def test_a_client_of_ros2_gets_the_text_of_an_error_and_one_of_ours_the_error(hosts: Hosts) -> None:
     server, other = await hosts.start(Adder), await hosts.start(Node)
     plain = write_attachment(Attachment(1, 0, bytes(16)))
     ours = write_attachment(Attachment(1, 0, bytes(16), write_extension(Extension())))
@@ -441,8 +445,65 @@ async def test_errors_reach_only_a_client_that_can_read_them(hosts: Hosts) -> No
     dropped = asked(hosts, other, ADD_KEY, encode(two(1, 0)), b"")
     await server.advance(1.0)
 
-    assert (bad[0], garbled[0], dropped) == ([NoAnswer(False)], [NoAnswer(False)], [NoAnswer(False)])
-    assert [type(one[1][0]) for one in (bad, garbled)] == [Failed, Failed]
+    assert dropped == [NoAnswer(False)]
+    assert [type(one[0]) for one in (*bad, *garbled)] == [Failed] * 4
+    assert [answers[0].payload[:42] for answers in (bad[0], garbled[0]) if isinstance(answers[0], Failed)] == [
+        b"/adder failed to serve the request: ValueE",
+        b"/adder failed to serve the request: CdrErr",
+    ]
+    assert [type(parse_reply_error(one[0].payload)) for one in (bad[1], garbled[1]) if isinstance(one[0], Failed)] == [
+        ServiceFailed
+    ] * 2
+
+
+class Refusing(Node):
+    """Each of its handlers raises; the text has a character that no message can carry."""
+
+    @FIRST.serve()
+    async def first(self, request: Trigger.Request) -> Trigger.Response:
+        raise ValueError("no such robot: \udc80")
+
+    @Service(ChangeState, "change").serve()
+    async def change(self, request: ChangeState.Request) -> ChangeState.Response:
+        raise ValueError("not now")
+
+    @COUNT.accepts
+    async def check(self, goal: Fibonacci.Goal) -> None:
+        raise ValueError("not now")
+
+    @COUNT.serve()
+    async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+        yield Done(Fibonacci.Result())
+
+
+async def test_a_response_that_has_a_field_for_it_tells_a_client_of_ros2_that_the_handler_failed(hosts: Hosts) -> None:
+    """It would wait for ever otherwise: `ros2 service call` has no timeout."""
+    server, other = await hosts.start(Refusing), await hosts.start(Node)
+    plain = write_attachment(Attachment(7, 5, bytes(range(16))))
+
+    def ask(key: str, request: Message) -> list[Answer]:
+        (served,) = [one.key for one in hosts.ends[server].servers if one.key.startswith(key)]
+        return asked(hosts, other, served, encode(request), plain)
+
+    first = ask("0/first/", Trigger.Request())
+    change = ask("0/change/", ChangeState.Request())
+    goal = ask("0/count/_action/send_goal/", send_goal_service(Fibonacci).Request())
+    await server.advance(1.0)
+
+    answers = [one[0] for one in (first, change, goal)]
+    assert all(isinstance(one, Replied) for one in answers)
+    kinds = (Trigger.Response, ChangeState.Response, send_goal_service(Fibonacci).Response)
+    told = [decode(kind, one.payload) for kind, one in zip(kinds, answers, strict=True) if isinstance(one, Replied)]
+    text = "/refusing failed to serve the request: ValueError: no such robot: \\udc80"
+    assert told[:2] == [Trigger.Response(success=False, message=text), ChangeState.Response(success=False)]
+    assert told[2].accepted is False
+
+
+def test_a_reason_that_is_too_long_for_its_field_is_left_out() -> None:
+    kind: Any = load("---\nbool success true\nstring<=4 message", "tests/srv/Short")
+    payload = encode_failure(kind.Response, "too long")
+    assert payload is not None
+    assert decode(kind.Response, payload) == kind.Response(success=False)
 
 
 @pytest.mark.parametrize(

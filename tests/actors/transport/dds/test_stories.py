@@ -9,15 +9,18 @@ from typing import Any
 import pytest
 
 from actors import Child, Done, GoalRejected, Node, NotRunning, Reject, Service, ServiceFailed, System, Topic, qos, run
-from actors.errors import CallCycle
+from actors.errors import CallCycle, CallTimeout
 from actors.interfaces.rcl_interfaces.srv import ListParameters
+from actors.interfaces.std_srvs.srv import SetBool
 from actors.qos.policies import Liveliness, QoS, Reliability
+from actors.transport.dds.known import Known
 from actors.transport.protocol import Transport
 from tests.actors.transport.dds.meeting import MeetingTransport, free_domain
 from tests.actors.transport.zenoh.wires import PeerWire
 from tests.stage import ADD, COUNT, NUMBERS, number, order, result, step, total, two
 
 pytest.importorskip("cyclonedds")
+SWITCH = Service(SetBool, "switch")
 STATE = Topic(NUMBERS.type, "state", qos.LATCHED.replace(depth=2))
 
 
@@ -97,6 +100,34 @@ async def test_a_call_is_answered_and_an_error_keeps_its_text(meet: Callable[[],
         assert answers == [total(value + 1) for value in range(20)]
         with pytest.raises(ServiceFailed, match="negative numbers are not added here"):
             await client.call(ADD, two(-1, 0), timeout=20.0)
+
+
+class Refusing(Node):
+    @SWITCH.serve()
+    async def switch(self, request: Any) -> Any:
+        raise ValueError("no such switch")
+
+    @ADD.serve()
+    async def add(self, request: Any) -> Any:
+        raise ValueError("negative numbers are not added here")
+
+
+async def test_over_dds_a_client_of_ros2_is_told_of_an_error_where_the_response_has_a_field_for_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Known, "ours", lambda *_: False)  # each takes the other for a process of ROS 2
+    domain = free_domain()
+    async with (
+        run(Child(Refusing, name="server"), transport=MeetingTransport(domain), sinks=()),
+        run(Child(Node, name="client"), transport=MeetingTransport(domain), sinks=()) as near,
+    ):
+        client = near.node("client")
+        answer = await client.call(SWITCH, SetBool.Request(data=True), timeout=20.0)
+        assert answer == SetBool.Response(
+            success=False, message="/server failed to serve the request: ValueError: no such switch"
+        )
+        with pytest.raises(CallTimeout):
+            await client.call(ADD, two(-1, 0), timeout=1.0)
 
 
 async def test_a_goal_is_followed_with_feedback_and_a_rejection_says_why(meet: Callable[[], Transport]) -> None:

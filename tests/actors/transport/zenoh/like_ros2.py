@@ -1,6 +1,7 @@
-"""A process whose Zenoh session is set as `rmw_zenoh` sets it: ``python -m tests.actors.transport.zenoh.like_ros2 ROUTER KEY TOKEN``.
+"""A process whose Zenoh session is set as `rmw_zenoh` sets it: ``python -m tests.actors.transport.zenoh.like_ros2 ROUTER KEY TOKEN [LEASE]``.
 
-It shows TOKEN, publishes on KEY/theirs twenty times a second, and writes a line for each sample that comes on KEY/ours.
+It shows TOKEN, publishes on KEY/theirs twenty times a second, and writes a line for each sample that comes on KEY/ours. With a LEASE in milliseconds
+it publishes only as it is told, by lines with the last part of a key.
 """
 
 from __future__ import annotations
@@ -32,19 +33,23 @@ SETTINGS: dict[str, object] = {
     "transport/link/tx/keep_alive": 2,
     "transport/link/tx/queue/congestion_control/block/wait_before_close": 60_000_000,
     "transport/shared_memory/enabled": False,
+    "adminspace": {"enabled": True, "permissions": {"read": True, "write": False}},
 }
 """What differs from Zenoh's defaults in the DEFAULT_RMW_ZENOH_SESSION_CONFIG.json5 of Humble to Rolling."""
 
 
-def main(router: str, key: str, token: str) -> None:
+def main(router: str, key: str, token: str, lease: str = "") -> None:
     import zenoh  # pyright: ignore[reportMissingTypeStubs]
 
     config: Any = zenoh.Config()
-    for path, value in {**SETTINGS, "connect/endpoints": [router]}.items():
+    settings = SETTINGS | ({"transport/link/tx/lease": int(lease)} if lease else {})
+    for path, value in {**settings, "connect/endpoints": [router]}.items():
         config.insert_json5(path, json.dumps(value))
     session: Any = zenoh.open(config)
     heard = session.declare_subscriber(f"{key}/ours", lambda _: os.write(1, b"heard\n"))
     shown = session.liveliness().declare_token(token)
+    for line in sys.stdin if lease else ():
+        session.put(f"{key}/{line.strip()}", b"0")
     for number in itertools.count():
         session.put(f"{key}/theirs", str(number).encode())
         time.sleep(0.05)

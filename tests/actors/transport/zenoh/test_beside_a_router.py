@@ -193,3 +193,35 @@ async def test_a_process_of_ros2_that_has_stood_still_is_a_peer_again(place: Pla
         finally:
             theirs.kill()
             await theirs.wait()
+
+
+async def test_a_link_with_a_process_of_ros2_that_is_not_used_outlives_a_stop_as_its_routers_does(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On the link with us it says something every half of its lease only. Its router has heard it just before the stop."""
+    monkeypatch.setattr("actors.transport.zenoh.connection.QUESTIONS", 1)
+    token = f"@ros2_lv/7/{'e' * 32}/0/0/NN/%/%/theirs"
+    program = ("-m", "tests.actors.transport.zenoh.like_ros2", place.endpoint, KEY, token, "6000")
+    pipe = asyncio.subprocess.PIPE
+    async with place.router(), place.program() as a, place.stranger() as stranger:
+        got, _ = a.listen(f"{KEY}/theirs", ALL_OF_IT)
+        beside, _ = stranger.listen(f"{KEY}/beside", ALL_OF_IT)
+        theirs = await asyncio.create_subprocess_exec(sys.executable, *program, stdin=pipe, stdout=pipe)
+        assert theirs.stdin is not None
+        try:
+            await a.until(lambda: a.has("appeared", token), "they appear")
+            await stranger.until(lambda: stranger.has("appeared", token), "they appear there, too")
+            theirs.stdin.write(b"theirs\n")
+            await a.until(lambda: got.numbers, "they are heard")
+            await asyncio.sleep(2.7)
+            theirs.stdin.write(b"beside\n")
+            await stranger.until(lambda: beside.numbers, "somebody else hears them")
+            theirs.send_signal(signal.SIGSTOP)
+            await asyncio.sleep(4.5)
+            theirs.send_signal(signal.SIGCONT)
+            theirs.stdin.write(b"theirs\n")
+            await a.until(lambda: len(got.numbers) > 1, "they are heard again")
+            assert a.told("vanished") == []
+        finally:
+            theirs.kill()
+            await theirs.wait()

@@ -131,6 +131,28 @@ async def test_the_questions_to_a_process_that_has_fallen_silent_end_unless_anot
     assert len(kept) == 8
 
 
+async def test_processes_of_ros_2_are_asked_now_and_then_so_that_something_comes_from_them(
+    a: Party, other: zenoh.Session, ours: zenoh.Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.heartbeat.PERIOD", 0.02)
+    monkeypatch.setattr("actors.transport.zenoh.connection.QUESTIONS", 2)
+    changes, loop = Changes(), asyncio.get_running_loop()
+    asked: list[str] = []
+
+    def answer(query: zenoh.Query) -> None:
+        with query:
+            asked.append(str(query.key_expr))
+            query.reply(query.key_expr, b"")
+        loop.call_soon_threadsafe(changes.note)
+
+    kept = [
+        one.declare_queryable(f"@/{one.zid()}/peer/robactor", handler(answer), complete=True) for one in (ours, other)
+    ]
+    await changes.until(lambda: len(asked) > 2, "the process of ROS 2 has been asked three times")
+    assert set(asked) == {f"@/{other.zid()}/peer/robactor"}
+    assert kept
+
+
 async def test_a_question_of_a_plain_session_without_payload_is_answered(a: Party, other: zenoh.Session) -> None:
     def answer(query: Query) -> None:
         query.reply(query.payload + query.attachment + b"!", b"answered")
