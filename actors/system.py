@@ -28,10 +28,10 @@ from actors.time.lockstep import Simulated
 if TYPE_CHECKING:
     from actors.graph.queries import NodeGraph
     from actors.graph.snapshot import Snapshot
+    from actors.runtime.joined import JoinedNode
     from actors.runtime.node import Node
     from actors.runtime.options import RunOptions
     from actors.runtime.record import NodeRecord
-    from actors.runtime.unsupervised import UnsupervisedNode
     from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
     from actors.supervision.running import RunningSupervisor
@@ -184,14 +184,14 @@ class System:
             raise NotStarted(f"{record.identity.fqn} has no process of its own: declare it with process=True")
         self.runtime.processes.kill(record.path)
 
-    async def join(self, child: Child) -> UnsupervisedNode:
-        """Run one more node beside the tree, without supervision, and return when it is ready. Raises the error of its start, and
+    async def join(self, child: Child) -> JoinedNode:
+        """Run one more node beside the tree, which is never restarted, and return when it is ready. Raises the error of its start, and
         `DeclarationError` for a child with a process or a host of its own."""
-        return await self._tree.unsupervised.join(child)
+        return await self._tree.joined.join(child)
 
-    async def leave(self, node: UnsupervisedNode, reason: str = "left") -> None:
+    async def leave(self, node: JoinedNode, reason: str = "left") -> None:
         """Stop a node that joined, within its stop timeout, and return when it has ended. Raises the error that ended it, if one did."""
-        await self._tree.unsupervised.leave(node, reason)
+        await self._tree.joined.leave(node, reason)
 
     def observe(
         self,

@@ -156,8 +156,8 @@ class HostedTree:
 
     def tell_nodes(self) -> None:
         """Tell what has changed about the nodes since it was told last."""
-        nodes = self.system.nodes
-        touched = [record for record in nodes.values() if record.supervised and self._touched(record)]
+        nodes, tree = self.system.nodes, self.system.runtime.tree
+        touched = [record for record in nodes.values() if tree.holds(record.path) and self._touched(record)]
         changed = tuple(
             facts for record in touched if _news(facts := self._facts_of(record)) != self._told.get(record.path)
         )

@@ -152,7 +152,7 @@ class Journal:
         name = node if is_subtree(node) else records[0].identity.fqn
         for record in records:
             who = "it" if record.identity.fqn == name else record.identity.fqn
-            if record.process or not record.supervised:
+            if record.process or not self._system.runtime.tree.holds(record.path):
                 where = "runs in another process" if record.process else "has no supervisor that could restart it"
                 raise ReplayError(f"no journal of {name} can be begun: {who} {where}")
             if (other := self._name_of(record)) not in ("", name):

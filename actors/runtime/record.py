@@ -29,14 +29,12 @@ if TYPE_CHECKING:
 KEPT_RESTARTS: Final = 100
 """How many restarts of one node are kept with their time and reason."""
 
-UNSUPERVISED: Final = "/unsupervised"
-"""The first part of the path of every node beside the tree. No supervisor has this name, because a name has no '/'."""
-
 
 class Books(Protocol):
     """The source of the states of all nodes, which the supervisors keep."""
 
     def state_of(self, path: tuple[str, ...], /) -> ChildState: ...
+    def holds(self, path: tuple[str, ...], /) -> bool: ...
 
 
 class GraphEntry(Protocol):
@@ -123,11 +121,6 @@ class NodeRecord:
     def state(self) -> ChildState:
         """ "starting", "running", "stopping" (its end was asked for, or it cleans up), "restarting", or "stopped" for good."""
         return self._books.state_of(self.identity.path)
-
-    @property
-    def supervised(self) -> bool:
-        """Whether the node belongs to the tree; False for a node beside it."""
-        return self.identity.path[0] != UNSUPERVISED
 
     @property
     def running(self) -> Incarnation | None:
@@ -312,7 +305,8 @@ class Directory:
             several = ", ".join(sorted(record.identity.fqn for record in found))
             raise LookupError(f"{len(found)} nodes are {asked}: say which one by its full name: {several}")
         known = (
-            ", ".join(sorted(_introduced(record) for record in self.records.values() if record.supervised)) or "none"
+            ", ".join(sorted(_introduced(record) for record in self.records.values() if self._books.holds(record.path)))
+            or "none"
         )
         raise LookupError(f"no node in this system is {asked}; there are: {known}{self._meant(node)}")
 

@@ -1,20 +1,21 @@
-"""The running tree of a system and the nodes beside it: their start, and their orderly end."""
+"""The running tree of a system and the supervisor of the nodes beside it: their start, and their orderly end."""
 
 from __future__ import annotations
 
 import asyncio
 import signal
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from actors.errors import NotRunning, NotStarted, ProgramExit
-from actors.runtime.record import UNSUPERVISED
-from actors.runtime.unsupervised import UnsupervisedNodes
+from actors.runtime.joined import JoinedNodes
 from actors.shield import see_through
 from actors.supervision.errors import NotFound
 from actors.supervision.running import RunningSupervisor
 
 if TYPE_CHECKING:
     from actors.runtime.runtime import Runtime
+    from actors.supervision import seam
     from actors.supervision.child_task import ChildTask
     from actors.supervision.declarations import DynamicSupervisor, Supervisor
     from actors.supervision.refs import ChildState
@@ -23,12 +24,45 @@ SECOND_SIGNAL_SECONDS = 2.0
 """A second signal within this time, in seconds, kills what is still stopping."""
 
 
+class Top:
+    """One of the supervisors at the top of a system, and the task that runs it."""
+
+    __slots__ = ("_ready", "killed", "supervisor", "task")
+
+    def __init__(
+        self,
+        spec: Supervisor | DynamicSupervisor,
+        runtime: seam.Runtime,
+        path: tuple[str, ...],
+        loop: asyncio.AbstractEventLoop,
+    ) -> None:
+        self.killed = False
+        self._ready: asyncio.Future[None] = loop.create_future()
+        self.supervisor = RunningSupervisor(spec, runtime, path, killed=lambda: self.killed)
+        life = self.supervisor.run(lambda: self._ready.set_result(None))
+        self.task: asyncio.Task[None] = loop.create_task(life, name=f"supervisor {spec.name}")
+
+    async def started(self) -> bool:
+        """Wait until all children are ready; False if the supervisor has ended before."""
+        if not self._ready.done():
+            await asyncio.wait([self._ready, self.task], return_when=asyncio.FIRST_COMPLETED)
+        return self._ready.done()
+
+    def kill(self) -> bool:
+        """Kill all children at once. False if they have ended already."""
+        if self.task.done():
+            return False
+        self.killed = True
+        return self.task.cancel()
+
+
 class RunningTree:
-    """The tree of one system, from its start to its end, and the nodes beside it.
+    """The root of one system, as an application master of OTP: it runs two supervisors, those of the tree and of the nodes beside it,
+    restarts neither, and stops them in reverse order.
 
     Invariants:
 
-    - A tree is started at most once. Before, `supervisor` and `_host`, the task that runs it, are None.
+    - A tree is started at most once. Before, `_top` is None.
     - `stop_reason` is set as soon as the system is to stop, and never cleared. From then on no node joins, and callers are answered with
       `NotRunning`, not with `NodeRestarting`.
     - An orderly end has these steps: end the nodes beside the tree, the newest first, one after another; end the tree; close the system,
@@ -40,8 +74,7 @@ class RunningTree:
     def __init__(self, runtime: Runtime) -> None:
         self._runtime = runtime
         self._loop = runtime.loop
-        self.supervisor: RunningSupervisor | None = None
-        self.unsupervised = UnsupervisedNodes(runtime)
+        self.joined = JoinedNodes(runtime)
         self.stop_reason: str | None = None
         self.failure: BaseException | None = None
         """The error that ended the tree, or None."""
@@ -51,10 +84,8 @@ class RunningTree:
         """The `SystemExit` or `KeyboardInterrupt` out of a node's code that stopped the system, or None."""
         self.waiting = 0
         """How many tasks wait in `wait()`."""
-        self._host: asyncio.Task[None] | None = None
+        self._top: Top | None = None
         self._stopping = False
-        self.killed = False
-        """Whether the tree was killed."""
         self._closed: asyncio.Future[None] = self._loop.create_future()
         self._leaving: asyncio.Task[None] | None = None
         self._interrupted_at = 0.0
@@ -66,44 +97,61 @@ class RunningTree:
 
     async def start(self, tree: Supervisor | DynamicSupervisor, path: tuple[str, ...]) -> None:
         """See `System.start`."""
-        ready: asyncio.Future[None] = self._loop.create_future()
-        self.supervisor = RunningSupervisor(tree, self._runtime, path, killed=lambda: self.killed)
-        life = self.supervisor.run(lambda: ready.set_result(None))
-        self._host = self._loop.create_task(life, name=f"supervisor {tree.name}")
-        self._host.add_done_callback(lambda host: self._next_end())
+        self.joined.begin()
+        self._top = top = self.begin(tree, self._runtime, path)
         self._runtime.starts.hold()
         try:
-            await asyncio.wait([ready, self._host], return_when=asyncio.FIRST_COMPLETED)
-            if ready.done():
+            if started := await top.started():
                 await self._runtime.opened()
         except asyncio.CancelledError:
             try:
                 await self.stop("the start was canceled")
             finally:
-                if self._host.done() and not self._host.cancelled():
-                    self._host.exception()  # its failure is in the reports; mark it as retrieved
+                if top.task.done() and not top.task.cancelled():
+                    top.task.exception()  # its failure is in the reports; mark it as retrieved
             raise
         finally:
             self._runtime.starts.release()
-        if not ready.done():
+        if not started:
             await self.stop("the start failed")
-            if not self._host.cancelled():
-                await self._host
+            if not top.task.cancelled():
+                await top.task
             raise NotRunning(f"{self!r} was stopped while it started: {self.stop_reason}")
-        self._host.add_done_callback(self._tree_ended)
+        top.task.add_done_callback(self._tree_ended)
+
+    def begin(self, spec: Supervisor | DynamicSupervisor, runtime: seam.Runtime, path: tuple[str, ...]) -> Top:
+        """Begin to run a supervisor at the top of the system."""
+        top = Top(spec, runtime, path, self._loop)
+        top.task.add_done_callback(lambda _: self._next_end())
+        return top
+
+    @property
+    def _tops(self) -> list[Top]:
+        """What is to end, in this order: the supervisor of the nodes beside the tree, and the tree."""
+        return [top for top in (self.joined.top, self._top) if top is not None]
+
+    @property
+    def supervisor(self) -> RunningSupervisor | None:
+        """The supervisor at the root of the tree; None before its start."""
+        return None if self._top is None else self._top.supervisor
+
+    @property
+    def killed(self) -> bool:
+        """Whether the tree was killed."""
+        return self._top is not None and self._top.killed
 
     @property
     def running(self) -> bool:
         """Whether the tree runs."""
-        return self._host is not None and not self._host.done()
+        return self._top is not None and not self._top.task.done()
 
     async def wait(self) -> None:
         """See `System.wait`."""
-        if self._host is None:
+        if self._top is None:
             raise NotStarted("this system has not been started: use `async with run(tree) as system`")
         self.waiting += 1
         try:
-            await asyncio.wait([self._host])
+            await asyncio.wait([self._top.task])
         finally:
             self.waiting -= 1
         if self.failure is not None:
@@ -135,14 +183,12 @@ class RunningTree:
 
     def kill(self) -> None:
         """See `System.kill`."""
-        self.unsupervised.kill()
-        if self._host is not None and self.supervisor is not None and not self._host.done():
-            self.killed = True
-            self._host.cancel()
+        for top in self._tops:
+            top.kill()
 
     def interrupt(self, number: signal.Signals) -> bool:
         """Handle a signal: the first one stops the tree in order, a second one within 2 s kills. False if the tree has ended already."""
-        if self._host is not None and self._host.done():
+        if self._top is not None and self._top.task.done():
             return False
         now = self._loop.time()
         if self.signal is not None and now - self._interrupted_at < SECOND_SIGNAL_SECONDS:
@@ -177,27 +223,22 @@ class RunningTree:
             return self.exit_request.code
         return 0 if self.signal is None else 128 + self.signal
 
-    def unsupervised_left(self) -> None:
-        """Go on with the end of the system, after a node beside the tree has ended and was forgotten."""
-        if self._stopping:
-            self._next_end()
-        else:
-            self.close_if_empty()
-
     def close_if_empty(self) -> None:
-        """Close a system without a tree when its last node has left."""
-        if self._host is None and not self.unsupervised:
+        """End a system without a tree when its last node has left."""
+        if self._top is None and not self.joined and not self._stopping:
             self.stop_reason = "its last node left"
-            self._close()
+            self._stopping = True
+            self._next_end()
 
     def _next_end(self) -> None:
-        """Take the next step of an orderly end: a node beside the tree, then the tree, then the system. Called at the end of each step."""
-        if not self._stopping or self._closed.done() or self.unsupervised.end_last(self.stop_reason or ""):
+        """Take the next step of an orderly end: the nodes beside the tree, then the tree, then the system. Called at the end of each step."""
+        if not self._stopping or self._closed.done():
             return
-        if self._host is not None and self.supervisor is not None and not self._host.done():
-            self.supervisor.stop(self.stop_reason or "")
-        else:
-            self._close()
+        for top in self._tops:
+            if not top.task.done():
+                top.supervisor.stop(self.stop_reason or "")
+                return
+        self._close()
 
     def _close(self) -> None:
         """Close the system, and then what was opened beside its start, in a task of its own. Calling it twice is harmless."""
@@ -214,17 +255,29 @@ class RunningTree:
 
     def state_of(self, path: tuple[str, ...]) -> ChildState:
         """The state of the node at `path`; "stopped" when there is none."""
-        if path[0] == UNSUPERVISED:
-            return self.unsupervised.state_of(path)
-        supervisor = self.supervisor
+        supervisor = self._above(path)
         return "stopped" if supervisor is None else supervisor.state_of(path[len(supervisor.path) :])
 
     def child_at(self, path: tuple[str, ...]) -> ChildTask | None:
         """The task of the present life of the node at `path`; None between lives, and for an unknown node."""
-        if path[0] == UNSUPERVISED:
-            return self.unsupervised.child_at(path)
+        supervisor = self._above(path)
         try:
-            supervisor = self.supervisor
             return None if supervisor is None else supervisor.incarnation(path[len(supervisor.path) :])
         except NotFound:
             return None
+
+    def holds(self, path: tuple[str, ...]) -> bool:
+        """Whether the node at `path` belongs to the tree; False for a node beside it."""
+        return self._top is not None and self._above(path) is self._top.supervisor
+
+    def _above(self, path: tuple[str, ...]) -> RunningSupervisor | None:
+        """The supervisor at the top that has the node at `path` below it."""
+        for top in self._tops:
+            if path[: len(top.supervisor.path)] == top.supervisor.path:
+                return top.supervisor
+        return None
+
+    def supervisors(self) -> Iterator[RunningSupervisor]:
+        """All supervisors that run, that of the nodes beside the tree included."""
+        for top in self._tops:
+            yield from top.supervisor.below()

@@ -122,11 +122,13 @@ class Add(msgspec.Struct, frozen=True):
     """Add a child after the others and start it, as `Start` does. The caller of the request waits for that.
 
     For an instance of a template, `given` are its arguments and parameters, and `numbered` is the last number used to name an instance.
+    `id` is the child's id, if that is not its name.
     """
 
     spec: Spec
     given: tuple[tuple[object, ...], Mapping[str, object] | None] = ((), None)
     numbered: int = 0
+    id: str = ""
 
 
 class Due(msgspec.Struct, frozen=True):
@@ -160,6 +162,7 @@ class Terminate(msgspec.Struct, frozen=True):
 
     child: str
     error: Exception | None = None
+    why: str = "shutdown"
 
 
 Act: TypeAlias = (

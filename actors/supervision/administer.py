@@ -52,7 +52,7 @@ def _start_child(request: StartChild, children: Children) -> Sequence[Act]:
     if isinstance(children.spec, DynamicSupervisor):
         raise DeclarationError(f"{children.name} makes its children from a template: use spawn(), not start_child()")
     children.spec.check_child(request.spec)
-    return _start_new(Add(request.spec), children)
+    return _start_new(Add(request.spec, id=request.id), children)
 
 
 def _spawn(request: Spawn, children: Children) -> Sequence[Act]:
@@ -70,7 +70,7 @@ def _spawn(request: Spawn, children: Children) -> Sequence[Act]:
 
 
 def _start_new(add: Add, children: Children) -> Sequence[Act]:
-    name = add.spec.name
+    name = add.id or add.spec.name
     if (known := children.entries.get(name)) is not None:
         if known.now is not None and known.state == "running":
             raise AlreadyStarted(children.name, known.now.ref)
@@ -82,28 +82,28 @@ def _terminate(request: TerminateChild, children: Children) -> Sequence[Act]:
     child = _meant(request.target, children)
     if child is None:
         return (Answer(),)
-    name = child.spec.name
+    name = child.id
     error = None
     if child.answer is not None:
         error = StartFailed((*children.path, name), "it was terminated before it had started")
     hold = (EndHold(),) if children.steps.holder is child else ()
     if child.now is not None:
-        return (Terminate(name, error), *hold)
+        return (Terminate(name, error, request.why), *hold)
     return (Drop(name, error, park=True), *for_good(child, children), Answer(), *hold)
 
 
 def _restart(request: RestartChild, children: Children) -> Sequence[Act]:
-    name = _stopped(request.child, children).spec.name
+    name = _stopped(request.child, children).id
     return (Due(name), Start(name))
 
 
 def _delete(request: DeleteChild, children: Children) -> Sequence[Act]:
-    return (Forget(_stopped(request.child, children).spec.name), Answer())
+    return (Forget(_stopped(request.child, children).id), Answer())
 
 
 def _replace(request: ReplaceFactory, children: Children) -> Sequence[Act]:
     child = children.find(request.child)
-    name = child.spec.name
+    name = child.id
     if not isinstance(child.spec, Child):
         raise DeclarationError(f"{children.name}: {name} is a supervisor and has no factory; reconfigure() changes it")
     update = Update(name, child.spec.replace(factory=request.factory))
@@ -141,14 +141,14 @@ REQUESTS: Final[Mapping[type[Event], Callable[[Any, Children], Sequence[Act]]]] 
 def for_good(child: Entry, children: Children) -> tuple[Act, ...]:
     """The acts for a child that has ended for good, or was dropped before its start."""
     if children.dynamic:
-        return (Forget(child.spec.name), Gone(child.spec.name, kept=False))
+        return (Forget(child.id), Gone(child.id, kept=False))
     forget = forgotten(child, children)
     return (*forget, gone(child, children, lost=bool(forget)))
 
 
 def forgotten(child: Entry, children: Children) -> tuple[Forget, ...]:
     """The act that forgets a child which has ended for good, if it is temporary or an instance of a template; else none."""
-    return (Forget(child.spec.name),) if child.spec.restart == temporary or children.dynamic else ()
+    return (Forget(child.id),) if child.spec.restart == temporary or children.dynamic else ()
 
 
 def gone(child: Entry, children: Children, *, lost: bool) -> Gone:
@@ -156,7 +156,7 @@ def gone(child: Entry, children: Children, *, lost: bool) -> Gone:
 
     `lost` says that the child is removed from the state of the supervisor.
     """
-    spec, name = children.spec, child.spec.name
+    spec, name = children.spec, child.id
     if isinstance(spec, DynamicSupervisor):
         return Gone(name, kept=False)
     kept = not lost or any(each.name == name for each in spec.children)

@@ -23,7 +23,7 @@ class Children:
 
     Invariants:
 
-    - `entries` has each entry under its child's name, in start order; the `position`s of the entries ascend in this order.
+    - `entries` has each entry under its child's id, in start order; the `position`s of the entries ascend in this order.
     - Every child that lives has an entry.
     - `phase` only moves forwards, from "new" to "over". From "stopping" on nothing is due, planned or held back, and no life
       begins. `last` then holds the entries that lived when the stop began, in start order; it is shortened from its end as
@@ -88,10 +88,13 @@ class Children:
             raise NotFound(f"{self.name}: {name!r} names the template; give the reference, or the id, of one instance")
         raise NotFound(f"{self.name} has no child {name!r}; it has: {', '.join(self.entries) or 'none'}")
 
-    def add(self, spec: Spec, given: tuple[tuple[object, ...], Mapping[str, object] | None] = ((), None)) -> Entry:
-        """Add an entry for a child, after the others."""
+    def add(
+        self, spec: Spec, given: tuple[tuple[object, ...], Mapping[str, object] | None] = ((), None), id: str = ""
+    ) -> Entry:
+        """Add an entry for a child, after the others. Its id is its name unless another one is given."""
         self.position += 1
-        entry = self.entries[spec.name] = Entry(spec, self.position)
+        entry = Entry(spec, self.position, id)
+        self.entries[entry.id] = entry
         entry.given = given
         return entry
 

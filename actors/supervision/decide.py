@@ -75,7 +75,7 @@ def _ended_by_request(event: Ended, child: Entry, children: Children) -> Sequenc
     if not child.intent:
         acts = for_good(child, children)
     elif not child.queued:
-        acts = (Start(child.spec.name),)
+        acts = (Start(child.id),)
     if _unclean(event.reason, child):
         return (Tell("shutdown_error", event.life, event.reason), *acts)
     return acts
@@ -122,9 +122,9 @@ def _failed_to_start(event: Ended, child: Entry, children: Children) -> Sequence
     error = _start_failed(event)
     if child.answer is None:
         return (told, *_shut_down(children, "shutdown", error))
-    drop = Drop(child.spec.name, error, park=True)
+    drop = Drop(child.id, error, park=True)
     if child.fresh:
-        return (told, drop, Forget(child.spec.name), gone(child, children, lost=True))
+        return (told, drop, Forget(child.id), gone(child, children, lost=True))
     return (told, drop, *for_good(child, children))
 
 
@@ -149,9 +149,9 @@ def _restart(event: Ended, child: Entry, children: Children) -> Sequence[Act]:
     backoff = child.spec.backoff
     earlier = None if backoff is None else child.earlier_attempts(backoff, at)
     if spec.strategy == one_for_one:
-        return (Restart(child.spec.name, at, earlier),)
+        return (Restart(child.id, at, earlier),)
     stops, due = _group(child, children)
-    return (RestartGroup(child.spec.name, at, earlier, stops, due),)
+    return (RestartGroup(child.id, at, earlier, stops, due),)
 
 
 def _group(failed: Entry, children: Children) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -171,11 +171,11 @@ def _group(failed: Entry, children: Children) -> tuple[tuple[str, ...], tuple[st
             continue
         elif life is None:
             if not other.intent and not other.parked:
-                due.append(other.spec.name)
+                due.append(other.id)
         elif life.asked is None:
-            stops.append(other.spec.name)
+            stops.append(other.id)
             if life.ready and other.spec.restart != temporary:
-                due.append(other.spec.name)
+                due.append(other.id)
     return tuple(reversed(stops)), tuple(due)
 
 
@@ -205,7 +205,7 @@ def _kill(event: KillAsked, children: Children) -> Sequence[Act]:
 
 def _alive(children: Children) -> list[str]:
     """The names of the children that live, the last one first."""
-    return [child.spec.name for child in reversed(children.entries.values()) if child.now is not None]
+    return [child.id for child in reversed(children.entries.values()) if child.now is not None]
 
 
 def _ended_while_stopping(event: Ended, children: Children) -> Sequence[Act]:

@@ -19,6 +19,7 @@ the child is ready, so that a start that is interrupted or fails is not forgotte
 class Entry:
     """One child: its declaration, its present life, and what is due for it. The state of a child is stored here and nowhere else.
 
+    - `id`: what the supervisor knows it by, which is its name unless a request gave another one.
     - `parked`: it was stopped by a request, so restarts of its group leave it alone.
     - `marked`: it is to be stopped in its turn, for a restart of its group.
     - `queued`: it is among the starts that wait for their turn.
@@ -40,6 +41,7 @@ class Entry:
         "attempts",
         "fresh",
         "given",
+        "id",
         "intent",
         "marked",
         "now",
@@ -52,8 +54,9 @@ class Entry:
         "timer",
     )
 
-    def __init__(self, spec: Spec, position: int) -> None:
+    def __init__(self, spec: Spec, position: int, id: str = "") -> None:
         self.spec = spec
+        self.id = id or spec.name
         self.position = position
         self.number = 0
         self.now: ChildTask | None = None
@@ -69,7 +72,7 @@ class Entry:
         self.timer: asyncio.TimerHandle | None = None
 
     def __repr__(self) -> str:
-        return f"<entry {self.spec.name} {self.state}#{self.number}>"
+        return f"<entry {self.id} {self.state}#{self.number}>"
 
     @property
     def state(self) -> ChildState:
@@ -89,7 +92,7 @@ class Entry:
     def info(self) -> ChildInfo:
         state = self.state
         ref = self.now.ref if self.now is not None and state == "running" else None
-        return ChildInfo(self.spec.name, self.spec.kind, state, ref, self.number)
+        return ChildInfo(self.id, self.spec.kind, state, ref, self.number)
 
     def take_answer(self) -> asyncio.Future[ChildRef | None] | None:
         """Take the future of the caller that waits for the start; None if there is none, or it has been canceled."""

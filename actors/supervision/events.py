@@ -43,6 +43,7 @@ class KillAsked(msgspec.Struct, frozen=True):
 
 class StartChild(msgspec.Struct, frozen=True):
     spec: Spec
+    id: str = ""
 
 
 class Spawn(msgspec.Struct, frozen=True):
@@ -53,6 +54,7 @@ class Spawn(msgspec.Struct, frozen=True):
 
 class TerminateChild(msgspec.Struct, frozen=True):
     target: str | ChildRef
+    why: str = "shutdown"
 
 
 class RestartChild(msgspec.Struct, frozen=True):

@@ -207,7 +207,7 @@ class Executor:
 
     def _add(self, act: acts.Add, caller: Caller) -> None:
         children = self._children
-        entry = children.add(act.spec, act.given)
+        entry = children.add(act.spec, act.given, act.id)
         entry.fresh, entry.intent, entry.answer = True, "start", caller
         children.numbered = max(children.numbered, act.numbered)
         self._start_in_turn(entry)
@@ -222,11 +222,11 @@ class Executor:
         self._let_go(entry, act.error)
         assert entry.now is not None
         entry.now.watch(lambda _: _reply(caller))
-        self._ask(entry, "shutdown")
+        self._ask(entry, act.why)
 
     def _start(self, entry: Entry) -> None:
         entry.number += 1
-        ref = ChildRef((*self._children.path, entry.spec.name), entry.number, next(_serials))
+        ref = ChildRef((*self._children.path, entry.id), entry.number, next(_serials))
         entry.now = ChildTask(self, entry, ref)
 
     def _start_in_turn(self, entry: Entry) -> None:
@@ -301,7 +301,7 @@ class Executor:
         for entry in children:
             error = None
             if entry.answer is not None:
-                error = StartFailed((*children.path, entry.spec.name), f"{children.name} is shutting down")
+                error = StartFailed((*children.path, entry.id), f"{children.name} is shutting down")
             self._let_go(entry, error)
 
     def _stop_next(self) -> None:

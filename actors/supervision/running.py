@@ -22,7 +22,7 @@ from actors.supervision.events import (
     StartChild,
     TerminateChild,
 )
-from actors.supervision.executor import Executor
+from actors.supervision.executor import Caller, Executor
 from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, ChildState, Counts, Down
 from actors.supervision.seam import ChildStatus, Life, Runtime, is_subtree
@@ -252,7 +252,10 @@ class RunningSupervisor:
         await self._request(Reconfigure(spec))
 
     async def _request(self, request: Request) -> ChildRef | None:
-        """Have a request handled in its turn, and wait for the answer, which this or a later event gives."""
+        return await self.ask(request)
+
+    def ask(self, request: Request) -> Caller:
+        """Have a request handled in its turn. The future has the answer, which this or a later event gives."""
         self._children.check_open()
         executor = self._executor
         assert executor is not None
@@ -260,7 +263,7 @@ class RunningSupervisor:
             raise WrongThread(
                 f"supervisor {self.name} was asked from a foreign event loop: ask it by asyncio.run_coroutine_threadsafe(..., loop)"
             )
-        return await executor.serve(request)
+        return executor.serve(request)
 
     # ------------------------------------------------------------------ watching
 

@@ -31,7 +31,7 @@ from actors.running.trees import tree_of
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.runtime.placement import HERE, Placement
-from actors.runtime.record import UNSUPERVISED, NodeRecord
+from actors.runtime.record import NodeRecord
 from actors.supervision.child import Child
 from actors.system import System
 from actors.testing.failures import ExpectedFailure, FailureWatch
@@ -50,8 +50,8 @@ if TYPE_CHECKING:
     from actors.running.options import ParameterSources
     from actors.running.run import Observer
     from actors.running.trees import Runnable
+    from actors.runtime.joined import JoinedNode
     from actors.runtime.runtime import OtherProcesses, Runtime
-    from actors.runtime.unsupervised import UnsupervisedNode
     from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
     from actors.transport.protocol import Transport
@@ -66,7 +66,6 @@ N = TypeVar("N", bound=Node)
 O = TypeVar("O", bound="Observer")  # noqa: E741
 
 KEPT_LINES = 200
-_ME = (UNSUPERVISED, "rig")
 """The path of the rig's own node."""
 
 
@@ -93,7 +92,7 @@ class Rig:
         self.logs: deque[LogRecord] = deque(maxlen=KEPT_LINES)
         self._observers: list[Observer] = []
         self._system: System | None = None
-        self._me: UnsupervisedNode | None = None
+        self._me: JoinedNode | None = None
         self._tree: Spec | None = None
         self._hosts: SimulatedHosts | None = None
         self.leaks = LeakWatch(loop)
@@ -279,7 +278,7 @@ class Rig:
 
     def check(self) -> None:
         """Raise `UnexpectedFailure` if a node has failed or a supervisor has given up and the test did not expect it."""
-        self._watch.look_beside(own=_ME)
+        self._watch.look_beside(own=None if self._me is None else self._me.record.path)
         self._watch.check()
 
     async def until(self, condition: Callable[[], bool], *, within: float = 60.0, step: float = 0.005) -> None:

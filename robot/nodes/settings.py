@@ -69,8 +69,13 @@ def _write(file: Path, content: Mapping[str, object]) -> None:
 
 def _nodes(asker: Node) -> list[str]:
     """All nodes but those that only look on."""
-    records = system_of(asker).nodes.values()
-    return sorted(record.identity.fqn for record in records if record.node is not None and record.supervised)
+    system = system_of(asker)
+    tree = () if system.supervisor is None else system.supervisor.path
+    return sorted(
+        record.identity.fqn
+        for path, record in system.nodes.items()
+        if record.node is not None and path[: len(tree)] == tree
+    )
 
 
 async def _values(asker: Node, name: str) -> dict[str, Any]:

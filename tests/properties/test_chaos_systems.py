@@ -333,7 +333,7 @@ async def interfere(system: System, rng: Random, clients: list[asyncio.Task[None
                 system.loop.call_later(rng.random() * 0.02, task.cancel)
         elif roll < 0.6:
             state = rng.choice(list(system.nodes.values()))
-            if state.running is not None and state.supervised:
+            if state.running is not None and system.runtime.tree.holds(state.path):
                 state.running.fail(OSError("chaos"), "chaos", decided=True)
 
 
@@ -382,8 +382,8 @@ def left_by(system: System | None) -> list[str]:
         left.append(f"left: {system_here()!r}")
     if system is None:
         return left
-    if system.running or len(system.runtime.tree.unsupervised):
-        left.append(f"left: {system.supervisor!r}, {len(system.runtime.tree.unsupervised)} nodes beside it")
+    if system.running or len(system.runtime.tree.joined):
+        left.append(f"left: {system.supervisor!r}, {len(system.runtime.tree.joined)} nodes beside it")
     gc.collect()  # a stream that an error's traceback holds
     for entry in system.graph.topics.values():
         left += [f"left: {endpoint!r}" for endpoint in (*entry.publishers, *entry.subscriptions)]

@@ -29,7 +29,7 @@ from actors import Child, Node, System, Topic, publishes, run
 from actors.interfaces.hashes import type_hash
 from actors.interfaces.std_msgs.msg import String
 from actors.qos import DEFAULT
-from actors.runtime.unsupervised import UnsupervisedNode
+from actors.runtime.joined import JoinedNode
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, write_token
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from actors.transport.zenoh.library import import_zenoh
@@ -154,7 +154,7 @@ async def churn(seconds: int) -> int:
 async def come_and_go(system: System, turn: int) -> None:
     """Ten seconds of it; the nodes of the last second are still there when the next ones come."""
     loop = asyncio.get_running_loop()
-    begun, there = loop.time(), deque[UnsupervisedNode]()
+    begun, there = loop.time(), deque[JoinedNode]()
     for number in range(CHURN_TURN * CHURN_RATE):
         await asyncio.sleep(begun + number / CHURN_RATE - loop.time())
         there.append(await system.join(Child(Passing, name=f"node_{turn}_{number}")))

@@ -9,7 +9,7 @@ from actors.interfaces.message import Message
 from actors.logs import DEBUG
 from actors.qos import of
 from actors.runtime.incarnation import incarnation_of
-from actors.runtime.unsupervised import UnsupervisedNode
+from actors.runtime.joined import JoinedNode
 from actors.system import System
 from actors.testing import Probe, Rig
 from actors.transport.bridge import connect
@@ -23,9 +23,9 @@ class NearSystem(System):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self.joined: list[UnsupervisedNode] = []
+        self.joined: list[JoinedNode] = []
 
-    async def join(self, child: Child) -> UnsupervisedNode:
+    async def join(self, child: Child) -> JoinedNode:
         self.joined.append(await super().join(child))
         return self.joined[-1]
 
@@ -37,7 +37,7 @@ class WiredRig(Rig):
         super().__init__(make_system=NearSystem)
         self.network = Network()
         self.far: System | None = None
-        self._far_me: UnsupervisedNode | None = None
+        self._far_me: JoinedNode | None = None
 
     async def start(self, *tree: Any, **options: Any) -> System:
         system = await super().start(*tree, transport=self.network.end(), **options)

@@ -21,11 +21,11 @@ def miscounts(system: System, beside: Iterable[System] = ()) -> Iterator[str]:
     task for it, and has had more incarnations than restarts. A supervisor that goes on has not counted more restarts than it allows.
     `beside` are other systems on the same event loop, whose tasks are known, too.
     """
-    supervisor = system.supervisor
-    if supervisor is None:
+    if system.supervisor is None:
         return
-    leaked = {one.ref.path for each in supervisor.below() for one in each.leaked}
-    for each in supervisor.below():
+    tree = system.runtime.tree
+    leaked = {one.ref.path for each in tree.supervisors() for one in each.leaked}
+    for each in tree.supervisors():
         children = each.statuses()
         active = each.counts().active
         alive = _running(children.values())
@@ -44,12 +44,10 @@ def miscounts(system: System, beside: Iterable[System] = ()) -> Iterator[str]:
 
 
 def _known(system: System) -> set[object]:
-    """The tasks that the supervisors of a system count, and those of nodes beside its tree."""
-    supervisor = system.supervisor
-    known: set[object] = set(system.runtime.tree.unsupervised.tasks)
-    if supervisor is not None:
-        known |= {one.task for one in supervisor.leaked}
-        known = known.union(*(_running(each.statuses().values()) for each in supervisor.below()))
+    """The tasks that the supervisors of a system count."""
+    known: set[object] = set()
+    for each in system.runtime.tree.supervisors():
+        known |= {one.task for one in each.leaked} | _running(each.statuses().values())
     return known
 
 

@@ -110,7 +110,8 @@ class Link:
 
 def is_guest(subscription: SubscriptionPeer) -> bool:
     """Whether a subscription belongs to a node outside the tree. It serves the test itself, so no faults are drawn for it."""
-    return not cast("Incarnation", subscription.node).record.supervised
+    life = cast("Incarnation", subscription.node)
+    return not life.runtime.tree.holds(life.record.path)
 
 
 def interceptor(

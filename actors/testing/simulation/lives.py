@@ -90,12 +90,12 @@ class Simulation:
     def _incarnation(self, runtime: Runtime, record: NodeRecord, node: Node) -> Incarnation:
         return (
             _SimulatedIncarnation(self, runtime, record, node)
-            if record.supervised
+            if runtime.tree.holds(record.path)
             else Incarnation(runtime, record, node)
         )
 
     def _ready(self, life: Incarnation) -> None:
-        if life.record.supervised:
+        if life.runtime.tree.holds(life.record.path):
             _slow_down(life, self.profile, self.faults_of("slow-handler", life.fqn))
 
     def _ended(self, life: Incarnation) -> None:

@@ -13,7 +13,7 @@ from cli.web.clients.errors import Refused
 if TYPE_CHECKING:
     from actors import Publisher, QoS, System
     from actors.interfaces import Message
-    from actors.runtime.unsupervised import UnsupervisedNode
+    from actors.runtime.joined import JoinedNode
 
 MOST: Final = 256
 """The topics that a client may publish on, and the services and actions that it may serve."""
@@ -42,7 +42,7 @@ class ClientNodes:
     def __init__(self, system: System) -> None:
         self._system = system
         self._numbers = count(1)
-        self._publishing: UnsupervisedNode | None = None
+        self._publishing: JoinedNode | None = None
         self._joining = asyncio.Lock()
         self._publishers: dict[_Offer, tuple[Publisher[Any], int]] = {}
 
@@ -70,7 +70,7 @@ class ClientNodes:
         else:
             publisher.close()
 
-    async def join(self, kind: type[Node], *arguments: Any) -> UnsupervisedNode:
+    async def join(self, kind: type[Node], *arguments: Any) -> JoinedNode:
         """A new node. Raises `Refused` if it cannot start."""
         return await self._join(kind, f"_web_client_{next(self._numbers)}", *arguments)
 
@@ -79,13 +79,13 @@ class ClientNodes:
         if self._publishing is not None:
             await self.leave(self._publishing)
 
-    async def _join(self, kind: type[Node], name: str, *arguments: Any) -> UnsupervisedNode:
+    async def _join(self, kind: type[Node], name: str, *arguments: Any) -> JoinedNode:
         try:
             return await self._system.join(Child(kind, name=name, args=arguments))
         except (ActorError, DeclarationError, InterfaceError) as error:
             raise Refused(str(error)) from None
 
-    async def leave(self, node: UnsupervisedNode) -> None:
+    async def leave(self, node: JoinedNode) -> None:
         """The end of a node."""
         await self._system.leave(node, "its client has gone")
 

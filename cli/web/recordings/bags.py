@@ -14,7 +14,7 @@ from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
     from actors import System
-    from actors.runtime.unsupervised import UnsupervisedNode
+    from actors.runtime.joined import JoinedNode
 
 PIECE: Final = 1024 * 1024
 """The most bytes of a file that are given out at once."""
@@ -27,7 +27,7 @@ _NAME: Final = re.compile(r"[A-Za-z0-9][\w.-]{0,99}", re.ASCII)
 
 class _Running(NamedTuple):
     name: str
-    node: UnsupervisedNode
+    node: JoinedNode
     begun: float
 
 

@@ -19,7 +19,7 @@ from cli.web.graph.client_nodes import MOST
 
 if TYPE_CHECKING:
     from actors import Action, Service
-    from actors.runtime.unsupervised import UnsupervisedNode
+    from actors.runtime.joined import JoinedNode
     from cli.web.hub import Hub
 
 PATIENCE: Final = 30.0
@@ -80,7 +80,7 @@ def _reason(values: Any) -> str:
 class _Served(NamedTuple):
     """A service that this client serves."""
 
-    node: UnsupervisedNode
+    node: JoinedNode
     type: Any
 
 
@@ -181,7 +181,7 @@ class ActionsServed:
         self._hub = hub
         self._say = say
         self._numbers = count(1)
-        self._served: dict[str, UnsupervisedNode] = {}
+        self._served: dict[str, JoinedNode] = {}
         self._open: dict[str, _Execution] = {}
 
     async def advertise(self, request: dict[str, Any]) -> None:

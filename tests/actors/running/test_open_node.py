@@ -243,7 +243,7 @@ async def test_a_guest_has_the_stop_timeout_of_its_declaration(rig: Rig, stop: A
 
     await rig.start(Node)
     life = await rig.system.join(Child(Slow, stop=stop))
-    assert repr(life) == "<unsupervised node /slow>"
+    assert repr(life) == "<joined node /slow>"
     await rig.system.leave(life)
     assert rig.now == {"kill": 0.0, 1.0: 1.0, float("inf"): 8.0}[stop]
     await rig.system.leave(life)  # twice is fine

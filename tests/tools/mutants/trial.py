@@ -106,7 +106,7 @@ SUBJECTS: Final = {
         (
             "tests/actors/supervision/test_*.py",
             "tests/actors/logs/test_log_errors.py",
-            "tests/actors/runtime/test_unsupervised.py",
+            "tests/actors/runtime/test_joined.py",
             "tests/properties/test_supervisor_machine.py",
             "tests/properties/test_supervisor_decide.py",
             "-k",
