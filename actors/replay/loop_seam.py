@@ -8,15 +8,15 @@ from contextvars import Context
 from threading import get_ident
 from typing import Any, Protocol, cast
 
-from actors.inbox.border import INSIDE, Border, outside
+from actors.inbox.boundary import BOUNDARY, Boundary, outside
 from actors.replay.errors import ReplayError
 from actors.waiting import wake
 
 Callback = Callable[..., object]
 
 
-class LoopBorder(Border, Protocol):
-    """The border of a node, as the event loop meets it."""
+class LoopBoundary(Boundary, Protocol):
+    """The boundary of a node, as the event loop meets it."""
 
     def schedule(
         self,
@@ -49,18 +49,18 @@ class LoopBorder(Border, Protocol):
 class OwnedTask(asyncio.Task[Any]):
     """A task that knows whose code runs in it, so that it is noticed if other code cancels it."""
 
-    border: LoopBorder | None = None
+    boundary: LoopBoundary | None = None
     number = 0
     """Its place among the tasks of its node."""
 
     def cancel(self, msg: Any = None) -> bool:
-        if self.border is None or INSIDE.get() is self.border:
+        if self.boundary is None or BOUNDARY.get() is self.boundary:
             return super().cancel(msg)
-        return self.border.cancel(self, super().cancel, msg)
+        return self.boundary.cancel(self, super().cancel, msg)
 
 
 class LoopSeam:
-    """Replaces some methods of one event loop object, for as long as that lives, by ones that ask the border of the present code.
+    """Replaces some methods of one event loop object, for as long as that lives, by ones that ask the boundary of the present code.
 
     Code that belongs to no journaled node is served as before. Raises `ReplayError` for a loop with a task factory of its own.
     """
@@ -86,28 +86,28 @@ class LoopSeam:
         loop.set_task_factory(cast("Any", self.task))
 
     def call_soon(self, callback: Callback, *args: Any, context: Context | None = None) -> asyncio.Handle:
-        border = _border_of(context)
-        if border is None:
+        boundary = _boundary_of(context)
+        if boundary is None:
             return self._call_soon(callback, *args, context=context)
-        return border.schedule(self._call_soon, None, callback, args, context)
+        return boundary.schedule(self._call_soon, None, callback, args, context)
 
     def call_at(
         self, when: float, callback: Callback, *args: Any, context: Context | None = None
     ) -> asyncio.TimerHandle:
-        border = _border_of(context)
-        if border is None:
+        boundary = _boundary_of(context)
+        if boundary is None:
             return self._call_at(when, callback, *args, context=context)
 
         def plain(callback: Callback, *args: Any, context: Context | None) -> asyncio.TimerHandle:
             return self._call_at(when, callback, *args, context=context)
 
-        return cast("asyncio.TimerHandle", border.schedule(plain, when, callback, args, context))
+        return cast("asyncio.TimerHandle", boundary.schedule(plain, when, callback, args, context))
 
     def call_later(
         self, delay: float, callback: Callback, *args: Any, context: Context | None = None
     ) -> asyncio.TimerHandle:
-        border = _border_of(context)
-        if border is None:
+        boundary = _boundary_of(context)
+        if boundary is None:
             return self._call_later(delay, callback, *args, context=context)
         if not self._virtual:
             return self.call_at(self._loop.time() + delay, callback, *args, context=context)
@@ -115,44 +115,44 @@ class LoopSeam:
         def plain(callback: Callback, *args: Any, context: Context | None) -> asyncio.TimerHandle:
             return self._call_later(delay, callback, *args, context=context)
 
-        return cast("asyncio.TimerHandle", border.schedule(plain, self.time() + delay, callback, args, context))
+        return cast("asyncio.TimerHandle", boundary.schedule(plain, self.time() + delay, callback, args, context))
 
     def sleep_until(self, when: float) -> asyncio.Future[None]:
-        if INSIDE.get() is None:
+        if BOUNDARY.get() is None:
             return self._sleep_until(when)
         future: asyncio.Future[None] = self._loop.create_future()
         self.call_at(when, wake, future, None)
         return future
 
     def read(self) -> float:
-        border = INSIDE.get()
-        if border is None or get_ident() != self._thread:  # work in a thread inherits the context of the node
+        boundary = BOUNDARY.get()
+        if boundary is None or get_ident() != self._thread:  # work in a thread inherits the context of the node
             return self.time()
-        return cast("LoopBorder", border).read(self.time)
+        return cast("LoopBoundary", boundary).read(self.time)
 
     def run_in_executor(self, executor: Any, function: Callback, *args: Any) -> asyncio.Future[Any]:
-        border = INSIDE.get()
-        if border is None:
+        boundary = BOUNDARY.get()
+        if boundary is None:
             return self._run_in_executor(executor, function, *args)
 
         def start() -> asyncio.Future[Any]:
             with outside():
                 return self._run_in_executor(executor, function, *args)
 
-        return cast("LoopBorder", border).in_thread(start, "executor")
+        return cast("LoopBoundary", boundary).in_thread(start, "executor")
 
     def task(
         self, loop: asyncio.AbstractEventLoop, coroutine: Coroutine[Any, Any, Any], **options: Any
     ) -> asyncio.Task[Any]:
         """The loop's task factory."""
         task = OwnedTask(coroutine, loop=loop, **options)
-        border = _border_of(options.get("context"))
-        if border is not None:
-            border.begin(task)
+        boundary = _boundary_of(options.get("context"))
+        if boundary is not None:
+            boundary.begin(task)
         return task
 
 
-def _border_of(context: Context | None) -> LoopBorder | None:
-    """The border in a context; in the present one for None."""
-    border = INSIDE.get() if context is None else context.get(INSIDE)
-    return cast("LoopBorder | None", border)
+def _boundary_of(context: Context | None) -> LoopBoundary | None:
+    """The boundary in a context; in the present one for None."""
+    boundary = BOUNDARY.get() if context is None else context.get(BOUNDARY)
+    return cast("LoopBoundary | None", boundary)

@@ -99,10 +99,10 @@ def replay(
         driver = runner.run(_play(tape, loop, change.declared, stop, limit, sinks))
     if stop is not None:
         stop.check_over()
-    edge = driver.edge
+    boundary = driver.boundary
     return Verdict(
-        tape.node, tuple(edge.differences), sum(edge.sent.values()), driver.inputs.lacking, driver.played.failure,
-        tuple(edge.inner), unlike_versions(start),
+        tape.node, tuple(boundary.differences), sum(boundary.sent.values()), driver.inputs.lacking, driver.played.failure,
+        tuple(boundary.inner), unlike_versions(start),
     )  # fmt: skip
 
 
@@ -152,6 +152,6 @@ async def _play(
         await driver.over
     finally:
         loop.release()
-        driver.edge.let_go(loop)
+        driver.boundary.let_go(loop)
         system.kill()
     return driver
