@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 
 from actors.errors import described
 from actors.inbox.boundary import BOUNDARY, outside
-from actors.replay.loop_seam import OwnedTask
+from actors.replay.journaled_loop import OwnedTask
 from actors.runtime.interceptor import Interceptor
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from actors.actions.server import ActionServer, ServedGoals
     from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
     from actors.inbox.inbox import Inbox
-    from actors.replay.loop_seam import Callback
+    from actors.replay.journaled_loop import Callback
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.timers import NodeTimer, Ticked
     from actors.services.client import Client

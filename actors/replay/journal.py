@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
 import shutil
 import tempfile
@@ -10,13 +9,12 @@ import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
-from weakref import WeakKeyDictionary
 
 from actors.inbox.boundary import BOUNDARY
 from actors.replay.alone import check_alone
 from actors.replay.encoding import frozen
 from actors.replay.errors import ReplayError
-from actors.replay.loop_seam import LoopSeam
+from actors.replay.journaled_loop import journaled
 from actors.replay.parts import Spool
 from actors.replay.recording import RecordedLife, Recording
 from actors.replay.tape import Start, Tape, is_subtree, named
@@ -29,8 +27,6 @@ if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
     from actors.supervision.seam import Life
     from actors.system import System
-
-_SEAMS: WeakKeyDictionary[asyncio.AbstractEventLoop, LoopSeam] = WeakKeyDictionary()
 
 
 class Journal(Interceptor):
@@ -84,7 +80,7 @@ class Journal(Interceptor):
     def attach(self, system: System) -> Self:
         """Keep journals of `system`, whose tree has not started yet. Raises `ReplayError` for an event loop that cannot be watched."""
         if self._nodes:
-            seam_of(system.loop)
+            journaled(system.loop)
         self._system = system
         system.runtime.observers.closed.append(self._end)
         system.runtime.observers.dismissed.append(self._dismissed)
@@ -175,7 +171,7 @@ class Journal(Interceptor):
             return
         assert self._system is not None
         assert self._system.supervisor is not None
-        seam_of(self._system.loop)
+        journaled(self._system.loop)
         self._nodes.add(name)
         directory = self._system.runtime.directory
         path = tuple(name.split("/")) if is_subtree(name) else directory.named(name).path
@@ -235,7 +231,7 @@ class Journal(Interceptor):
         assert self._system is not None
         runtime = self._system.runtime
         path = self._made() / f"{name.strip('/').replace('/', '.')}{'.subtree' if is_subtree(name) else ''}.journal"
-        recording = Recording(Spool(name, path, publish=self._publish), seam_of(runtime.loop))
+        recording = Recording(Spool(name, path, publish=self._publish), journaled(runtime.loop))
         self._recordings[name] = recording
         runtime.intercept(recording, first=True)
         runtime.graph.watchers.append(recording)
@@ -260,11 +256,3 @@ class Journal(Interceptor):
             process=runtime.process, level=runtime.journal.level, virtual=runtime.clock.virtual, origin=runtime.clock.origin,
             epoch=runtime.clock.epoch, id_streams=runtime.id_streams[record.identity.fqn],
         )  # fmt: skip
-
-
-def seam_of(loop: asyncio.AbstractEventLoop) -> LoopSeam:
-    """The seam of an event loop, made at the first call."""
-    seam = _SEAMS.get(loop)
-    if seam is None:
-        seam = _SEAMS[loop] = LoopSeam(loop)
-    return seam

@@ -14,7 +14,7 @@ from actors.replay.comparison import Difference
 from actors.replay.driver import Driver
 from actors.replay.encoding import thawed
 from actors.replay.errors import ReplayError
-from actors.replay.journal import seam_of
+from actors.replay.journaled_loop import journaled
 from actors.replay.lives import replayed_path, tree_of
 from actors.replay.parts import parts_of, whole
 from actors.replay.tape import Tape, named, starts_of, unlike_versions
@@ -142,9 +142,9 @@ async def _play(
     sinks: tuple[LogSink, ...],
 ) -> Driver:
     start = tape.start
+    journaled(loop)
     system = System(seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options, trust=tape.trusted))
     system.runtime.distinguish(start.process)
-    seam_of(loop)
     driver = Driver(system, loop, tape, declared, stop, limit)
     await system.start(tree_of(tape), replayed_path(tape.root))
     loop.call_soon(driver.drive)

@@ -14,7 +14,7 @@ from actors.replay.tape import APART, BACK, WITHIN
 if TYPE_CHECKING:
     from actors.graph.servers import ServerEntry
     from actors.inbox.inbox import Inbox
-    from actors.replay.loop_seam import Callback, LoopSeam, OwnedTask
+    from actors.replay.journaled_loop import Callback, JournaledLoop, OwnedTask
     from actors.replay.parts import Spool
     from actors.replay.tape import Entry, Start
     from actors.runtime.incarnation import Incarnation
@@ -35,10 +35,10 @@ class Recording(JournalBoundary):
     - `_peers` are the ends of others on the members' topics that were written down and have not left.
     """
 
-    def __init__(self, spool: Spool, seam: LoopSeam) -> None:
+    def __init__(self, spool: Spool, loop: JournaledLoop) -> None:
         super().__init__()
         self.spool = spool
-        self._seam = seam
+        self._own_time = loop.own_time
         self._entries = spool.entries
         self._put: Callable[[Entry], None] = spool.entries.append
         self._out = self._in = 0
@@ -146,7 +146,7 @@ class Recording(JournalBoundary):
         return plain(self._step, number, callback, *arguments, context=context)
 
     def _step(self, number: int, callback: Callback, *arguments: Any) -> None:
-        self._put(("step", self._seam.time(), number))
+        self._put(("step", self._own_time(), number))
         self._in += 1
         try:
             callback(*arguments)
@@ -182,7 +182,7 @@ class Recording(JournalBoundary):
         place = BACK if within else APART
         if BOUNDARY.get() is self:
             place = WITHIN
-        self._put((kind, self._seam.time(), place, *details))
+        self._put((kind, self._own_time(), place, *details))
 
     # -- the graph -----------------------------------------------------------------------------------------------------------
 

@@ -15,7 +15,7 @@ from actors.replay.tape import APART, BACK, NO_TIME, SENT, WITHIN, Entry, Tape, 
 
 if TYPE_CHECKING:
     from actors.replay.debugger import Break
-    from actors.replay.loop_seam import Callback
+    from actors.replay.journaled_loop import Callback
 
 T = TypeVar("T")
 

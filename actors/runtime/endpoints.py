@@ -339,11 +339,11 @@ class Endpoints:
     @property
     def _interceptors(self) -> tuple[Interceptor, ...]:
         """Those of this life; the first is the nearest to the node."""
-        if self._introspection is None:
-            life = self._life
+        life, own = self._life, self._introspection
+        if own is None:
             has = has_introspection(life.identity.overrides) or has_introspection(life.declarations.table.values)
-            self._introspection = (Introspection(life, self._level, self._publish_on),) if has else ()
-        return (*self._introspection, *self._life.runtime.interceptors)
+            own = self._introspection = (Introspection(life, self._level, self._publish_on),) if has else ()
+        return (*own, *life.runtime.interceptors) if own else life.runtime.interceptors
 
     def introspect(self) -> None:
         """Let all services, clients and actions of this life do as the parameters of introspection say now."""
