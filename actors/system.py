@@ -164,11 +164,8 @@ class System:
         """Make a node fail as if one of its handlers had raised `error`; its `on_error` is asked. Raises what `node` raises."""
         record = self.runtime.directory.named(node)
         if record.running is not None:
-            item, inbox = Failure(error, "crash"), record.inbox
-            if inbox.border is None:
-                inbox.put_control(item)
-            else:
-                inbox.border.enter("crash", (record.identity.fqn, error), inbox.put_control, item)
+            put = record.inbox.put_control
+            record.running.entering("crash", lambda error: put(Failure(error, "crash")))(error)
         elif record.process and record.state == "running":
             self.runtime.processes.crash(record.path, error)
         else:

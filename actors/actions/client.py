@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Awaitable, Generator
-from functools import partial
+from collections.abc import Awaitable, Callable, Generator
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Protocol, TypeVar, cast
 
 from actors.actions.goals import GoalStatus
-from actors.actions.peers import CLEANUP_SECONDS, ActionPeer, Outcome
+from actors.actions.peers import CLEANUP_SECONDS, ActionPeer, GoalFollower, Outcome
 from actors.errors import (
     ActionUnavailable,
     GoalAborted,
@@ -20,7 +19,8 @@ from actors.errors import (
     Reject,
     WrongType,
 )
-from actors.services.peers import Caller, ServedName, refuse_cycle, refuse_other_type
+from actors.inbox.boundary import asked
+from actors.services.peers import Caller, OpenCall, ServedName, refuse_cycle, refuse_other_type
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
@@ -39,6 +39,15 @@ class Starter(Caller, Protocol):
     """What a goal requires of the node that starts it."""
 
     def new_id(self) -> bytes: ...
+
+
+class SentGoals(NamedTuple):
+    """The ways by which a goal goes to its server. Interceptors put their own functions in the place of some."""
+
+    submit: Callable[[ActionPeer, bytes, Any, GoalFollower], OpenCall]
+    """Sends the request to a server; else as `ActionPeer.submit`."""
+    cancel: Callable[[ActionPeer, bytes, str], Awaitable[bool]]
+    """Sends a cancellation to a server; else as `ActionPeer.cancel`."""
 
 
 class Following(Generic[F]):
@@ -101,10 +110,16 @@ class Goal(Generic[R, F]):
 
     # Invariant: `_sent` is None until a server has accepted the goal. From then on it is always the same object.
 
-    __slots__ = ("_action", "_entry", "_message", "_node", "_sent", "_timeout")
+    __slots__ = ("_action", "_entry", "_message", "_node", "_sent", "_timeout", "_ways")
 
     def __init__(
-        self, node: Starter, entry: ServedName[ActionPeer], action: Action[G, R, F], message: G, timeout: float
+        self,
+        node: Starter,
+        entry: ServedName[ActionPeer],
+        action: Action[G, R, F],
+        message: G,
+        timeout: float,
+        ways: SentGoals,
     ) -> None:
         if message.__class__ is not action.goal:
             raise WrongType(f"{entry.name} takes {action.goal.__name__}, not {type(message).__name__} {message!r:.60}")
@@ -113,6 +128,7 @@ class Goal(Generic[R, F]):
         self._action = action
         self._message = message
         self._timeout = timeout
+        self._ways = ways
         self._sent: Following[F] | None = None
 
     def __repr__(self) -> str:
@@ -159,10 +175,7 @@ class Goal(Generic[R, F]):
     def _unanswered(self) -> str:
         """The text of the error for a goal that was neither accepted nor rejected in time."""
         if self._entry.server is not None:
-            border, server = self._node.inbox.border, self._entry.server
-            if border is not None:
-                return border.compute(server.unanswered, (self._timeout,))
-            return server.unanswered(self._timeout)
+            return asked(self._entry.server.unanswered, self._timeout)
         return (
             f"nobody accepted or rejected a goal of {self._entry.name} within {self._timeout:g} s: start the action's node, or check the name "
             f"and namespace{self._entry.meant()}"
@@ -227,11 +240,7 @@ class Goal(Generic[R, F]):
         raise failure(self._entry.name, outcome.reason, outcome.result)
 
     def _ask_cancel(self, sent: Following[F], reason: str) -> Awaitable[bool]:
-        border = self._node.inbox.border
-        if border is None:
-            return sent.server.cancel(sent.goal_id, reason)
-        answer: Awaitable[bool] = border.cancel_goal(sent.server, self._entry.name, sent.goal_id, reason)
-        return answer
+        return self._ways.cancel(sent.server, sent.goal_id, reason)
 
     async def _accepted(self) -> Following[F]:
         """Find the server, submit the goal, and wait until it is accepted. Raises `Reject` if it is rejected."""
@@ -242,9 +251,7 @@ class Goal(Generic[R, F]):
         if exclusive:
             refuse_cycle(node, server.node)
         sent: Following[F] = Following(server, node.new_id(), node.fqn)
-        border = node.inbox.border
-        submit = server.submit if border is None else partial(border.start_goal, server, entry.name)
-        request = submit(sent.goal_id, self._message, sent)
+        request = self._ways.submit(server, sent.goal_id, self._message, sent)
         if exclusive:
             node.waits_for = request
         try:
@@ -258,3 +265,15 @@ class Goal(Generic[R, F]):
             if exclusive:
                 node.waits_for = None
         return sent
+
+
+def _submit(server: ActionPeer, goal_id: bytes, message: Any, client: GoalFollower) -> OpenCall:
+    return server.submit(goal_id, message, client)
+
+
+def _cancel(server: ActionPeer, goal_id: bytes, reason: str) -> Awaitable[bool]:
+    return server.cancel(goal_id, reason)
+
+
+DIRECT: Final = SentGoals(_submit, _cancel)
+"""The ways without interceptors."""

@@ -20,7 +20,6 @@ from actors.services.peers import Caller
 
 if TYPE_CHECKING:
     from actors.actions.goals import GoalRecord
-    from actors.actions.requests import GoalRequest
     from actors.contracts.contracts import Action
     from actors.time.clock import Clock
 
@@ -57,24 +56,6 @@ class GoalHandlers(NamedTuple):
     """Returns whether a goal may be canceled."""
 
 
-class GoalObservers:
-    """Callbacks, besides the clients, for what happens to an action's goals. They must not raise."""
-
-    __slots__ = ("begun", "ended", "feedback", "requested", "status")
-
-    def __init__(self) -> None:
-        self.requested: list[Callable[[GoalRequest], None]] = []
-        """Called with every request for the acceptance of a goal, in the task of its client if that is in this process."""
-        self.begun: list[Callable[[GoalRecord], None]] = []
-        """Called with every goal that begins to run, in the task of its body."""
-        self.ended: list[Callable[[GoalRecord], None]] = []
-        """Called with every goal that has ended."""
-        self.status: list[Callable[[], None]] = []
-        """Called after every change of a goal's status."""
-        self.feedback: list[Callable[[bytes, Any], None]] = []
-        """Called with every feedback and the id of its goal."""
-
-
 class GoalDriver:
     """Runs the bodies of one action's goals, each to exactly one outcome.
 
@@ -84,21 +65,21 @@ class GoalDriver:
     * Between two steps of a body, the driver awaits only one turn of the loop. An interruption of that turn is thrown into the body.
     """
 
-    __slots__ = ("action", "end", "handlers", "host", "left", "observers")
+    __slots__ = ("action", "end", "handlers", "host", "left", "on_feedback")
 
     def __init__(
         self,
         host: Host,
         action: Action[Any, Any, Any],
         handlers: GoalHandlers,
-        observers: GoalObservers,
         end: Callable[[GoalRecord, Outcome], None],
         left: Callable[[], None],
     ) -> None:
         self.host = host
         self.action = action
         self.handlers = handlers
-        self.observers = observers
+        self.on_feedback: list[Callable[[bytes, Any], None]] = []
+        """Called with every feedback and the id of its goal. They must not raise."""
         self.end: Final = end
         """Called with a goal and its outcome."""
         self.left: Final = left
@@ -106,8 +87,6 @@ class GoalDriver:
 
     async def run(self, goal: GoalRecord) -> None:
         """Run a goal to its outcome, in a task of its own."""
-        for observer in self.observers.begun:
-            observer(goal)
         try:
             self.end(goal, await self._work(goal))
         except BaseException as error:
@@ -200,7 +179,7 @@ class GoalDriver:
     async def _feed(self, goal: GoalRecord, body: AsyncGenerator[Any, None], item: Any) -> Awaitable[Any]:
         """Send a feedback and give the loop one turn. Returns the body's next step, or the throwing of an interruption into it."""
         goal.feedback_count += 1
-        client, observers = goal.client, self.observers.feedback
+        client, observers = goal.client, self.on_feedback
         if client is not None:
             client.on_feedback(item)
         if observers:

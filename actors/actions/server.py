@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Collection
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Awaitable, Callable, Collection, Coroutine
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.actions.arrivals import places, refusal
-from actors.actions.driver import GoalDriver, GoalHandlers, GoalObservers, Host
+from actors.actions.driver import GoalDriver, GoalHandlers, Host
 from actors.actions.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
 from actors.actions.peers import GoalFollower, Outcome
 from actors.actions.requests import CancelRequest, GoalRequest
 from actors.checks import is_flag
 from actors.errors import Reject, described
-from actors.inbox.border import INSIDE
 from actors.inbox.control import blame
 
 if TYPE_CHECKING:
@@ -25,6 +24,19 @@ _EVENTS: Final = {
     GoalStatus.CANCELED: GoalEvent.CANCELED,
     GoalStatus.ABORTED: GoalEvent.ABORT,
 }
+
+
+class ServedGoals(NamedTuple):
+    """The ways by which the goals of a server pass. Interceptors put their own functions in the place of some."""
+
+    submit: Callable[[bytes, Any, GoalFollower | None], GoalRequest]
+    """Takes in a request; see `ActionServer.submit`."""
+    cancel: Callable[[bytes, str], Awaitable[bool]]
+    """Takes in a cancellation; see `ActionServer.cancel`."""
+    run: Callable[[GoalRecord], Coroutine[Any, Any, None]]
+    """Runs a goal, in a task of its own."""
+    ended: Callable[[GoalRecord, Outcome], None]
+    """Tells the client, and all who wait for it, that a goal has ended."""
 
 
 class ActionServer:
@@ -43,7 +55,6 @@ class ActionServer:
     """
 
     __slots__ = (
-        "_driver",
         "_expiry",
         "_places",
         "action",
@@ -53,10 +64,12 @@ class ActionServer:
         "handlers",
         "label",
         "node",
-        "observers",
+        "on_feedback",
+        "on_status",
         "requests",
         "table",
         "type",
+        "ways",
     )
 
     def __init__(
@@ -77,11 +90,14 @@ class ActionServer:
         self.arrivals = arrivals
         self.table = GoalTable(round(result_timeout * 1e9))
         self.requests: dict[GoalRequest | CancelRequest, None] = {}
-        self.observers = GoalObservers()
+        self.on_status: list[Callable[[], None]] = []
+        """Called after every change of a goal's status. They must not raise."""
         self.goals = 0
         """The number of goals that have been requested."""
         self._places = places(arrivals)
-        self._driver = GoalDriver(node, action, handlers, self.observers, self._end, self._start_next)
+        driver = GoalDriver(node, action, handlers, self._end, self._start_next)
+        self.on_feedback = driver.on_feedback
+        self.ways = ServedGoals(self._submit, self._take_cancel, driver.run, self._tell_end)
         self._expiry: asyncio.TimerHandle | asyncio.Future[bool] | None = None
 
     def __repr__(self) -> str:
@@ -121,15 +137,12 @@ class ActionServer:
 
     def submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> GoalRequest:
         """Request the acceptance of a goal, which is decided in the node's inbox. `client` follows the goal if it is accepted."""
-        border = self.node.inbox.border
-        if border is not None and INSIDE.get() is not border:
-            taken: GoalRequest = border.goal(self.submit, self.entry.name, goal_id, message, client)
-            return taken
+        return self.ways.submit(goal_id, message, client)
+
+    def _submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> GoalRequest:
         self.goals += 1
         request = GoalRequest(self, goal_id, message, client)
         self.requests[request] = None
-        for observer in self.observers.requested:
-            observer(request)
         self.node.inbox.put_control(request)
         return request
 
@@ -191,15 +204,15 @@ class ActionServer:
             goal = next(iter(table.waiting))
             table.execute(goal)
             self._changed(goal)
-            goal.task = self.node.spawn(self._driver.run(goal), name=self.label)
+            goal.task = self.node.spawn(self.ways.run(goal), name=self.label)
 
     # -- cancellation --------------------------------------------------------------------------------------------------------
 
     def cancel(self, goal_id: bytes, reason: str) -> Awaitable[bool]:
         """Cancel a goal if the hook agrees, even if nobody awaits the answer. The answer is False if the node ends first."""
-        border = self.node.inbox.border
-        if border is not None and INSIDE.get() is not border:
-            return border.enter("cancel", (self.entry.name, goal_id, reason), self.cancel, goal_id, reason)
+        return self.ways.cancel(goal_id, reason)
+
+    def _take_cancel(self, goal_id: bytes, reason: str) -> Awaitable[bool]:
         goal = self.table.get(goal_id)
         if goal is not None and goal.interruption is None and goal.is_open and self.handlers.cancels is not None:
             return asyncio.shield(self._ask(goal, reason))
@@ -296,10 +309,11 @@ class ActionServer:
         self.table.end(goal, _EVENTS[outcome.status], self.node.clock.now_ns(), outcome.result, outcome.reason)
         if self._expiry is None:
             self._expire_later(0)
-        client, goal.client = goal.client, None
         self._observe()
-        for observer in self.observers.ended:
-            observer(goal)
+        self.ways.ended(goal, outcome)
+
+    def _tell_end(self, goal: GoalRecord, outcome: Outcome) -> None:
+        client, goal.client = goal.client, None
         if client is not None:
             client.on_result(outcome)
         goal.waiters.wake_all()
@@ -310,7 +324,7 @@ class ActionServer:
         self._observe()
 
     def _observe(self) -> None:
-        for observer in self.observers.status:
+        for observer in self.on_status:
             observer()
 
     async def result_of(self, goal_id: bytes) -> tuple[GoalStatus, Any]:

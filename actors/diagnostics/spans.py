@@ -13,19 +13,22 @@ from opentelemetry.context import Context, attach, detach
 from opentelemetry.trace import SpanKind, Status, StatusCode, get_tracer, set_span_in_context
 
 from actors.actions.goals import GoalStatus
-from actors.services.introspection import CallStep
+from actors.inbox.boundary import outside
+from actors.runtime.interceptor import Interceptor
 
 if TYPE_CHECKING:
-    from contextvars import Token
     from typing import Self
 
     from opentelemetry.trace import Span, Tracer, TracerProvider
 
     from actors.actions.goals import GoalRecord
+    from actors.actions.peers import GoalFollower, Outcome
     from actors.actions.requests import GoalRequest
-    from actors.actions.server import ActionServer
-    from actors.interfaces.message import Message
-    from actors.services.introspection import CallId, IdentifiedCall
+    from actors.actions.server import ActionServer, ServedGoals
+    from actors.services.client import Client
+    from actors.services.introspection import CallId
+    from actors.services.peers import Caller, ServiceCall, ServicePeer, Submit
+    from actors.services.server import Handle, Request, Server
     from actors.system import System
 
 __all__ = ["Spans"]
@@ -51,44 +54,9 @@ class Spans:
         """Make spans of this system. Raises `RuntimeError` if they are those of another one already."""
         if self._tracing is not None:
             raise RuntimeError("these spans are those of a system already: make others")
-        self._tracing = tracing = Tracing(self._tracer, system)
-        observers = system.runtime.observers
-        observers.calls.append(lambda node, service: CallSpans(tracing, node, service))
-        observers.goals.append(lambda server: GoalSpans(tracing, server).watch(server))
+        self._tracing = Tracing(self._tracer, system)
+        system.runtime.intercept(self._tracing)
         return self
-
-
-class Tracing:
-    """What the spans of one system share.
-
-    Invariants: `sent` holds the span of each call that a node of this system has made, and that has not been answered; `handling` that of each
-    call whose handler runs here, and what undoes that it is the current one.
-    """
-
-    def __init__(self, tracer: Tracer, system: System) -> None:
-        self.sent: dict[CallId, Span] = {}
-        self.handling: dict[CallId, tuple[Span, Token[Context]]] = {}
-        self._tracer = tracer
-        self._clock = system.clock
-
-    def begin(self, name: str, kind: SpanKind, context: Context | None, attributes: Mapping[str, str]) -> Span:
-        """A span that begins now, below that of `context`, or below the current one."""
-        return self._tracer.start_span(
-            name, context, kind, attributes=attributes, start_time=self._clock.wall_ns(),
-            record_exception=False, set_status_on_exception=False,
-        )  # fmt: skip
-
-    def note(self, span: Span, what: str) -> None:
-        """An event of a span, now."""
-        span.add_event(what, timestamp=self._clock.wall_ns())
-
-    def end(self, span: Span, failure: tuple[str, str] | None = None) -> None:
-        """End a span; `failure` is the kind of an error and its text."""
-        if failure is not None:
-            kind, text = failure
-            span.set_attribute("error.type", kind)
-            span.set_status(Status(StatusCode.ERROR, text))
-        span.end(self._clock.wall_ns())
 
 
 def _failure(future: asyncio.Future[Any]) -> tuple[str, str] | None:
@@ -101,46 +69,78 @@ def _failure(future: asyncio.Future[Any]) -> tuple[str, str] | None:
     return None if error is None else (type(error).__name__, str(error))
 
 
-class CallSpans:
-    """The spans of the calls of one service, at one end of them."""
+class Tracing(Interceptor):
+    """Makes the spans of one system.
 
-    def __init__(self, tracing: Tracing, node: str, service: str) -> None:
-        self._tracing = tracing
-        self._service = service
-        self._attributes = {"rpc.system": "ros2", "ros.service": service, "ros.node": node}
+    Invariant: `_sent` holds the span of each call that a node of this system has made, and that has not been answered.
+    """
 
-    def tell(self, step: CallStep, call: IdentifiedCall, message: Message) -> None:
-        if step is CallStep.REQUEST_SENT:
-            self._sent(call)
-        elif step is CallStep.REQUEST_RECEIVED:
-            self._received(call)
+    def __init__(self, tracer: Tracer, system: System) -> None:
+        self._sent: dict[CallId, Span] = {}
+        self._tracer = tracer
+        self._clock = system.clock
 
-    def handled(self, call: IdentifiedCall) -> None:
-        span, token = self._tracing.handling.pop(call.call_id)
-        detach(token)
-        self._tracing.end(span, _failure(call.future))
+    def now(self) -> int:
+        """The time of the system's clock, nanoseconds. It is not the node that reads it."""
+        with outside():
+            return self._clock.wall_ns()
 
-    def _sent(self, call: IdentifiedCall) -> None:
-        tracing, call_id = self._tracing, call.call_id
-        span = tracing.sent[call_id] = self._begin(call_id, SpanKind.CLIENT, None)
+    def begin(self, name: str, kind: SpanKind, context: Context | None, attributes: Mapping[str, str]) -> Span:
+        """A span that begins now, below that of `context`, or below the current one."""
+        return self._tracer.start_span(
+            name, context, kind, attributes={"rpc.system": "ros2", **attributes}, start_time=self.now(),
+            record_exception=False, set_status_on_exception=False,
+        )  # fmt: skip
 
-        def answered(future: asyncio.Future[Any]) -> None:
-            del tracing.sent[call_id]
-            tracing.end(span, _failure(future))
+    def end(self, span: Span, failure: tuple[str, str] | None = None) -> None:
+        """End a span; `failure` is the kind of an error and its text."""
+        if failure is not None:
+            kind, text = failure
+            span.set_attribute("error.type", kind)
+            span.set_status(Status(StatusCode.ERROR, text))
+        span.end(self.now())
 
-        call.future.add_done_callback(answered)
-
-    def _received(self, call: IdentifiedCall) -> None:
-        call_id = call.call_id
-        caller = self._tracing.sent.get(call_id)
-        above = Context() if caller is None else set_span_in_context(caller, Context())
-        span = self._begin(call_id, SpanKind.SERVER, above)
-        self._tracing.handling[call_id] = span, attach(set_span_in_context(span))
-
-    def _begin(self, call_id: CallId, kind: SpanKind, context: Context | None) -> Span:
+    def _of_call(self, node: Caller, service: str, call_id: CallId, kind: SpanKind, context: Context | None) -> Span:
         client, number = call_id
-        attributes = {**self._attributes, "ros.call_id": f"{client.hex()}:{number}"}
-        return self._tracing.begin(self._service, kind, context, attributes)
+        attributes = {"ros.service": service, "ros.node": node.fqn, "ros.call_id": f"{client.hex()}:{number}"}
+        return self.begin(service, kind, context, attributes)
+
+    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+        service = client.entry.name
+
+        def submitted(server: ServicePeer, message: Any, caller: Caller, timeout: float) -> ServiceCall:
+            call = submit(server, message, caller, timeout)
+            call_id = call.call_id
+            span = self._sent[call_id] = self._of_call(caller, service, call_id, SpanKind.CLIENT, None)
+
+            def answered(future: asyncio.Future[Any]) -> None:
+                del self._sent[call_id]
+                self.end(span, _failure(future))
+
+            call.future.add_done_callback(answered)
+            return call
+
+        return submitted
+
+    def handling(self, server: Server, handle: Handle) -> Handle:
+        service = server.entry.name
+
+        async def handled(request: Request) -> None:
+            call_id = request.call_id
+            caller = self._sent.get(call_id)
+            above = Context() if caller is None else set_span_in_context(caller, Context())
+            span = self._of_call(server.node, service, call_id, SpanKind.SERVER, above)
+            token = attach(set_span_in_context(span))
+            try:
+                await handle(request)
+            finally:
+                detach(token)
+                self.end(span, _failure(request.future))
+
+        return handled
+
+    def serving_goals(self, server: ActionServer, ways: ServedGoals) -> ServedGoals:
+        return GoalSpans(self, server, ways).ways
 
 
 class GoalSpans:
@@ -149,38 +149,38 @@ class GoalSpans:
     Invariant: `_open` holds the span of each goal that is asked for or accepted, and has not ended.
     """
 
-    def __init__(self, tracing: Tracing, server: ActionServer) -> None:
+    def __init__(self, tracing: Tracing, server: ActionServer, ways: ServedGoals) -> None:
         self._tracing = tracing
         self._action = server.entry.name
-        self._attributes = {"rpc.system": "ros2", "ros.action": self._action, "ros.node": server.host}
+        self._attributes = {"ros.action": self._action, "ros.node": server.host}
         self._open: dict[bytes, Span] = {}
+        self._inner = ways
+        self.ways = ways._replace(submit=self._submit, run=self._run, ended=self._ended)
 
-    def watch(self, server: ActionServer) -> None:
-        """Hear of all that happens to the goals of this server."""
-        server.observers.requested.append(self._requested)
-        server.observers.begun.append(self._begun)
-        server.observers.ended.append(self._ended)
-
-    def _requested(self, request: GoalRequest) -> None:
-        attributes = {**self._attributes, "ros.goal_id": request.goal_id.hex()}
+    def _submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> GoalRequest:
+        attributes = {**self._attributes, "ros.goal_id": goal_id.hex()}
         span = self._tracing.begin(self._action, SpanKind.SERVER, None, attributes)
+        request = self._inner.submit(goal_id, message, client)
 
         def answered(future: asyncio.Future[int]) -> None:
             if (failure := _failure(future)) is not None:
                 self._tracing.end(span, failure)
-                if self._open[request.goal_id] is span:
-                    del self._open[request.goal_id]
+                if self._open[goal_id] is span:
+                    del self._open[goal_id]
 
-        self._open.setdefault(request.goal_id, span)  # a second request with this id is rejected
+        self._open.setdefault(goal_id, span)  # a second request with this id is rejected
         request.future.add_done_callback(answered)
+        return request
 
-    def _begun(self, goal: GoalRecord) -> None:
+    async def _run(self, goal: GoalRecord) -> None:
         span = self._open[goal.goal_id]
-        self._tracing.note(span, "executing")
+        span.add_event("executing", timestamp=self._tracing.now())
         attach(set_span_in_context(span))  # for as long as the task of this goal runs
+        await self._inner.run(goal)
 
-    def _ended(self, goal: GoalRecord) -> None:
+    def _ended(self, goal: GoalRecord, outcome: Outcome) -> None:
         span = self._open.pop(goal.goal_id)
         span.set_attribute("ros.goal_status", goal.status.name)
         failed = goal.status is not GoalStatus.SUCCEEDED
         self._tracing.end(span, (goal.status.name, goal.reason) if failed else None)
+        self._inner.ended(goal, outcome)

@@ -7,12 +7,13 @@ same and the offered quality of service satisfies the requested one; a pair that
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
+from actors.graph.interceptor import Tap, TopicInterceptor, TopicTap
 from actors.graph.mismatch import mismatch_of
 from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
-from actors.graph.watching import GraphWatcher, KnownElsewhere, KnownLink, TopicBorder
-from actors.inbox.border import asked, outside
+from actors.graph.watching import GraphWatcher, KnownElsewhere, KnownLink
+from actors.inbox.boundary import asked, outside
 from actors.suggest import near_name
 
 if TYPE_CHECKING:
@@ -20,13 +21,6 @@ if TYPE_CHECKING:
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 DEPARTED: Final = 256
-
-Tap: TypeAlias = "Callable[[PublisherPeer], Callable[[Any], None]]"
-"""A wire tap: called with a publisher, it returns the function that receives each of its messages; see `Graph.tap`."""
-
-Interceptor: TypeAlias = "Callable[[SubscriptionPeer, Target], Target]"
-"""An interceptor: called with a subscription of this process and its target, it returns the target that publishers call instead. Used to
-simulate faults."""
 
 
 class TopicEntry:
@@ -111,18 +105,20 @@ class TopicEntry:
             del self.graph.topics[self.name]
 
     def target(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> Target:
-        """Return the function that `publisher` calls to reach `subscription`: its target, wrapped by the interceptor if there is one and
-        the subscription belongs to this process."""
-        target, intercept = subscription.target(publisher), self.graph.intercept
-        for border in self.graph.borders:
-            target = border.inward(publisher, subscription, target)
-        # Subscriptions of other processes share one target, by which a message is sent once for all of them.
-        return target if intercept is None or not subscription.here else intercept(subscription, target)
+        """Return the function that `publisher` calls to reach `subscription`: its target, behind the interceptors if the subscription
+        belongs to this process."""
+        target = subscription.target(publisher)
+        if (
+            subscription.here
+        ):  # those of other processes share one target, by which a message is sent once for all of them
+            for each in self.graph.interceptors:
+                target = each.delivering(publisher, subscription, target)
+        return target
 
     def outward(self, publisher: PublisherPeer, targets: tuple[Target, ...]) -> tuple[Target, ...]:
-        """Return the functions that `publisher` calls with each message: `targets`, unless a journal of its node is kept."""
-        for border in self.graph.borders:
-            targets = border.outward(publisher, targets)
+        """Return the functions that `publisher` calls with each message: `targets`, behind the interceptors."""
+        for each in reversed(self.graph.interceptors):
+            targets = each.publishing(publisher, targets)
         return targets
 
     def add_publisher(self, publisher: PublisherPeer) -> None:
@@ -136,8 +132,9 @@ class TopicEntry:
             if subscription in self.readers and self._match(publisher, subscription):
                 publisher.join(subscription)
                 subscription.join(publisher)
-        for tap in self.graph.taps:
-            publisher.add_tap(tap(publisher))
+        for each in self.graph.interceptors:
+            if (tap := each.tapping(publisher)) is not None:
+                publisher.add_tap(tap)
         self.graph.changed()
         for watcher in self.graph.watchers:
             watcher.publisher_joined(publisher)
@@ -203,7 +200,7 @@ class Graph:
 
     `open_standard_service` is called with a service that is needed and has no server, `open_standard_topic` with a topic before a
     subscription is added to it. They create the services and topics that ROS 2 gives every node or action; those that are never used cost
-    nothing. `intercept` wraps the targets that publishers call.
+    nothing.
 
     Invariants:
 
@@ -213,16 +210,10 @@ class Graph:
       are not reported as changes.
     """
 
-    def __init__(
-        self,
-        now: Callable[[], float],
-        *,
-        intercept: Interceptor | None = None,
-    ) -> None:
+    def __init__(self, now: Callable[[], float]) -> None:
         self.now: Final = now
         self.open_standard_service: Callable[[ServiceEntry], None] = _has_no_standard_endpoints
         self.open_standard_topic: Callable[[TopicEntry], None] = _has_no_standard_endpoints
-        self.intercept: Final = intercept
         self.topics: dict[str, TopicEntry] = {}
         self.services: dict[str, ServiceEntry] = {}
         self.actions: dict[str, ActionEntry] = {}
@@ -230,9 +221,8 @@ class Graph:
         """Name -> the node that served it last, for the newest `DEPARTED` served names that have left the graph."""
         self.version = 0
         """Increases with each call of `changed`."""
-        self.taps: list[Tap] = []
-        self.borders: list[TopicBorder] = []
-        """The borders of the nodes of which a journal is kept."""
+        self.interceptors: list[TopicInterceptor] = []
+        """What stands between the ends of topics; the first is the nearest to the nodes."""
         self.watchers: list[GraphWatcher] = []
         """Told of every endpoint that joins or leaves."""
         self.elsewhere: Callable[[], Iterable[KnownElsewhere]] = tuple
@@ -283,10 +273,18 @@ class Graph:
         A tap is not a subscription. It receives every type and quality of service, does not appear in the graph, is not counted or waited
         for, and does not change the course of a run. It stays as long as the graph. The function that `tap` returns must not raise.
         """
-        self.taps.append(tap)
+        self.intercept(TopicTap(tap))
+
+    def intercept(self, interceptor: TopicInterceptor, *, first: bool = False) -> None:
+        """Let `interceptor` stand between the ends of topics from now on, as long as the graph; with `first`, nearest to the nodes.
+
+        Ends that match already go on without it, but for its taps.
+        """
+        self.interceptors.insert(0 if first else len(self.interceptors), interceptor)
         for entry in self.topics.values():
             for publisher in entry.publishers:
-                publisher.add_tap(tap(publisher))
+                if (tap := interceptor.tapping(publisher)) is not None:
+                    publisher.add_tap(tap)
 
     def changed(self) -> None:
         """Increase `version` and call the listeners."""

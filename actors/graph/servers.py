@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
 from actors.errors import ActionUnavailable, NodeRestarting, NotRunning, ServiceUnavailable
-from actors.inbox.border import asked
+from actors.inbox.boundary import asked
 from actors.suggest import near_name
 from actors.waiting import Waiters
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from actors.graph.servers import ServerEntry
-    from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
+    from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
 
 class GraphWatcher(Protocol):
@@ -22,18 +22,6 @@ class GraphWatcher(Protocol):
 
     def server_changed(self, entry: ServerEntry[Any]) -> None:
         """The server of this process for a name has been opened, or has gone, for a time or for good."""
-        ...
-
-
-class TopicBorder(Protocol):
-    """The border of a node, as far as topics go through it; see `actors.inbox.border`."""
-
-    def inward(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
-        """What `publisher` shall call instead of the `target` of `subscription`."""
-        ...
-
-    def outward(self, publisher: PublisherPeer, targets: tuple[Target, ...]) -> tuple[Target, ...]:
-        """What `publisher` shall call instead of all its `targets`."""
         ...
 
 

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 from actors.inbox.control import blame
 
 if TYPE_CHECKING:
-    from actors.inbox.border import Border
     from actors.inbox.expiring import TimedMessage
     from actors.inbox.load import Load, Meter
 
@@ -61,7 +60,6 @@ class Inbox:
     """
 
     __slots__ = (
-        "border",
         "clock",
         "control",
         "current",
@@ -103,8 +101,6 @@ class Inbox:
         self.looks: dict[str, int] | None = None
         """Handler -> the number of its runs that were checked for turns of the event loop; see `LOOKS`."""
         self.on_step = on_step
-        self.border: Border | None = None
-        """What notes all that passes between this node and the others, for a journal; None without one."""
 
     def put(self, item: Item) -> None:
         """Append a data item. Never blocks and never runs the item."""

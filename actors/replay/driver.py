@@ -6,7 +6,7 @@ import asyncio
 import math
 from typing import TYPE_CHECKING, Any
 
-from actors.inbox.border import INSIDE
+from actors.inbox.boundary import BOUNDARY
 from actors.replay.inputs import Inputs
 from actors.replay.lives import PlayedNodes
 from actors.replay.replaying import Replaying, run_handle
@@ -17,10 +17,10 @@ from actors.time.ticker import TickHandle
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.inbox.border import Timed
     from actors.replay.debugger import Break
     from actors.replay.tape import Entry, Start, Tape
     from actors.replay.tape_loop import TapeLoop
+    from actors.runtime.timers import NodeTimer
     from actors.supervision.child import Child
     from actors.system import System
 
@@ -44,29 +44,29 @@ class Driver:
         pause: Break | None,
         limit: int,
     ) -> None:
-        self.edge = Replaying(tape, pause, limit)
-        self.played = PlayedNodes(system, self.edge, declared)
-        self.inputs = Inputs(system, loop, tape, self.edge, self.played)
+        self.boundary = Replaying(tape, pause, limit)
+        self.played = PlayedNodes(system, self.boundary, declared)
+        self.inputs = Inputs(system, loop, tape, self.boundary, self.played)
         self.over: asyncio.Future[None] = loop.create_future()
         self._loop, self._tape = loop, tape
         self._known_timers = {one[4] for one in tape.entries if isinstance(one, tuple) and one[0] == "tick"}
         self._ticking = 0
         """How many of the timers are known to tick by the tape, or by themselves."""
-        self.edge.apply = self.inputs.apply
+        self.boundary.apply = self.inputs.apply
         runtime: Any = system.runtime
-        runtime.deadlines = self._deadlines = TapeDeadlines(lambda: self.edge.now)
-        runtime.gates.append(self.played)
+        runtime.deadlines = self._deadlines = TapeDeadlines(lambda: self.boundary.now)
+        runtime.intercept(self.played)
+        runtime.intercept(self.boundary, first=True)
         graph: Any = system.graph
         opened = graph.open_standard_service
 
         def open_standard_service(entry: Any) -> None:
             opened(entry)
-            if INSIDE.get() is self.edge:
-                self.edge.served(entry)
+            if BOUNDARY.get() is self.boundary:
+                self.boundary.served(entry)
 
         graph.open_standard_service = open_standard_service
-        graph.borders.append(self.edge)
-        graph.watchers.append(_Numbers(self.edge))
+        graph.watchers.append(_Numbers(self.boundary))
 
     # -- the course of the tape ----------------------------------------------------------------------------------------------
 
@@ -75,16 +75,16 @@ class Driver:
         try:
             self._drive()
         except BaseException as error:
-            self.edge.over = True
+            self.boundary.over = True
             self.over.set_exception(error)
 
     def _drive(self) -> None:
-        edge = self.edge
-        while not (edge.over or self.inputs.lacking or self.over.done()):
-            if edge.astray:
+        boundary = self.boundary
+        while not (boundary.over or self.inputs.lacking or self.over.done()):
+            if boundary.astray:
                 going = self._stray()
             else:
-                entry = edge.entry()
+                entry = boundary.entry()
                 going = None if entry is None else self._follow(entry)
             if going is None:
                 break
@@ -92,37 +92,37 @@ class Driver:
                 self._loop.call_soon(self.drive)
                 return
         if not self.over.done():
-            if not (edge.over or self.inputs.lacking):
-                edge.end()
-            edge.over = True
+            if not (boundary.over or self.inputs.lacking):
+                boundary.end()
+            boundary.over = True
             self.over.set_result(None)
 
     def _follow(self, entry: Entry) -> bool:
         """Play one entry as it was. Returns False if the loop has to turn first, or afterwards."""
-        edge = self.edge
+        boundary = self.boundary
         if not isinstance(entry, tuple) or entry[0] == "result":
-            edge.stray()  # the recording has read the clock here
+            boundary.stray()  # the recording has read the clock here
             return True
         if entry[0] in SENT:
-            edge.missed(entry)
+            boundary.missed(entry)
             return True
         if entry[0] == "start" and not (node := self.played.of(entry[3])).waiting:
             if not node.alive:
                 node.ask(entry[3])
                 return False
-            edge.stray()  # the recorded node could not be made, and this one could
+            boundary.stray()  # the recorded node could not be made, and this one could
             return True
-        edge.at += 1
+        boundary.at += 1
         self._at(entry[1])
-        edge.look_ahead()
+        boundary.look_ahead()
         if entry[0] != "step":
             self.inputs.apply(entry)
             return str(entry[0]) != "start"
-        handle = edge.planned.get(entry[2])
+        handle = boundary.planned.get(entry[2])
         if handle is None or _is_early(handle, entry[1]):
-            edge.stray()
+            boundary.stray()
         else:
-            del edge.planned[entry[2]]
+            del boundary.planned[entry[2]]
             run_handle(handle)
         return True
 
@@ -131,19 +131,19 @@ class Driver:
 
         Returns False if the loop has to turn first, or afterwards; None at the end of the tape.
         """
-        edge, entries = self.edge, self._tape.entries
+        boundary, entries = self.boundary, self._tape.entries
         self._own_ticks()
         soon = next(
-            (number for number, handle in edge.planned.items() if not isinstance(handle, asyncio.TimerHandle)), None
+            (number for number, handle in boundary.planned.items() if not isinstance(handle, asyncio.TimerHandle)), None
         )
         if soon is not None:
-            run_handle(edge.planned.pop(soon))
+            run_handle(boundary.planned.pop(soon))
             return True
-        while edge.at < len(entries) and not comes_in(entries[edge.at]):
-            edge.at += 1
-        if edge.at >= len(entries):
+        while boundary.at < len(entries) and not comes_in(entries[boundary.at]):
+            boundary.at += 1
+        if boundary.at >= len(entries):
             return None
-        entry = entries[edge.at]
+        entry = entries[boundary.at]
         assert isinstance(entry, tuple)
         due, number = self._due()
         if due <= entry[1]:
@@ -151,13 +151,13 @@ class Driver:
             if number is None:
                 self._deadlines.expire()
             else:
-                run_handle(edge.planned.pop(number))
+                run_handle(boundary.planned.pop(number))
             return True
         starting = self.played.of(entry[3]) if entry[0] == "start" else None
         if starting is not None and not starting.waiting and not starting.alive:
             starting.ask(entry[3])
             return False
-        edge.at += 1
+        boundary.at += 1
         self._at(entry[1])
         if starting is None or not starting.alive:  # else the changed node has not ended here
             self.inputs.apply(entry)
@@ -165,7 +165,7 @@ class Driver:
 
     def _due(self) -> tuple[float, int | None]:
         """When the next callback of a node is due, and its number; None for the end of a call that was not answered in time."""
-        planned = self.edge.planned
+        planned = self.boundary.planned
         for number in [number for number, handle in planned.items() if handle.cancelled()]:
             del planned[number]
         timers = (
@@ -177,12 +177,12 @@ class Driver:
 
     def _own_ticks(self) -> None:
         """Have the timers tick that the recording does not know, each on its own grid."""
-        for name, timer in self.edge.timers[self._ticking :]:
+        for name, timer in self.boundary.timers[self._ticking :]:
             if name not in self._known_timers and isinstance(handle := timer.handle, TickHandle):
                 self._later_tick(timer, handle)
-        self._ticking = len(self.edge.timers)
+        self._ticking = len(self.boundary.timers)
 
-    def _later_tick(self, timer: Timed, handle: TickHandle) -> None:
+    def _later_tick(self, timer: NodeTimer, handle: TickHandle) -> None:
         due = handle.start + (handle.k + 1) / handle.hz
 
         def tick() -> None:
@@ -191,32 +191,32 @@ class Driver:
                 timer.on_tick(handle.k, due)
                 self._later_tick(timer, handle)
 
-        token = INSIDE.set(self.edge)
+        token = BOUNDARY.set(self.boundary)
         try:
             self._loop.call_at(due, tick)
         finally:
-            INSIDE.reset(token)
+            BOUNDARY.reset(token)
 
     def _at(self, time: float) -> None:
-        self.edge.now = self._loop.now = time
+        self.boundary.now = self._loop.now = time
 
 
 class _Numbers:
     """Gives the subscriptions of the replayed nodes their numbers, as a recording does."""
 
-    def __init__(self, edge: Replaying) -> None:
-        self._edge = edge
+    def __init__(self, boundary: Replaying) -> None:
+        self._boundary = boundary
 
     def publisher_joined(self, publisher: Any) -> None:
-        if self._edge.owns(publisher):
+        if self._boundary.owns(publisher):
             publisher.attach(_nothing)
 
     def publisher_left(self, publisher: Any) -> None:
         """Do nothing."""
 
     def subscription_joined(self, subscription: Any) -> None:
-        if self._edge.owns(subscription):
-            self._edge.number_of(subscription)
+        if self._boundary.owns(subscription):
+            self._boundary.number_of(subscription)
 
     def subscription_left(self, subscription: Any) -> None:
         """Do nothing."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from actors.actions.peers import Outcome
 from actors.inbox.control import Failure
 from actors.inbox.expiring import ExpiringMessage
-from actors.replay.edge import CANCELED
+from actors.replay.boundary import CANCELED
 from actors.replay.replaying import AWAITED
 from actors.replay.standins import Other, OtherFollower, OtherPublisher, OtherServer, OtherSubscription
 from actors.replay.tape import Tape, Unkept
@@ -40,10 +40,10 @@ class Inputs:
     Invariants: `_peers` has the stand-ins for the ends of topics that have come and not gone.
     """
 
-    def __init__(self, system: System, loop: TapeLoop, tape: Tape, edge: Replaying, played: PlayedNodes) -> None:
+    def __init__(self, system: System, loop: TapeLoop, tape: Tape, boundary: Replaying, played: PlayedNodes) -> None:
         self.lacking = ""
         """What came in that the journal does not carry; empty if it carries everything so far."""
-        self._system, self._loop, self._edge, self._played = system, loop, edge, played
+        self._system, self._loop, self._boundary, self._played = system, loop, boundary, played
         self._peers: dict[int, Any] = {}
         self._names = [sent for sent in tape.outputs(inner=True) if sent[0] in AWAITED]
         self._takes: dict[str, Callable[..., None]] = {
@@ -61,7 +61,7 @@ class Inputs:
             return  # the changed node has never been made
         unkept = next((str(one) for one in details if isinstance(one, Unkept)), "")
         if kind == "unknown" or unkept:
-            if not self._edge.astray:
+            if not self._boundary.astray:
                 self.lacking = unkept or str(details[0])
             return
         self._takes[kind](*details)
@@ -72,7 +72,7 @@ class Inputs:
     def stop(self, node: str, reason: str, system: str | None) -> None:
         """Ask a life for its end, as its supervisor did; `system` is why the whole system was to stop, or None."""
         self._system.runtime.tree.stop_reason = system
-        self._edge.enter("stop", (), self._life_of(node).stop, reason)
+        self._boundary.enter("stop", (), self._life_of(node).stop, reason)
 
     def dismissed(self, node: str) -> None:
         """Close what a node has left that has ended for good."""
@@ -80,7 +80,7 @@ class Inputs:
             self._system.runtime.gone(life.identity.path, True)
 
     def interrupt(self, number: int, killing: tuple[str, float] | None) -> None:
-        task = self._edge.tasks.get(number)
+        task = self._boundary.tasks.get(number)
         life = None if killing is None else self._played.present(killing[0])
         child = None if life is None else self._system.runtime.child_of(life)
         if killing is not None and child is not None:
@@ -89,7 +89,7 @@ class Inputs:
             task.cancel()
 
     def crash(self, node: str, error: BaseException) -> None:
-        self._edge.enter("crash", (), self._life_of(node).inbox.put_control, Failure(error, "crash"))
+        self._boundary.enter("crash", (), self._life_of(node).inbox.put_control, Failure(error, "crash"))
 
     def parameters(self, node: str, values: dict[str, Any]) -> None:
         with suppress(Exception):  # the error of whoever sets what cannot be set
@@ -101,12 +101,12 @@ class Inputs:
         return life
 
     def tick(self, number: int, name: str, k: int, due: float) -> None:
-        timers = self._edge.timers
-        found = [timers[number]] if not self._edge.astray else [one for one in timers if one[0] == name]
+        timers = self._boundary.timers
+        found = [timers[number]] if not self._boundary.astray else [one for one in timers if one[0] == name]
         timer = found[-1][1] if found else None
         if timer is not None and (handle := timer.handle) is not None:
             handle.k = k  # as the ticker does, which counts here in vain
-            self._edge.enter("tick", (), timer.on_tick, k, due)
+            self._boundary.enter("tick", (), timer.on_tick, k, due)
 
     def deliver(self, number: int, peer: int, message: Any, expires: float | None) -> None:
         publisher = self._peers[peer]
@@ -116,18 +116,18 @@ class Inputs:
             return
         if expires is not None:
             message = ExpiringMessage(message, expires, self._loop.time)
-        self._edge.enter("deliver", (), subscription.target(publisher), message)
+        self._boundary.enter("deliver", (), subscription.target(publisher), message)
 
     def _subscription(self, number: int, topic: str) -> Any:
         """The node's subscription with this number, if it is one of the topic; else its last one of the topic, or None."""
-        known = self._edge.subscriptions
+        known = self._boundary.subscriptions
         if number < len(known) and known[number].entry.name == topic:
             return known[number]
         return next((one for one in reversed(known) if one.entry.name == topic), None)
 
     def publisher(self, number: int, topic: str, node: str, kind: Any, qos: Any) -> None:
         entry = self._system.graph.topic(topic)
-        self._peers[number] = publisher = OtherPublisher(number, entry, node, kind, qos, self._edge.catch_up)
+        self._peers[number] = publisher = OtherPublisher(number, entry, node, kind, qos, self._boundary.catch_up)
         entry.add_publisher(cast("Any", publisher))
 
     def subscriber(self, number: int, topic: str, node: str, kind: Any, qos: Any) -> None:
@@ -148,13 +148,13 @@ class Inputs:
         elif state[0] == "here":
             _, host, served, concurrent = state
             entry.open(OtherServer(host, served, concurrent, self._asked))
-        elif state[0] == "restarting" and state[1] not in self._edge.members:
+        elif state[0] == "restarting" and state[1] not in self._boundary.members:
             entry.pause(*state[1:])
-        elif state[0] == "stopped" and state[1] not in self._edge.members:
+        elif state[0] == "stopped" and state[1] not in self._boundary.members:
             entry.close(state[1])
 
     def _asked(self, call: Asked, timeout: float | None) -> None:
-        if self._edge.astray and timeout is not None:
+        if self._boundary.astray and timeout is not None:
             self._system.runtime.deadlines.watch(call, timeout)
 
     def request(self, number: int, name: str, message: Any, caller: str, timeout: float) -> None:
@@ -178,7 +178,7 @@ class Inputs:
             server.cancel(goal_id, reason)
 
     def given_up(self, number: int, how: Any) -> None:
-        answer = self._edge.answers.get(number)
+        answer = self._boundary.answers.get(number)
         if answer is None or answer.done():
             return
         if how == CANCELED:
@@ -199,11 +199,11 @@ class Inputs:
 
     def _awaited(self, number: int) -> asyncio.Future[Any] | None:
         """The future with this number; for a node that is astray, the one of the same kind, name and place."""
-        if not self._edge.astray:
-            return self._edge.awaited.pop(number, None)
+        if not self._boundary.astray:
+            return self._boundary.awaited.pop(number, None)
         kind, name, _ = self._names[number - 1]
         place = sum(one[:2] == (kind, name) for one in self._names[: number - 1])
-        return self._edge.channels.get((kind, name, place))
+        return self._boundary.channels.get((kind, name, place))
 
     def goal_status(self, number: int, status: Any) -> None:
         self._follower(number, "on_status", status)
@@ -215,9 +215,9 @@ class Inputs:
         self._follower(number, "on_result", Outcome(status, result, reason))
 
     def _follower(self, number: int, method: str, value: Any) -> None:
-        follower = self._edge.followers.get(number)
+        follower = self._boundary.followers.get(number)
         if follower is not None:
-            self._edge.enter(method, (), getattr(follower, method), value)
+            self._boundary.enter(method, (), getattr(follower, method), value)
 
 
 class _OtherCaller(Other):

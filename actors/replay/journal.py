@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
 import shutil
 import tempfile
@@ -10,30 +9,27 @@ import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
-from weakref import WeakKeyDictionary
 
-from actors.inbox.border import INSIDE
+from actors.inbox.boundary import BOUNDARY
 from actors.replay.alone import check_alone
 from actors.replay.encoding import frozen
 from actors.replay.errors import ReplayError
-from actors.replay.loop_seam import LoopSeam
+from actors.replay.journaled_loop import journaled
 from actors.replay.parts import Spool
 from actors.replay.recording import RecordedLife, Recording
 from actors.replay.tape import Start, Tape, is_subtree, named
+from actors.runtime.interceptor import Interceptor
 from actors.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from typing import Self
 
-    from actors.runtime.incarnation import Incarnation
     from actors.runtime.record import NodeRecord
     from actors.supervision.seam import Life
     from actors.system import System
 
-_SEAMS: WeakKeyDictionary[asyncio.AbstractEventLoop, LoopSeam] = WeakKeyDictionary()
 
-
-class Journal:
+class Journal(Interceptor):
     """Keeps a journal of each of the nodes that are named, from the start of its first life on::
 
         journal = Journal("/navigation")
@@ -41,9 +37,9 @@ class Journal:
         journal.save("navigation.journal", "/navigation")
 
     Nodes are given by their name or full name. A path, such as ``robot/navigation``, is that of a supervisor: one journal is then kept of all
-    nodes below it, of what crosses the border around them. A node that cannot be journaled, because an argument of it cannot be kept,
+    nodes below it, of what crosses the boundary around them. A node that cannot be journaled, because an argument of it cannot be kept,
     runs on without, as does a subtree with such a node, and `refused` says why. Nodes of a subtree that run in other processes are
-    outside of its border; with one, a journal can be kept from the start, but not begun by a restart. A journal is written to a file as it
+    outside of its boundary; with one, a journal can be kept from the start, but not begun by a restart. A journal is written to a file as it
     grows: ``<node>.journal``, or ``<path with dots>.subtree.journal``, in `folder`, or in a temporary one that is removed with this object.
     With `publish` each journal is a topic, too, ``<node>/_journal``, or ``/<path>/_subtree_journal``, which is recorded into bags. The run is
     otherwise the same, but slower: see docs/replay.md.
@@ -84,11 +80,11 @@ class Journal:
     def attach(self, system: System) -> Self:
         """Keep journals of `system`, whose tree has not started yet. Raises `ReplayError` for an event loop that cannot be watched."""
         if self._nodes:
-            seam_of(system.loop)
+            journaled(system.loop)
         self._system = system
         system.runtime.observers.closed.append(self._end)
         system.runtime.observers.dismissed.append(self._dismissed)
-        system.runtime.gates.append(self)
+        system.runtime.intercept(self, first=True)
         if self._publish:
             system.runtime.observers.opening.append(self._publish_tapes)
         return self
@@ -175,7 +171,7 @@ class Journal:
             return
         assert self._system is not None
         assert self._system.supervisor is not None
-        seam_of(self._system.loop)
+        journaled(self._system.loop)
         self._nodes.add(name)
         directory = self._system.runtime.directory
         path = tuple(name.split("/")) if is_subtree(name) else directory.named(name).path
@@ -192,29 +188,31 @@ class Journal:
 
     # -- between supervisor and node -----------------------------------------------------------------------------------------
 
-    def life(self, record: NodeRecord, make: Callable[[], Incarnation], /) -> Life | None:
+    def life(self, path: tuple[str, ...], make: Callable[[], Life], /) -> Life:
+        assert self._system is not None
+        record = self._system.runtime.directory.records[path]
         name = self._name_of(record)
         if name == "" or name in self.refused:
-            return None
-        assert self._system is not None
+            return make()
         try:
             start = self._start_of(record, name)
             recording = self._recordings.get(name) or self._open(name)
         except ReplayError as error:
             self._refuse(name, f"{record.identity.fqn}: {error}" if is_subtree(name) else str(error))
-            return None
+            return make()
         except OSError as error:
             self._refuse(name, f"its journal cannot be written: {error}")
-            return None
+            return make()
         if start.node not in recording.members:
             self._system.runtime.renew(record)  # what is left of an earlier life is in no journal
-        record.inbox.border = recording  # that of the first record, or of a node that was removed and added again
-        recording.begins(start)
-        token = INSIDE.set(recording)
+        recording.begins(start, record.inbox)
+        token = BOUNDARY.set(recording)
         try:
-            return RecordedLife(recording, make())
+            life = make()
         finally:
-            INSIDE.reset(token)
+            BOUNDARY.reset(token)
+        assert record.life is not None
+        return RecordedLife(recording, record.life, life)
 
     def _name_of(self, record: NodeRecord) -> str:
         """The name of the journal to which a node belongs, that of a subtree before its own; empty if none is asked for."""
@@ -233,9 +231,9 @@ class Journal:
         assert self._system is not None
         runtime = self._system.runtime
         path = self._made() / f"{name.strip('/').replace('/', '.')}{'.subtree' if is_subtree(name) else ''}.journal"
-        recording = Recording(Spool(name, path, publish=self._publish), seam_of(runtime.loop))
+        recording = Recording(Spool(name, path, publish=self._publish), journaled(runtime.loop))
         self._recordings[name] = recording
-        runtime.graph.borders.append(recording)
+        runtime.intercept(recording, first=True)
         runtime.graph.watchers.append(recording)
         runtime.graph.on_change(recording.look)
         return recording
@@ -258,11 +256,3 @@ class Journal:
             process=runtime.process, level=runtime.journal.level, virtual=runtime.clock.virtual, origin=runtime.clock.origin,
             epoch=runtime.clock.epoch, id_streams=runtime.id_streams[record.identity.fqn],
         )  # fmt: skip
-
-
-def seam_of(loop: asyncio.AbstractEventLoop) -> LoopSeam:
-    """The seam of an event loop, made at the first call."""
-    seam = _SEAMS.get(loop)
-    if seam is None:
-        seam = _SEAMS[loop] = LoopSeam(loop)
-    return seam

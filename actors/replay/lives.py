@@ -7,9 +7,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from actors.errors import described
-from actors.inbox.border import INSIDE
+from actors.inbox.boundary import BOUNDARY
 from actors.replay.encoding import thawed
 from actors.replay.tape import starts_of
+from actors.runtime.interceptor import Interceptor
 from actors.supervision.declarations import Supervisor
 from actors.supervision.policy import Intensity
 from actors.waiting import retrieve
@@ -26,24 +27,25 @@ if TYPE_CHECKING:
 OFTEN = Intensity(1_000_000, within=1.0)
 
 
-class PlayedNodes:
+class PlayedNodes(Interceptor):
     """All replayed nodes, by their full names. It stands between them and their supervisors, which restart them at once and for ever.
 
     `declared(start)` gives the declaration of the node that is played to, for each recorded life.
     """
 
-    def __init__(self, system: System, edge: Replaying, declared: Callable[[Start], Child]) -> None:
-        self._system, self._edge, self._declared = system, edge, declared
+    def __init__(self, system: System, boundary: Replaying, declared: Callable[[Start], Child]) -> None:
+        self._system, self._boundary, self._declared = system, boundary, declared
         self._nodes: dict[str, PlayedNode] = {}
 
     def of(self, start: Start) -> PlayedNode:
         """The node of which a life begins so, made at the first one."""
         node = self._nodes.get(start.node)
         if node is None:
-            node = self._nodes[start.node] = PlayedNode(self._system, self._edge, start, self._declared)
+            node = self._nodes[start.node] = PlayedNode(self._system, self._boundary, start, self._declared)
         return node
 
-    def life(self, record: NodeRecord, make: Callable[[], Incarnation], /) -> Life:
+    def life(self, path: tuple[str, ...], make: Callable[[], Life], /) -> Life:
+        record = self._system.runtime.directory.records[path]
         return _PlayedLife(self._nodes[record.identity.fqn], record)
 
     def present(self, node: str) -> Incarnation | None:
@@ -69,12 +71,12 @@ class PlayedNode:
     - `_asking` is the task that has its supervisor start it. From the first life that became ready on, the supervisor does that by itself.
     """
 
-    def __init__(self, system: System, edge: Replaying, start: Start, declared: Callable[[Start], Child]) -> None:
+    def __init__(self, system: System, boundary: Replaying, start: Start, declared: Callable[[Start], Child]) -> None:
         self.present: Incarnation | None = None
         self.alive = False
         self.failure = ""
         """The error with which the last life of the node ended; empty if it did not fail."""
-        self._system, self._edge, self._declared = system, edge, declared
+        self._system, self._boundary, self._declared = system, boundary, declared
         self._gate: asyncio.Future[Start] | None = None
         self._asking: asyncio.Task[Any] | None = None
         self._kept = False
@@ -107,17 +109,17 @@ class PlayedNode:
         start = await self._gate
         self._gate, self.failure = None, ""
         self._prepare(record, start)
-        token = INSIDE.set(self._edge)
+        token = BOUNDARY.set(self._boundary)
         try:
             self.present = self._system.runtime.incarnate(self._declared(start), record)
         except BaseException as error:
             self._fails(error)
             raise
         finally:
-            INSIDE.reset(token)
+            BOUNDARY.reset(token)
         self.alive = True
         try:
-            await self._edge.live(self.present, lambda: self._is_ready(started))
+            await self._boundary.live(self.present, self.present, lambda: self._is_ready(started))
         except BaseException as error:
             self._fails(error)
             raise
@@ -129,7 +131,7 @@ class PlayedNode:
         started()
 
     def _fails(self, error: BaseException) -> None:
-        if not self._edge.over:  # else it is the end of the replay that ends it
+        if not self._boundary.over:  # else it is the end of the replay that ends it
             self.failure = described(error)
 
     def _prepare(self, record: NodeRecord, start: Start) -> None:
@@ -140,10 +142,12 @@ class PlayedNode:
             record.incarnation != start.incarnation - 1
         ):  # it had lived before the tape, or was forgotten and added again
             runtime.renew(record)
-            record.incarnation, record.saved = start.incarnation - 1, thawed(start.saved, trust=self._edge.tape.trusted)
+            record.incarnation, record.saved = (
+                start.incarnation - 1,
+                thawed(start.saved, trust=self._boundary.tape.trusted),
+            )
             record.asked_state = start.state
-        record.inbox.border = self._edge
-        self._edge.members.add(start.node)
+        self._boundary.members[start.node] = record.inbox
 
 
 class _PlayedLife:

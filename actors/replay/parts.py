@@ -14,7 +14,7 @@ from actors.replay.encoding import frozen, steps_for, thawed
 from actors.replay.errors import ReplayError
 from actors.replay.tape import Entry, Tape, Unkept
 
-FORMAT: Final = 4
+FORMAT: Final = 5
 """Of what `pack` writes."""
 PART: Final = 2000
 """How many entries a part holds at most, but for those of one step."""

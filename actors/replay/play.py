@@ -14,7 +14,7 @@ from actors.replay.comparison import Difference
 from actors.replay.driver import Driver
 from actors.replay.encoding import thawed
 from actors.replay.errors import ReplayError
-from actors.replay.journal import seam_of
+from actors.replay.journaled_loop import journaled
 from actors.replay.lives import replayed_path, tree_of
 from actors.replay.parts import parts_of, whole
 from actors.replay.tape import Tape, named, starts_of, unlike_versions
@@ -99,10 +99,10 @@ def replay(
         driver = runner.run(_play(tape, loop, change.declared, stop, limit, sinks))
     if stop is not None:
         stop.check_over()
-    edge = driver.edge
+    boundary = driver.boundary
     return Verdict(
-        tape.node, tuple(edge.differences), sum(edge.sent.values()), driver.inputs.lacking, driver.played.failure,
-        tuple(edge.inner), unlike_versions(start),
+        tape.node, tuple(boundary.differences), sum(boundary.sent.values()), driver.inputs.lacking, driver.played.failure,
+        tuple(boundary.inner), unlike_versions(start),
     )  # fmt: skip
 
 
@@ -142,9 +142,9 @@ async def _play(
     sinks: tuple[LogSink, ...],
 ) -> Driver:
     start = tape.start
+    journaled(loop)
     system = System(seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options, trust=tape.trusted))
     system.runtime.distinguish(start.process)
-    seam_of(loop)
     driver = Driver(system, loop, tape, declared, stop, limit)
     await system.start(tree_of(tape), replayed_path(tape.root))
     loop.call_soon(driver.drive)
@@ -152,6 +152,6 @@ async def _play(
         await driver.over
     finally:
         loop.release()
-        driver.edge.let_go(loop)
+        driver.boundary.let_go(loop)
         system.kill()
     return driver

@@ -1,30 +1,32 @@
-"""`Recording`: the border of a node, or of a subtree, of which a journal is written."""
+"""`Recording`: the boundary of a node, or of a subtree, of which a journal is written."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Container, Coroutine
 from contextvars import Context
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from actors.inbox.border import INSIDE, outside
-from actors.replay.edge import CANCELED, Edge
+from actors.inbox.boundary import BOUNDARY, outside
+from actors.replay.boundary import CANCELED, JournalBoundary
 from actors.replay.tape import APART, BACK, WITHIN
 
 if TYPE_CHECKING:
     from actors.graph.servers import ServerEntry
-    from actors.replay.loop_seam import Callback, LoopSeam, OwnedTask
+    from actors.inbox.inbox import Inbox
+    from actors.replay.journaled_loop import Callback, JournaledLoop, OwnedTask
     from actors.replay.parts import Spool
     from actors.replay.tape import Entry, Start
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.record import NodeRecord
+    from actors.supervision.seam import Life
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 T = TypeVar("T")
 
 
-class Recording(Edge):
-    """Writes down what passes the border of its members, and when their code runs, over all their lives.
+class Recording(JournalBoundary):
+    """Writes down what passes the boundary of its members, and when their code runs, over all their lives.
 
     Invariants:
 
@@ -33,10 +35,10 @@ class Recording(Edge):
     - `_peers` are the ends of others on the members' topics that were written down and have not left.
     """
 
-    def __init__(self, spool: Spool, seam: LoopSeam) -> None:
+    def __init__(self, spool: Spool, loop: JournaledLoop) -> None:
         super().__init__()
         self.spool = spool
-        self._seam = seam
+        self._own_time = loop.own_time
         self._entries = spool.entries
         self._put: Callable[[Entry], None] = spool.entries.append
         self._out = self._in = 0
@@ -63,9 +65,9 @@ class Recording(Edge):
 
     # -- what passes ---------------------------------------------------------------------------------------------------------
 
-    def begins(self, start: Start) -> None:
-        """Write down that a life of a member begins."""
-        self.members.add(start.node)
+    def begins(self, start: Start, inbox: Inbox) -> None:
+        """Write down that a life of a member begins, with this inbox."""
+        self.members[start.node] = inbox
         self._note("start", start)
 
     def dismissed(self, record: NodeRecord) -> None:
@@ -74,15 +76,15 @@ class Recording(Edge):
             self._note("dismissed", record.identity.fqn)
 
     def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
-        if INSIDE.get() is self and kind != "deliver":
+        if BOUNDARY.get() is self and kind != "deliver":
             return function(*arguments)  # a member does it to itself, or to another
         self._note(kind, *details)
         self._in += 1
-        token = INSIDE.set(self)
+        token = BOUNDARY.set(self)
         try:
             return function(*arguments)
         finally:
-            INSIDE.reset(token)
+            BOUNDARY.reset(token)
             self._in -= 1
 
     def leave(
@@ -90,11 +92,11 @@ class Recording(Edge):
     ) -> T:
         self.send(kind, name, value, inner=inner)
         self._out += 1
-        token = INSIDE.set(None)
+        token = BOUNDARY.set(None)
         try:
             answer = function(*arguments)
         finally:
-            INSIDE.reset(token)
+            BOUNDARY.reset(token)
             self._out -= 1
         self.expect_if_future(answer)
         return answer
@@ -139,12 +141,12 @@ class Recording(Edge):
         self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[Any, ...],
         context: Context | None,
     ) -> asyncio.Handle:  # fmt: skip
-        if INSIDE.get() is not self:
+        if BOUNDARY.get() is not self:
             self._woken(callback, arguments)
         return plain(self._step, number, callback, *arguments, context=context)
 
     def _step(self, number: int, callback: Callback, *arguments: Any) -> None:
-        self._put(("step", self._seam.time(), number))
+        self._put(("step", self._own_time(), number))
         self._in += 1
         try:
             callback(*arguments)
@@ -178,13 +180,13 @@ class Recording(Edge):
             self._out or self._in or asyncio.current_task() in self.lives
         )  # whose first step no callback has counted
         place = BACK if within else APART
-        if INSIDE.get() is self:
+        if BOUNDARY.get() is self:
             place = WITHIN
-        self._put((kind, self._seam.time(), place, *details))
+        self._put((kind, self._own_time(), place, *details))
 
     # -- the graph -----------------------------------------------------------------------------------------------------------
 
-    def inward(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
+    def delivering(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
         if not self.owns(subscription):
             return target
         if self.owns(publisher):
@@ -215,7 +217,7 @@ class Recording(Edge):
         self._joined(publisher, others)
         if self.owns(publisher):
             mine: Any = publisher
-            mine.attach(_nothing)  # so that `outward` is asked, even if nobody listens
+            mine.attach(_nothing)  # so that `publishing` is asked, even if nobody listens
 
     def subscription_joined(self, subscription: SubscriptionPeer) -> None:
         others: list[Any] = subscription.entry.publishers
@@ -262,17 +264,18 @@ class Recording(Edge):
 class RecordedLife:
     """One life of a member, for its supervisor."""
 
-    __slots__ = ("_life", "_recording")
+    __slots__ = ("_life", "_node", "_recording")
 
-    def __init__(self, recording: Recording, life: Incarnation) -> None:
+    def __init__(self, recording: Recording, node: Incarnation, life: Life) -> None:
         self._recording = recording
+        self._node = node
         self._life = life
 
     async def run(self, started: Callable[[], None], /) -> None:
-        await self._recording.live(self._life, started)
+        await self._recording.live(self._node, self._life, started)
 
     def stop(self, reason: str, /) -> None:
-        details = (self._life.fqn, reason, self._life.runtime.stop_reason)
+        details = (self._node.fqn, reason, self._node.runtime.stop_reason)
         self._recording.enter("stop", details, self._life.stop, reason)
 
 
@@ -285,7 +288,7 @@ def outcome_of(future: asyncio.Future[Any]) -> tuple[str, Any]:
     return "result", future.result()
 
 
-def state_of(entry: ServerEntry[Any], members: set[str]) -> tuple[Any, ...] | None:
+def state_of(entry: ServerEntry[Any], members: Container[str]) -> tuple[Any, ...] | None:
     """Who serves a name, for a member that asks: the state of its entry, as far as a client can see it."""
     server = entry.server
     if server is not None:

@@ -1,4 +1,4 @@
-"""`Replaying`: the border of a node, or a subtree, that is replayed. What it sends is compared, what it is given comes from the tape."""
+"""`Replaying`: the boundary of a node, or a subtree, that is replayed. What it sends is compared, what it is given comes from the tape."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Callable, Coroutine, Iterator
 from contextvars import Context
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from actors.inbox.border import INSIDE
+from actors.inbox.boundary import BOUNDARY
+from actors.replay.boundary import JournalBoundary
 from actors.replay.comparison import ABSENT, Difference, first_difference
-from actors.replay.edge import Edge
 from actors.replay.tape import APART, BACK, NO_TIME, SENT, WITHIN, Entry, Tape, comes_in
 
 if TYPE_CHECKING:
     from actors.replay.debugger import Break
-    from actors.replay.loop_seam import Callback
+    from actors.replay.journaled_loop import Callback
 
 T = TypeVar("T")
 
@@ -26,7 +26,7 @@ AWAITED = frozenset({"call", "goal", "cancel", "offload"})
 """What a member sends and awaits."""
 
 
-class Replaying(Edge):
+class Replaying(JournalBoundary):
     """Gives its members what their tape holds, and compares what they send. It is driven by `actors.replay.driver.Driver`.
 
     Invariants:
@@ -35,7 +35,7 @@ class Replaying(Edge):
     - While `astray` is false, the members do what they did in the recording, step by step. Once it is true, because their code schedules
       or reads otherwise than in the recording, their callbacks run as they are due, and what they send is compared by name and number only.
     - `planned` holds the callbacks of the members that have not run, by their number.
-    - `differences` are those of what passes the border, `inner` those of what passes between members; each has the first of its name.
+    - `differences` are those of what passes the boundary, `inner` those of what passes between members; each has the first of its name.
     """
 
     def __init__(self, tape: Tape, pause: Break | None, limit: int) -> None:
@@ -68,21 +68,21 @@ class Replaying(Edge):
     # -- what passes ---------------------------------------------------------------------------------------------------------
 
     def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
-        token = INSIDE.set(self)
+        token = BOUNDARY.set(self)
         try:
             return function(*arguments)
         finally:
-            INSIDE.reset(token)
+            BOUNDARY.reset(token)
 
     def leave(
         self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any, inner: bool = False
     ) -> T:
         self.send(kind, name, value, inner=inner)
-        token = INSIDE.set(None)
+        token = BOUNDARY.set(None)
         try:
             answer = function(*arguments)
         finally:
-            INSIDE.reset(token)
+            BOUNDARY.reset(token)
         self._come_back()
         self._last = (kind, name)
         self.expect_if_future(answer)
@@ -235,7 +235,7 @@ class Replaying(Edge):
         self._asked[kind, name] += 1
         self._come_back()
 
-    def inward(self, publisher: Any, subscription: Any, target: Callable[[Any], None]) -> Callable[[Any], None]:
+    def delivering(self, publisher: Any, subscription: Any, target: Callable[[Any], None]) -> Callable[[Any], None]:
         if not self.owns(subscription):
             return target
         if self.owns(publisher):

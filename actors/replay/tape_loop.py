@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from contextvars import Context
 from time import monotonic
-from typing import Any, TypeVarTuple
+from typing import TypeVarTuple
 
 _Ts = TypeVarTuple("_Ts")
 
@@ -27,8 +27,6 @@ class TapeLoop(asyncio.SelectorEventLoop):
         self.virtual = virtual
         self._released: float | None = None
         super().__init__()
-        if virtual:
-            self.sleep_until: Any = None  # it is there for the clock, which then uses that of the seam
 
     def time(self) -> float:
         return self.now if self._released is None else self.now + monotonic() - self._released

@@ -10,12 +10,11 @@ import asyncio
 from collections.abc import Callable, Coroutine, Iterable
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
-from actors.actions.client import Goal
+from actors.actions.client import DIRECT, Goal
 from actors.actions.driver import GoalHandlers
 from actors.actions.server import ActionServer
 from actors.contracts.contracts import Service
 from actors.errors import DeclarationError
-from actors.parameters.declare import INTROSPECTION
 from actors.parameters.descriptor import ParameterDescriptor
 from actors.qos import (
     ACTION_FEEDBACK,
@@ -29,10 +28,9 @@ from actors.qos import (
 )
 from actors.qos.overriding import changes
 from actors.qos.policies import QoS
-from actors.runtime.introspection import GoalEvents, ServiceEvents
-from actors.services.client import Client
-from actors.services.introspection import AllEvents
-from actors.services.server import Server
+from actors.runtime.introspection import Introspection, has_introspection
+from actors.services.client import Client, submit
+from actors.services.server import InterceptedServer, Server
 from actors.time.deadlines import check_timeout
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.stream import Stream, StreamSubscription
@@ -42,10 +40,11 @@ if TYPE_CHECKING:
     from actors.actions.peers import ActionPeer
     from actors.contracts.contracts import Action, Topic
     from actors.graph.graph import TopicEntry
+    from actors.graph.servers import ServiceEntry
     from actors.interfaces.message import Message
     from actors.runtime.incarnation import Incarnation
-    from actors.services.introspection import CallEvents
-    from actors.services.peers import ServicePeer
+    from actors.runtime.interceptor import Interceptor
+    from actors.services.peers import ServicePeer, Submit
     from actors.topics.content_filter import ContentFilter
     from actors.topics.handler import Handler
     from actors.topics.publisher import Publisher
@@ -66,7 +65,6 @@ _EVENT_QOS: Final = {
     "status": ACTION_STATUS,
     "feedback": ACTION_FEEDBACK,
 }
-_SERVICE, _CLIENT, _ACTION = INTROSPECTION
 
 
 class Endpoints:
@@ -78,11 +76,13 @@ class Endpoints:
     - Subscriptions with handlers and declared servers are in the record of the node; those whose `node` is this life are served by it.
     """
 
-    __slots__ = ("_graph", "_life", "clients", "publishers", "publishing", "standard", "streams")
+    __slots__ = ("_graph", "_introspection", "_life", "clients", "publishers", "publishing", "standard", "streams")
 
     def __init__(self, life: Incarnation) -> None:
         self._life = life
         self._graph = life.runtime.graph
+        self._introspection: tuple[Introspection, ...] | None = None
+        """Empty if the node lacks its parameters; None until the first service, client or action."""
         self.publishers: dict[Publisher[Any], None] = {}
         """The open publishers, in the order in which they were made."""
         self.publishing = True
@@ -240,10 +240,12 @@ class Endpoints:
             life.record.note(one.entry for one in self.clients.values())
             self.clients.clear()
         entry = self._graph.service(life.identity.service(service.name))
-        if life.inbox.border is not None:
-            life.inbox.border.uses(entry)
         made = self.clients[service] = Client(life, entry, service)
-        made.events = self._events(_CLIENT, entry.name, made.type)
+        if interceptors := self._interceptors:
+            sending: Submit = submit
+            for each in reversed(interceptors):
+                sending = each.calling(made, sending)
+            made.submit = sending
         entry.clients[life.fqn] = entry.clients.get(life.fqn, 0)
         return made
 
@@ -253,9 +255,10 @@ class Endpoints:
         entry = self._graph.action(life.identity.service(action.name))
         entry.clients[life.fqn] = entry.clients.get(life.fqn, 0) + 1
         life.record.note((entry,))
-        if life.inbox.border is not None:
-            life.inbox.border.uses(entry)
-        return Goal(life, entry, action, message, timeout)
+        ways = DIRECT
+        for each in reversed(self._interceptors):
+            ways = each.sending_goals(life, entry, ways)
+        return Goal(life, entry, action, message, timeout, ways)
 
     async def wait_for(
         self, contracts: Iterable[Service[Any, Any] | Action[Any, Any, Any]], timeout: float | None
@@ -288,10 +291,22 @@ class Endpoints:
         entry = self._graph.service(life.identity.service(service.name))
         if entry.local is not None:
             self._refuse_second(entry.name, entry.local, "service", service.type)
-        server = Server(life, entry, service.type, handler, label, concurrent)
-        server.events = self._events(_SERVICE, entry.name, server.type)
+        server = self.server(entry, service.type, handler, label, concurrent, declared=True)
         life.record.services[entry.name] = server
         entry.open(server)
+
+    def server(
+        self, entry: ServiceEntry, type: Any, handler: Any, label: str, concurrent: int, *, declared: bool
+    ) -> Server:
+        """A server that is not open yet, behind the interceptors; only they hear of the handling of what is not `declared`."""
+        if not (interceptors := self._interceptors):
+            return Server(self._life, entry, type, handler, label, concurrent)
+        server = InterceptedServer(self._life, entry, type, handler, label, concurrent)
+        for each in interceptors:
+            server.taking = each.taking(server, server.taking)
+            if declared:
+                server.handling = each.handling(server, server.handling)
+        return server
 
     def serve_action(
         self, action: Action[Any, Any, Any], handlers: GoalHandlers, arrivals: Any, result_timeout: float
@@ -302,10 +317,8 @@ class Endpoints:
         server = ActionServer(life, entry, action, handlers, arrivals, result_timeout)
         if entry.local is not None:
             self._refuse_second(entry.name, entry.local, "action", server.type)
-        for observer in life.runtime.observers.goals:
-            observer(server)
-        if self._level(_ACTION) != "off":
-            self._introspect_action(server)
+        for each in self._interceptors:
+            server.ways = each.serving_goals(server, server.ways)
         life.record.actions[entry.name] = server
         entry.open(server)
         for part in ("status", "feedback"):  # a subscription that outlives the last life receives from this one
@@ -321,17 +334,21 @@ class Endpoints:
             "give one of them another name or namespace"
         )
 
-    # -- introspection: the calls of services, clients and actions as messages, if the node's parameters say so --------------
+    # -- interceptors -------------------------------------------------------------------------------------------------------
+
+    @property
+    def _interceptors(self) -> tuple[Interceptor, ...]:
+        """Those of this life; the first is the nearest to the node."""
+        life, own = self._life, self._introspection
+        if own is None:
+            has = has_introspection(life.identity.overrides) or has_introspection(life.declarations.table.values)
+            own = self._introspection = (Introspection(life, self._level, self._publish_on),) if has else ()
+        return (*own, *life.runtime.interceptors) if own else life.runtime.interceptors
 
     def introspect(self) -> None:
         """Let all services, clients and actions of this life do as the parameters of introspection say now."""
-        life = self._life
-        for server in life.record.services.values():
-            server.events = self._events(_SERVICE, server.entry.name, server.type)
-        for client in self.clients.values():
-            client.events = self._events(_CLIENT, client.entry.name, client.type)
-        for action in life.record.actions.values():
-            self._introspect_action(action)
+        for each in self._introspection or ():
+            each.update()
 
     def _level(self, parameter: str) -> str:
         """`off`, `metadata` or `contents`."""
@@ -340,24 +357,6 @@ class Endpoints:
             return "off"  # without making the store of the parameters
         level = str(life.parameters.value(parameter))
         return "off" if level == "disabled" else level
-
-    def _events(self, parameter: str, service: str, kind: Any) -> CallEvents | None:
-        life, level = self._life, self._level(parameter)
-        if level == "off" and not life.runtime.observers.calls:
-            return None
-        receivers: list[CallEvents] = [make(life.fqn, service) for make in life.runtime.observers.calls]
-        if level != "off":
-            receivers.append(ServiceEvents(life, self._publish_on, service, kind, contents=level == "contents"))
-        return AllEvents(tuple(receivers))
-
-    def _introspect_action(self, server: ActionServer) -> None:
-        observers, level = server.observers, self._level(_ACTION)
-        observers.requested = [one for one in observers.requested if not GoalEvents.made(one)]
-        observers.ended = [one for one in observers.ended if not GoalEvents.made(one)]
-        if level != "off":
-            events = GoalEvents(self._life, self._publish_on, server, contents=level == "contents")
-            observers.requested.append(events.requested)
-            observers.ended.append(events.ended)
 
     # -- from the start of the life to its end ------------------------------------------------------------------------------
 

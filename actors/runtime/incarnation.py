@@ -13,10 +13,19 @@ from collections.abc import Callable, Coroutine
 from functools import partial
 from threading import get_ident
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias, TypeVar
 
-from actors.errors import DeclarationError, Ended, NodeRestarting, NotRunning, NotStarted, ProgramExit, WrongThread
-from actors.inbox.border import outside
+from actors.errors import (
+    CallCycle,
+    DeclarationError,
+    Ended,
+    NodeRestarting,
+    NotRunning,
+    NotStarted,
+    ProgramExit,
+    WrongThread,
+)
+from actors.inbox.boundary import outside
 from actors.inbox.control import Failure, StopRequest, StopServing, blame, stray_cancel
 from actors.logs import ERROR, WARN
 from actors.parameters.declare import INTROSPECTION, LOGGER_SERVICE, OPTIONAL_PARAMETERS
@@ -48,6 +57,8 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.deadlines import Deadlines
+
+T = TypeVar("T")
 
 Phase: TypeAlias = Literal["new", "on_start", "begin", "running"]
 
@@ -96,7 +107,7 @@ class Incarnation:
         self._parameters: ParameterStore | None = None
         self._log: NodeLog | None = None
         self._rng: Random | None = None
-        self._ids: Random | None = None
+        self._ids: Callable[[], bytes] | None = None
         node.__machinery__ = self
         record.life = self  # last: another thread may look at it from now on
 
@@ -372,11 +383,11 @@ class Incarnation:
     def new_id(self) -> bytes:
         """A new id of 16 bytes in the form of a random UUID, from a stream of this incarnation's own."""
         if self._ids is None:
-            self._ids = self.runtime.ids(self.fqn)
-        drawn = _uuid_of(self._ids)
-        if self.inbox.border is not None:
-            self.inbox.border.send("id", self.fqn, drawn)
-        return drawn
+            draw: Callable[[], bytes] = partial(_uuid_of, self.runtime.ids(self.fqn))
+            for each in self.runtime.interceptors:
+                draw = each.drawing(self, draw)
+            self._ids = draw
+        return self._ids()
 
     def warn(self, event: str, **fields: object) -> None:
         self.log.write(WARN, event, fields)
@@ -406,7 +417,8 @@ class Incarnation:
         if self._timers is None:
             runtime = self.runtime
             on_late = None if runtime.stalls is None else partial(self._loop_late, runtime.stalls)
-            self._timers = Timers(self.inbox, runtime.ticker, on_late)
+            ticking = [each.ticking for each in runtime.interceptors]
+            self._timers = Timers(self.inbox, runtime.ticker, on_late, ticking)
         return self._timers
 
     def start_timers(self) -> None:
@@ -429,6 +441,17 @@ class Incarnation:
         """Log a warning that a request of a concurrent service took `seconds`."""
         remedy = "make it an action: its client hears how it goes, and can cancel it"
         self.log.warning(f"a request took {seconds:.1f} s", service=service, remedy=remedy)
+
+    def cycle_refused(self, error: CallCycle) -> None:
+        """Tell the observers that a call, or goal, of this node was refused because it would wait for itself."""
+        for observer in self.runtime.observers.answered:
+            observer(error)
+
+    def entering(self, what: str, enter: Callable[..., T]) -> Callable[..., T]:
+        """`enter`, by which other code changes this life, behind the interceptors; see `Interceptor.entering`."""
+        for each in self.runtime.interceptors:
+            enter = each.entering(self, what, enter)
+        return enter
 
     def goal_failed(self, action: str, error: Exception, event: str = "goal failed") -> None:
         """Handle an exception that left an action's body or hook, and that its caller has been given.
@@ -500,6 +523,8 @@ class Incarnation:
         if self.ended:
             work.close()
             raise self._over()
+        for each in self.runtime.interceptors:
+            work = each.spawning(self, work, name)
         task = self.runtime.loop.create_task(work, name=f"{self.fqn} {name or getattr(work, '__qualname__', work)}")
         self.tasks.add(task)
         return task

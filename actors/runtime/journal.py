@@ -7,7 +7,7 @@ import re
 from collections import deque
 from typing import TYPE_CHECKING, Final
 
-from actors.inbox.border import INSIDE, outside
+from actors.inbox.boundary import BOUNDARY, outside
 from actors.logs import DEBUG, LEVEL_NAMES, LogRecord, NodeLog
 from actors.places import place_of
 from actors.supervision.log_lines import log_line
@@ -64,8 +64,10 @@ class Journal:
     def write(self, record: LogRecord) -> None:
         """Keep a line and give it to all sinks. If a sink raises, the event loop's exception handler is called, and the others get it."""
         self.records.append(record)
-        if (border := INSIDE.get()) is not None:
-            border.send("log", LEVEL_NAMES.get(record.level, ""), (record.event, _ADDRESS.sub("", repr(record.fields))))
+        if (boundary := BOUNDARY.get()) is not None:
+            boundary.send(
+                "log", LEVEL_NAMES.get(record.level, ""), (record.event, _ADDRESS.sub("", repr(record.fields)))
+            )
         with outside():
             for sink in self._sinks:
                 try:

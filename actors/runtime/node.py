@@ -17,7 +17,6 @@ from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from actors.errors import DeclarationError, NotStarted
-from actors.inbox.border import INSIDE
 from actors.places import claim
 from actors.qos import of
 from actors.qos.policies import QoS
@@ -364,10 +363,7 @@ class Node(Habits):
             )
         life = _life_of(self)
         life.check_thread()
-        border = life.inbox.border
-        if border is not None and INSIDE.get() is not border:
-            return border.enter("parameters", (life.fqn, dict(values)), life.parameters.set_values, values)
-        return life.parameters.set_values(values)
+        return life.entering("parameters", life.parameters.set_values)(dict(values))
 
     def declare_parameter(
         self, name: str, value: object = None, descriptor: ParameterDescriptor | None = None

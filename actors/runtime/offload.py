@@ -9,7 +9,7 @@ from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
-from actors.inbox.border import INSIDE
+from actors.inbox.boundary import BOUNDARY, asked
 
 if TYPE_CHECKING:
     from anyio import CapacityLimiter
@@ -33,13 +33,12 @@ class Offload:
 
     async def run(self, function: Callable[..., Any], arguments: tuple[Any, ...], takes: float, *, thread: bool) -> Any:
         """See `Node.offload`."""
-        border = INSIDE.get()
         if self._clock.virtual:
-            result = function(*arguments) if border is None else border.compute(function, arguments)
+            result = asked(function, *arguments)
             await self._clock.sleep(takes)
             return result
-        if border is not None:
-            return await border.elsewhere("worker", partial(self._away, function, arguments, thread))
+        if (boundary := BOUNDARY.get()) is not None:
+            return await boundary.elsewhere("worker", partial(self._away, function, arguments, thread))
         return await self._away(function, arguments, thread)
 
     async def _away(self, function: Callable[..., Any], arguments: tuple[Any, ...], thread: bool) -> Any:

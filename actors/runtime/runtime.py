@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Coroutine, Iterable
+from functools import partial
 from random import Random
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from actors.errors import DeclarationError
 from actors.graph.graph import Graph
-from actors.inbox.border import outside
+from actors.inbox.boundary import outside
 from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
 from actors.runtime.incarnation import Incarnation, made
@@ -30,13 +31,11 @@ from actors.time.deadlines import Deadlines
 from actors.time.ticker import Ticker
 
 if TYPE_CHECKING:
-    from actors.actions.server import ActionServer
     from actors.logs import LogSink
     from actors.parameters import ParameterChange
-    from actors.runtime.node import Node
+    from actors.runtime.interceptor import Interceptor
     from actors.runtime.options import RunOptions
     from actors.runtime.record import NodeRecord
-    from actors.services.introspection import CallEvents
     from actors.supervision.child_task import ChildTask
     from actors.supervision.report import Report
     from actors.supervision.seam import Life
@@ -59,8 +58,7 @@ class Observers:
     """
 
     __slots__ = (
-        "answered", "calls", "closed", "closing", "dismissed", "ended", "goals", "leases", "opening", "parameters", "ready", "reports", "sinks",
-        "tree_ended",
+        "answered", "closed", "closing", "dismissed", "ended", "leases", "opening", "parameters", "ready", "reports", "sinks", "tree_ended",
     )  # fmt: skip
 
     def __init__(self, sinks: tuple[LogSink, ...]) -> None:
@@ -73,11 +71,8 @@ class Observers:
         self.ready: list[Callable[[Incarnation], None]] = []
         """Called when an incarnation has become ready, before it handles any item of its inbox."""
         self.answered: list[Callable[[Exception], None]] = []
-        """Called with the error that left a service handler or an action body, which is the answer to the caller."""
-        self.calls: list[Callable[[str, str], CallEvents]] = []
-        """Called with a node and a service when the node opens a server or a client of it; what they return is told of its calls."""
-        self.goals: list[Callable[[ActionServer], None]] = []
-        """Called with every action server when it is opened."""
+        """Called with the error that left a service handler or an action body, which is the answer to the caller, and with that of a call
+        that was refused because it would wait for itself."""
         self.ended: list[Callable[[Incarnation], None]] = []
         """Called when an incarnation has ended and closed its endpoints; its tasks may still be ending."""
         self.dismissed: list[Callable[[NodeRecord], None]] = []
@@ -125,20 +120,11 @@ class OtherProcesses(Protocol):
         ...
 
 
-class Gate(Protocol):
-    """Stands between a supervisor and the lives of nodes."""
-
-    def life(self, record: NodeRecord, make: Callable[[], Incarnation], /) -> Life | None:
-        """The next life of a node for its supervisor, made of what `make()` returns; None for a node that is let through."""
-        ...
-
-
 class Runtime:
     """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.seam.Runtime`.
 
     `options` are those of the run. `processes` makes the source of lives in other processes, at its first use; without it the system has
-    none. `placement` is that of this system in the tree of which it is a part. `make_graph` and `incarnations` make the graph and the lives of
-    nodes; a simulation passes a graph that loses messages, and lives that end on demand.
+    none. `placement` is that of this system in the tree of which it is a part. `make_graph` makes the graph.
 
     Invariants:
 
@@ -158,7 +144,6 @@ class Runtime:
         processes: Callable[[Runtime], OtherProcesses] | None = None,
         placement: Placement = HERE,
         make_graph: Callable[..., Graph] = Graph,
-        incarnations: Callable[[Runtime, NodeRecord, Node], Incarnation] = Incarnation,
     ) -> None:
         self.loop = loop = asyncio.get_running_loop()
         self.thread = get_ident()
@@ -190,13 +175,12 @@ class Runtime:
         self.starts = StartWatch(loop, virtual=self.clock.virtual)
         self.openings: tuple[asyncio.Task[None], ...] = ()
         """What runs beside the start; see `Observers.opening`."""
-        self.gates: list[Gate] = []
-        """What stands between supervisors and the lives of some nodes: the journals of nodes."""
+        self.interceptors: tuple[Interceptor, ...] = ()
+        """What stands between the nodes and their world; the first is the nearest to the nodes."""
         self.stalls: StallWatch | None = None
         """Finds the handlers that block the event loop; None on the virtual clock, and while the system is not open."""
         self.dead_letters = 0
         """How many messages were lost because they waited for a life that never came, or for a handler that the next life lacks."""
-        self._incarnations = incarnations
         self._make_processes = processes
         self._processes: OtherProcesses | None = None
 
@@ -214,6 +198,14 @@ class Runtime:
     def stall_watch(self) -> StallWatch:
         """What finds the handlers that block the event loop, still to be started."""
         return StallWatch(self.loop, self.thread, self.journal, self.directory.runner_of)
+
+    def intercept(self, interceptor: Interceptor, *, first: bool = False) -> None:
+        """Let `interceptor` stand between the nodes and their world; with `first`, nearest to the nodes.
+
+        It is asked about what is made from now on; so it is added before the tree starts, or the lives concerned are begun anew.
+        """
+        self.interceptors = (interceptor, *self.interceptors) if first else (*self.interceptors, interceptor)
+        self.graph.intercept(interceptor, first=first)
 
     def close(self) -> None:
         """Close all records and stop watching, after the tree and the nodes beside it have ended."""
@@ -299,16 +291,15 @@ class Runtime:
         self.lost(record.identity.fqn, self.directory.renew(record, self.stalls))
 
     def new_life(self, child: Child, record: NodeRecord) -> Life:
-        """A new life of this node, behind the first of `gates` that wants it. Raises what `incarnate` raises."""
-        for gate in self.gates:
-            life = gate.life(record, lambda: self.incarnate(child, record))
-            if life is not None:
-                return life
-        return self.incarnate(child, record)
+        """A new life of this node, behind the interceptors. Raises what `incarnate` raises."""
+        make: Callable[[], Life] = partial(self.incarnate, child, record)
+        for each in self.interceptors:
+            make = partial(each.life, record.path, make)
+        return make()
 
     def incarnate(self, child: Child, record: NodeRecord) -> Incarnation:
         """Make the node object of `child` and its incarnation, which does not run yet. Raises what the child's factory raises."""
-        return self._incarnations(self, record, made(self, child, record.identity.fqn))
+        return Incarnation(self, record, made(self, child, record.identity.fqn))
 
     def ready(self, life: Incarnation) -> None:
         """Note that an incarnation is ready, and tell the observers."""

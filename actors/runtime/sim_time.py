@@ -283,7 +283,7 @@ class SimTime:
         assert isinstance(handle, TickHandle)
         last = self.ros.now_ns() - round((self._loop.time() - (handle.start + handle.k / handle.hz)) * 1e9)
         handle.cancel()
-        return self.ticker.add(timer.hz, timer.entrance(), last / 1e9, handle.k)
+        return self.ticker.add(timer.hz, timer.taker(), last / 1e9, handle.k)
 
     def _give_back(self, timer: NodeTimer) -> None:
         """Move a timer back to the loop's clock; it waits for the rest of its period."""
@@ -291,7 +291,7 @@ class SimTime:
         assert isinstance(tick, SimTick)
         wait = max(0, tick.wait(self.ros.now_ns()))
         tick.cancel()
-        handle = self._system_ticker.add(timer.hz, timer.entrance(), self._loop.time() + wait / 1e9 - 1.0 / timer.hz)
+        handle = self._system_ticker.add(timer.hz, timer.taker(), self._loop.time() + wait / 1e9 - 1.0 / timer.hz)
         handle.start -= tick.k / timer.hz  # the numbers of its ticks go on
         handle.k = tick.k
         timer.move(handle, timer.loop_time)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import Reject
-from actors.services.server import Server
 from actors.time.values import nanoseconds_of, stamp_of
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ Handlers = tuple[Any, Any]
 
 def serve_standard(life: Incarnation, entry: ServiceEntry, type: Any, handler: Any, concurrent: int = 0) -> None:
     """Serve `entry` from now until the end of this incarnation, besides what its node declares."""
-    server = Server(life, entry, type, handler, entry.name, concurrent)
+    server = life.endpoints.server(entry, type, handler, entry.name, concurrent, declared=False)
     life.endpoints.standard.append(server)
     entry.open(server)
 
@@ -93,7 +92,7 @@ ACTION_SERVICES: Final[dict[str, Callable[[ActionServer], Handlers]]] = {
 
 def _open_status(life: Incarnation, server: ActionServer, entry: TopicEntry) -> None:
     """Publish the list of goals now and after every change; changes in one turn of the event loop are published together."""
-    if server.observers.status:
+    if server.on_status:
         return
     from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
 
@@ -120,12 +119,12 @@ def _open_status(life: Incarnation, server: ActionServer, entry: TopicEntry) -> 
             pending = True
             life.runtime.loop.call_soon(tell)
 
-    server.observers.status.append(changed)
+    server.on_status.append(changed)
     tell()
 
 
 def _open_feedback(life: Incarnation, server: ActionServer, entry: TopicEntry) -> None:
-    if server.observers.feedback:
+    if server.on_feedback:
         return
     from actors.interfaces import derived as types
     from actors.interfaces.unique_identifier_msgs.msg import UUID
@@ -136,7 +135,7 @@ def _open_feedback(life: Incarnation, server: ActionServer, entry: TopicEntry) -
     def feed(goal_id: bytes, feedback: Any) -> None:
         publisher.publish(message(goal_id=UUID(uuid=goal_id), feedback=feedback))
 
-    server.observers.feedback.append(feed)
+    server.on_feedback.append(feed)
 
 
 ACTION_TOPICS: Final[dict[str, Callable[[Incarnation, ActionServer, TopicEntry], None]]] = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
-from actors.inbox.border import outside
+from actors.inbox.boundary import outside
 from actors.places import awaited_in
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import inspect
 from array import array
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from actors.checks import is_number
 from actors.errors import ActorError
@@ -124,6 +124,10 @@ class TimerRecord:
         return self.fired / seconds if self.fired and seconds > 0.0 else 0.0
 
 
+Ticked: TypeAlias = Callable[[int, float], None]
+"""Takes a tick: its number, and when it was due, seconds on the ticker's clock."""
+
+
 class NodeTimer:
     """One `@every`, or a run of one `Timer`, in one incarnation. It is itself the inbox item of its waiting tick: a tick makes no object.
 
@@ -136,7 +140,7 @@ class NodeTimer:
 
     __slots__ = (
         "backlog", "before", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "on_late", "pending", "period",
-        "record", "seen", "takes_tick", "time",
+        "record", "seen", "takes_tick", "ticking", "time",
     )  # fmt: skip
 
     def __init__(
@@ -148,6 +152,7 @@ class NodeTimer:
         label: str,
         record: TimerRecord,
         on_late: Callable[[NodeTimer, float, int], None] | None = None,
+        ticking: Sequence[Callable[[NodeTimer, Ticked], Ticked]] = (),
     ) -> None:
         self.inbox = inbox
         self.handler = handler
@@ -165,6 +170,8 @@ class NodeTimer:
         """How many ticks were lost in this incarnation; the record counts those of all incarnations."""
         self.on_late = on_late
         """Called when the event loop was late for a tick by a period or more: (timer, seconds late, ticks lost)."""
+        self.ticking = ticking
+        """Interceptors; see `Interceptor.ticking`."""
         self.seen = -1
         self.before = 0
         """How many ticks were delivered before the last change of the rate; `k` counts from there."""
@@ -176,13 +183,15 @@ class NodeTimer:
 
     def begin(self, ticker: TickSource, start: float | None = None) -> None:
         """Start ticking. The first tick is due one period from now, or from `start`, seconds on the clock of `ticker`."""
-        self.handle = ticker.add(self.hz, self.entrance(), start)
+        self.handle = ticker.add(self.hz, self.taker(), start)
         self.record.since = self.loop_time()
 
-    def entrance(self) -> Callable[[int, float], None]:
-        """What a ticker is to call, once it has been told to: `on_tick`, by way of the node's border if a journal is kept."""
-        border = self.inbox.border
-        return self.on_tick if border is None else border.tick(self)
+    def taker(self) -> Ticked:
+        """What a ticker is to call: `on_tick`, behind the node's interceptors. Called once for each ticker."""
+        tick: Ticked = self.on_tick
+        for each in self.ticking:
+            tick = each(self, tick)
+        return tick
 
     def stop(self) -> None:
         """End the ticks. Stopping twice is fine."""
@@ -300,18 +309,20 @@ class Timers:
     Invariants: all timers tick by the same source, and show the time of its clock.
     """
 
-    __slots__ = ("_inbox", "_on_late", "_source", "_time", "declared", "made")
+    __slots__ = ("_inbox", "_on_late", "_source", "_ticking", "_time", "declared", "made")
 
     def __init__(
         self,
         inbox: Inbox,
         ticker: TickSource,
         on_late: Callable[[NodeTimer, float, int], None] | None,
+        ticking: Sequence[Callable[[NodeTimer, Ticked], Ticked]],
     ) -> None:
         self._inbox = inbox
         self._source = ticker
         self._time: Callable[[], float] | None = None
         self._on_late = on_late
+        self._ticking = ticking
         self.declared: list[NodeTimer] = []
         """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
         self.made: dict[NodeTimer, None] = {}
@@ -336,13 +347,13 @@ class Timers:
                 record = kept[declared.attribute] = TimerRecord(hz)
             record.hz = hz
             handler, label = getattr(node, declared.attribute), declarations.labels[declared.attribute]
-            timer = NodeTimer(self._inbox, handler, hz, declared.late, label, record, self._on_late)
+            timer = NodeTimer(self._inbox, handler, hz, declared.late, label, record, self._on_late, self._ticking)
             self.declared.append(timer)
             self._begin(timer)
 
     def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
         """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
-        timer = NodeTimer(self._inbox, handler, hz, late, label, TimerRecord(hz), self._on_late)
+        timer = NodeTimer(self._inbox, handler, hz, late, label, TimerRecord(hz), self._on_late, self._ticking)
         self.made[timer] = None
         self._begin(timer)
         return timer

@@ -5,18 +5,16 @@ from __future__ import annotations
 import asyncio
 from asyncio import current_task
 from threading import get_ident
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.errors import WrongType
-from actors.services.introspection import CallStep
 from actors.services.peers import Caller, ServiceName, ServicePeer, refuse_cycle, refuse_other_type
 from actors.time.deadlines import check_timeout
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Service
     from actors.interfaces.message import Message
-    from actors.services.introspection import CallEvents
-    from actors.services.peers import ServiceCall
+    from actors.services.peers import ServiceCall, Submit
 
 Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
@@ -32,7 +30,7 @@ class Client(Generic[Req, Resp]):
       call. Otherwise it is None.
     """
 
-    __slots__ = ("entry", "events", "inbox", "node", "request", "thread", "type")
+    __slots__ = ("entry", "inbox", "node", "request", "submit", "thread", "type")
 
     def __init__(self, node: Caller, entry: ServiceName, service: Service[Req, Resp]) -> None:
         self.node = node
@@ -41,8 +39,8 @@ class Client(Generic[Req, Resp]):
         self.type = service.type
         self.request = service.request
         self.thread = node.thread
-        self.events: CallEvents | None = None
-        """What is told of the steps of calls; None if nobody wants to know."""
+        self.submit: Submit | None = None
+        """By what the node's interceptors have its requests sent; None without interceptors."""
 
     def __repr__(self) -> str:
         return f"<client of {self.entry.name} in {self.node.fqn}>"
@@ -78,11 +76,9 @@ class Client(Generic[Req, Resp]):
             refuse_cycle(node, server.node)
         call = (
             server.submit(message, node, timeout)
-            if inbox.border is None
-            else inbox.border.call(server, self.entry.name, message, node, timeout)
+            if self.submit is None
+            else self.submit(server, message, node, timeout)
         )
-        if self.events is not None:
-            _tell(self.events, call, message)
         if not exclusive:
             answer: Resp = await call.future
             return answer
@@ -106,12 +102,6 @@ class Client(Generic[Req, Resp]):
             raise entry.unavailable(timeout, self.type.__name__) from None
 
 
-def _tell(events: CallEvents, call: ServiceCall, request: Message) -> None:
-    """Tell of a request now, and of its response when there is one."""
-    events.tell(CallStep.REQUEST_SENT, call, request)
-
-    def answered(future: asyncio.Future[Message]) -> None:
-        if not future.cancelled() and future.exception() is None:
-            events.tell(CallStep.RESPONSE_RECEIVED, call, future.result())
-
-    call.future.add_done_callback(answered)
+def submit(server: ServicePeer, message: Any, caller: Caller, timeout: float) -> ServiceCall:
+    """Send a request without interceptors."""
+    return server.submit(message, caller, timeout)

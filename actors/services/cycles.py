@@ -111,7 +111,7 @@ def _served_by(task: asyncio.Task[Any], kind: type[Any]) -> ServedCall | None:
     waiting: Any = task.get_coro()
     while waiting is not None:
         frame = getattr(waiting, "cr_frame", None)
-        if frame is not None and frame.f_code is kind.run.__code__:
+        if frame is not None and frame.f_code is kind.handle.__code__:
             request: ServedCall = frame.f_locals["self"]
             return request
         waiting = getattr(waiting, "cr_await", None)

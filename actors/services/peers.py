@@ -7,8 +7,8 @@ both alike. Actions use these Protocols too, and add their own in `actors.action
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Collection, Coroutine, Mapping
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
+from collections.abc import Callable, Collection, Coroutine, Mapping
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 from actors.errors import CallCycle, WrongType
 from actors.inbox.inbox import Inbox
@@ -56,6 +56,10 @@ class Caller(Requester, Protocol):
     def service_failed(self, service: str, error: Exception) -> None: ...
 
     def service_took_long(self, service: str, seconds: float) -> None: ...
+
+    def cycle_refused(self, error: CallCycle) -> None:
+        """Called with the error for its call, or goal, that would wait for itself, before that is raised."""
+        ...
 
 
 class Answering(Protocol):
@@ -143,6 +147,10 @@ class ServicePeer(Answering, Protocol):
         Raises ValueError if `timeout` is not a valid number of seconds.
         """
         ...
+
+
+Submit: TypeAlias = Callable[[ServicePeer, Any, Caller, float], ServiceCall]
+"""Sends a request of a node, the third argument, to a server; else as `ServicePeer.submit`."""
 
 
 class ServedName(Protocol[P_co]):
@@ -236,7 +244,9 @@ def refuse_cycle(node: Caller, other: Caller | None) -> None:
     first = other
     while other is not None:
         if other is node:
-            raise CallCycle(tuple(chain))
+            error = CallCycle(tuple(chain))
+            node.cycle_refused(error)
+            raise error
         chain.append(other.fqn)
         awaited = other.waits_for
         if awaited is None or awaited.answered:

@@ -10,21 +10,19 @@ import asyncio
 import math
 from collections import deque
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import msgspec
 
 from actors.errors import CallTimeout, ServiceFailed, WrongType
-from actors.inbox.border import INSIDE
 from actors.inbox.control import blame
 from actors.services.cycles import cycle_of
-from actors.services.introspection import CallStep
 from actors.services.peers import Caller, Registration, Requester
 from actors.time.deadlines import FEW
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message, ServiceType
-    from actors.services.introspection import CallEvents, CallId
+    from actors.services.introspection import CallId
 
 LONG = 1.0
 """A request that takes more seconds than this should be a goal of an action."""
@@ -47,11 +45,11 @@ class Server:
         "concurrent",
         "deadlines",
         "entry",
-        "events",
         "handler",
         "inbox",
         "label",
         "node",
+        "request",
         "response",
         "took_long",
         "type",
@@ -79,8 +77,7 @@ class Server:
         self.active: dict[Request, None] | None = {} if concurrent else None
         self.waiting: deque[Request] | None = deque() if concurrent else None
         self.calls = 0
-        self.events: CallEvents | None = None
-        """What is told of the steps of calls; None if nobody wants to know."""
+        self.request: type[Request] = Request
         self.took_long = False
         """Whether a concurrent request has taken `LONG`, which is told once."""
 
@@ -100,11 +97,8 @@ class Server:
     def submit(self, message: Any, caller: Requester, timeout: float) -> Request:
         """Queue a request. Its future is completed within `timeout` seconds in every case."""
         inbox = self.inbox
-        if inbox.border is not None and INSIDE.get() is not inbox.border:
-            taken: Request = inbox.border.request(self.submit, self.entry.name, message, caller, timeout)
-            return taken
         self.calls += 1
-        request = Request(self, message, inbox.loop.create_future(), caller, self.calls)
+        request = self.request(self, message, inbox.loop.create_future(), caller, self.calls)
         self.deadlines.watch(request, timeout)
         if not self.concurrent:
             inbox.items.append(request)
@@ -210,8 +204,6 @@ class Request(msgspec.Struct, eq=False):
         server, future = self.server, self.future
         if future.done():  # the caller has given up
             return
-        if server.events is not None:
-            server.events.tell(CallStep.REQUEST_RECEIVED, self, self.message)
         try:
             reply = await server.handler(self.message)
             if reply.__class__ is not server.response:
@@ -230,8 +222,44 @@ class Request(msgspec.Struct, eq=False):
         else:
             if not future.done():
                 future.set_result(reply)
-                if server.events is not None:
-                    server.events.tell(CallStep.RESPONSE_SENT, self, reply)
-        finally:
-            if server.events is not None:
-                server.events.handled(self)
+
+    handle = run
+    """`run`, also in a derived class: the frame of a handler."""
+
+
+class InterceptedServer(Server):
+    """A server whose requests pass interceptors: on their way in, by `taking`, and when they are handled, by `handling`."""
+
+    __slots__ = ("handling", "taking")
+
+    def __init__(
+        self,
+        node: Caller,
+        entry: Registration,
+        kind: type[ServiceType[Any, Any]],
+        handler: Callable[[Any], Awaitable[Message]],
+        label: str,
+        concurrent: int = 0,
+    ) -> None:
+        super().__init__(node, entry, kind, handler, label, concurrent)
+        self.request = InterceptedRequest
+        self.taking: Take = super().submit
+        self.handling: Handle = Request.handle
+
+    def submit(self, message: Any, caller: Requester, timeout: float) -> Request:
+        return self.taking(message, caller, timeout)
+
+
+class InterceptedRequest(Request, eq=False):
+    """A request to an `InterceptedServer`."""
+
+    async def run(self) -> None:
+        if not self.answered:
+            server: Any = self.server
+            await server.handling(self)
+
+
+Take: TypeAlias = Callable[[Any, Requester, float], Request]
+"""Takes in a request, as `Server.submit` does."""
+Handle: TypeAlias = Callable[[Request], Awaitable[None]]
+"""Handles a request and completes its future, as `Request.run` does."""

@@ -15,9 +15,16 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from math import inf
 from time import monotonic, thread_time
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
+from actors.time.extending import extend
 from actors.time.real_loop import waking
+
+if TYPE_CHECKING:
+    from asyncio import SelectorEventLoop as _LoopBase
+    from selectors import SelectSelector as _SelectorBase
+else:
+    _LoopBase = _SelectorBase = object
 
 BEHIND: Final = 0.05
 """Seconds that the loop makes up for when it is late; what is more is lost to simulated time."""
@@ -38,7 +45,6 @@ GAP: Final = 0.1
 """What counts of them at most between two turns of the loop, seconds: the process may have been stopped, too."""
 LEAST_WAIT: Final = 0.001
 """Seconds of the shortest wait for such a world."""
-_NAME: Final = "_actors_lockstep"
 
 
 class Simulated(ABC):
@@ -60,9 +66,10 @@ class Lockstep:
     Invariants: loop time never goes back, is never ahead of real time, and is the same in all callbacks of a turn.
     """
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, selector: Any) -> None:
-        self._now = self._due = loop.time()
-        self.slipped = monotonic() - self._now
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self.now = self._due = loop.time()
+        """Loop time, seconds."""
+        self.slipped = monotonic() - self.now
         """Seconds by which loop time is behind real time for good."""
         self.stopped = 0.0
         """How much of that was lost while the process did not run at all: it was stopped, or the machine slept."""
@@ -72,9 +79,6 @@ class Lockstep:
         """Up to where time may go by that, for how long it has not moved, and when that was last looked at, in real time."""
         self._held = 0
         self._held_since = self._held_own = self._own = 0.0
-        self._select: Callable[[float | None], list[Any]] = selector.select
-        selector.select = self.select
-        setattr(loop, "time", self.time)  # noqa: B010  # an attribute of this loop, in place of the method of its class
         self._is_woken = hasattr(loop, "waking")
         waking(loop).insert(0, self._woken)
 
@@ -84,8 +88,10 @@ class Lockstep:
         found = lockstep_of(loop)
         selector = getattr(loop, "_selector", None)
         if found is None and selector is not None and not getattr(loop, "virtual", False):
-            found = cls(loop, selector)
-            setattr(loop, _NAME, found)
+            found = cls(loop)
+            extend(loop, _Loop)
+            extend(selector, _Selector)
+            cast("_Loop", loop).lockstep = cast("_Selector", selector).lockstep = found
         return found
 
     def follow(self, world: Callable[[], tuple[float, float]]) -> None:
@@ -95,28 +101,24 @@ class Lockstep:
         """
         if self._world is None:  # the world may have slipped long before this process was there
             self._world = world
-            self._now = self._due = self._present(monotonic())
+            self.now = self._due = self._present(monotonic())
         self._world = world
 
-    def time(self) -> float:
-        """The loop's time, seconds."""
-        return self._now
-
-    def select(self, timeout: float | None = None) -> list[Any]:
-        """What the loop's selector does; then time goes on."""
+    def select(self, select: Callable[[float | None], list[Any]], timeout: float | None) -> list[Any]:
+        """Let the loop's selector wait by `select`; then time goes on."""
         if timeout is not None and timeout <= 0.0:
-            ready = self._select(0)
+            ready = select(0)
             self._hold()
             return ready
         self._held = 0
         wait: float | None = None
         self._due = inf
         if timeout is not None:
-            self._due = self._now + timeout
+            self._due = self.now + timeout
             wait = max(0.0, self._due - self._present(monotonic()))
             if wait > 0.0 and self._world is not None:
                 wait = max(wait, LEAST_WAIT)
-        ready = self._select(wait)
+        ready = select(wait)
         if not self._is_woken or wait == 0.0:
             self._woken()
         return ready
@@ -133,7 +135,7 @@ class Lockstep:
         self._held += 1
         if self._held > TURNS or (now - self._held_since > OWN and thread_time() - self._held_own > OWN):
             self._held = 0
-            self._reach(self._now + STEP)
+            self._reach(self.now + STEP)
 
     def _present(self, real: float) -> float:
         """Where loop time would be, at `real` time, if all were done that is due."""
@@ -153,12 +155,12 @@ class Lockstep:
         real = monotonic()
         own, self._own = self._own, thread_time()
         present = self._present(real)
-        self._now = max(self._now, min(present, due))
-        lost = present - self._now - BEHIND
+        self.now = max(self.now, min(present, due))
+        lost = present - self.now - BEHIND
         if lost <= 0.0:
             return
         if self._world is not None:
-            self._now += lost
+            self.now += lost
             return
         self.slipped += lost
         if lost > STOPPED and self._own - own < RAN * lost:
@@ -167,5 +169,22 @@ class Lockstep:
 
 def lockstep_of(loop: asyncio.AbstractEventLoop) -> Lockstep | None:
     """The clock of this loop, if it keeps step."""
-    found: Lockstep | None = getattr(loop, _NAME, None)
-    return found
+    return loop.lockstep if isinstance(loop, _Loop) else None
+
+
+class _Loop(_LoopBase):
+    """The methods of a loop that keeps step, before those of its class."""
+
+    lockstep: Lockstep
+
+    def time(self) -> float:
+        return self.lockstep.now
+
+
+class _Selector(_SelectorBase):
+    """The methods of the selector of such a loop."""
+
+    lockstep: Lockstep
+
+    def select(self, timeout: float | None = None) -> list[Any]:
+        return self.lockstep.select(super().select, timeout)

@@ -237,11 +237,11 @@ class TopicRegistry(Protocol):
         ...
 
     def target(self, publisher: PublisherPeer, subscription: SubscriptionPeer) -> Target:
-        """Return the function that `publisher` calls to reach `subscription`: its target, possibly wrapped by the graph."""
+        """Return the function that `publisher` calls to reach `subscription`: its target, behind the interceptors of the graph."""
         ...
 
     def outward(self, publisher: PublisherPeer, targets: tuple[Target, ...]) -> tuple[Target, ...]:
-        """Return the functions that `publisher` calls with each message: `targets`, unless a journal of its node is kept."""
+        """Return the functions that `publisher` calls with each message: `targets`, behind the interceptors of the graph."""
         ...
 
     def add_publisher(self, publisher: PublisherPeer) -> None:

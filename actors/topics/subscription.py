@@ -12,7 +12,7 @@ import math
 from collections import deque
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
-from actors.inbox.border import asked
+from actors.inbox.boundary import asked
 from actors.inbox.expiring import ExpiringMessage
 from actors.topics.endpoint import Endpoint, nanoseconds
 from actors.topics.events import EventStream

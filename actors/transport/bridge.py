@@ -12,7 +12,7 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
-from actors.inbox.border import outside
+from actors.inbox.boundary import outside
 from actors.transport.cycles import Cycles
 from actors.transport.domain_id import domain_from_environment
 from actors.transport.figures import Teller

@@ -63,6 +63,7 @@ class Cycles:
         """
         refusal = self.refusal(node, self.chain_of(caller))
         if refusal is not None:
+            caller.cycle_refused(refusal)
             raise refusal
 
     def _follow(self, chain: tuple[Waiting, ...], server: Any) -> None:

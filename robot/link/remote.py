@@ -175,7 +175,7 @@ class LinkedBody(Simulated):
         """Let the loop's clock go with the body's, which is that of its process and may be slower than real time."""
         if (step := Lockstep.of(loop)) is not None:
             step.follow(self._world)
-            self._now = step.time
+            self._now = loop.time
 
     def _world(self) -> tuple[float, float]:
         at = self._segment.state.latest()

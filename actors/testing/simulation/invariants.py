@@ -71,8 +71,8 @@ class Watch:
         if system.loop.time() > self._limit:
             self._limit = math.inf  # the clean-up needs time
             raise InvariantBroken(f"t={system.loop.time():g} s, and no end: {self._unfinished()}")
-        if self._simulation.disgraces:
-            raise self._simulation.disgraces.pop(0)
+        if self._simulation.mistakes:
+            raise self._simulation.mistakes.pop(0)
         if system.stop_reason is None:
             now = system.loop.time()
             if now >= self._next:
@@ -176,10 +176,10 @@ class Watch:
         return cast("VirtualLoop", self._system.loop).last_step(task, now)
 
     def _look_at_orphans(self, now: float) -> None:
-        bereaved = self._simulation.bereaved
-        for life, since in list(bereaved.items()):
+        orphaned = self._simulation.orphaned
+        for life, since in list(orphaned.items()):
             if not life.tasks:
-                del bereaved[life]
+                del orphaned[life]
             elif now - since > self._patience:
                 names = ", ".join(task.get_name() for task in life.tasks)
                 raise InvariantBroken(f"{life.fqn} ended at t={since:.3f} s, and these tasks of it go on: {names}")

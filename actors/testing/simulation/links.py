@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from actors.graph.interceptor import TopicInterceptor
 from actors.inbox.expiring import ExpiringMessage
 from actors.interfaces.message import Message
 from actors.testing.faults import Fault, Profile
 
 if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
-    from actors.topics.peers import SubscriptionPeer, Target
+    from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 M = TypeVar("M", bound=Message)
 
@@ -114,20 +115,21 @@ def is_guest(subscription: SubscriptionPeer) -> bool:
     return not life.runtime.tree.holds(life.record.path)
 
 
-def interceptor(
-    links: dict[SubscriptionPeer, Link], faults: Sequence[Fault], profile: Profile
-) -> Callable[[SubscriptionPeer, Target], Target]:
-    """Return an interceptor for the graph that applies the faults of this run."""
+class Links(TopicInterceptor):
+    """The links of all subscriptions of a run, with the faults of that run."""
 
-    def intercept(subscription: SubscriptionPeer, target: Target) -> Target:
-        link = links.get(subscription)
+    def __init__(self, faults: Sequence[Fault], profile: Profile) -> None:
+        self._faults = faults
+        self._profile = profile
+        self._links: dict[SubscriptionPeer, Link] = {}
+
+    def delivering(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
+        link = self._links.get(subscription)
         if link is None:
             name = f"{subscription.entry.name}>{subscription.node.fqn}"
-            mine = [fault for fault in faults if fault.target == name]
-            link = links[subscription] = Link(subscription, name, mine, profile)
+            mine = [fault for fault in self._faults if fault.target == name]
+            link = self._links[subscription] = Link(subscription, name, mine, self._profile)
         return partial(link.deliver, target)
-
-    return intercept
 
 
 def _spoiled(delivery: Delivery) -> Delivery:

@@ -3,49 +3,39 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import math
-from collections.abc import Awaitable, Callable, Coroutine, Generator, Iterator, Sequence
-from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from collections.abc import Awaitable, Callable, Coroutine, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
-from actors.actions.client import Goal
 from actors.errors import CallCycle
-from actors.graph.graph import Graph
-from actors.interfaces.message import Message
 from actors.places import USER, chain_of, owner_of
-from actors.runtime.endpoints import Endpoints
-from actors.runtime.incarnation import Incarnation
-from actors.runtime.runtime import Runtime
-from actors.services.client import Client
+from actors.runtime.interceptor import Interceptor
 from actors.system import System
 from actors.testing.fault_values import CLOCK, Fault, Profile
-from actors.testing.simulation.links import Link, interceptor
+from actors.testing.simulation.links import Links
 from actors.testing.simulation.steps import Death, Steps, Watched
 
 if TYPE_CHECKING:
-    from actors.contracts.contracts import Action, Service
-    from actors.runtime.node import Node
-    from actors.runtime.record import NodeRecord
+    from actors.actions.client import SentGoals
+    from actors.actions.peers import ActionPeer, GoalFollower
+    from actors.graph.servers import ActionEntry
+    from actors.runtime.incarnation import Incarnation
     from actors.runtime.timers import NodeTimer
+    from actors.services.client import Client
+    from actors.services.peers import Caller, OpenCall, ServiceCall, ServicePeer, Submit
     from actors.services.server import Server
     from actors.supervision.report import Report
+    from actors.supervision.seam import Life
     from actors.time.virtual_loop import VirtualLoop
     from actors.topics.handler import HandlerSubscription
-    from actors.topics.peers import SubscriptionPeer
-
-G = TypeVar("G", bound=Message)
-R = TypeVar("R", bound=Message)
-F = TypeVar("F", bound=Message)
-Req = TypeVar("Req", bound=Message)
-Resp = TypeVar("Resp", bound=Message)
+    from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 
 class InjectedCrash(Exception):
     """The simulation has ended a node."""
 
 
-class Simulation:
+class Simulation(Interceptor):
     """Applies the faults of one simulated system, and records what happens in it. `profile` receives the counts.
 
     Invariant: it observes the system through the system's observers, and changes its behaviour only by faults.
@@ -54,21 +44,21 @@ class Simulation:
     def __init__(self, faults: Sequence[Fault], profile: Profile, **options: Any) -> None:
         self.faults = tuple(faults)
         self.profile = profile
-        self.links: dict[SubscriptionPeer, Link] = {}
-        self.bereaved: dict[Incarnation, float] = {}
+        self.orphaned: dict[Incarnation, float] = {}
         """Incarnation that ended before its tasks -> when it ended, in virtual seconds."""
         self.reported = 0
         """The number of reports of supervisors."""
-        self.disgraces: list[Exception] = []
+        self.mistakes: list[Exception] = []
         """Errors that fail the run although a caller received them: failed assertions and refused cycles of calls."""
         self.deaths = 0
         """The number of nodes that have ended without clean-up."""
         self.interrupted: dict[tuple[str, ...], str] = {}
         """Path of a node that was canceled while it stopped -> where it waited then."""
-        make_graph = partial(Graph, intercept=interceptor(self.links, faults, profile))
-        make_runtime = partial(Runtime, make_graph=make_graph, incarnations=self._incarnation)
-        self.system = system = System(make_runtime=make_runtime, **options)
+        self._links = Links(faults, profile)
+        self._lives: dict[object, _SimulatedLife] = {}
+        self.system = system = System(**options)
         system.observe(reports=self._reported)
+        system.runtime.intercept(self)
         observers = system.runtime.observers
         observers.ready.append(self._ready)
         observers.answered.append(self.note)
@@ -87,56 +77,83 @@ class Simulation:
         if self.system.stop_reason is None and self.system.runtime.directory.find(node) is not None:
             self.system.crash(node, InjectedCrash(f"{node} was ended by the simulation"))
 
-    def _incarnation(self, runtime: Runtime, record: NodeRecord, node: Node) -> Incarnation:
-        return (
-            _SimulatedIncarnation(self, runtime, record, node)
-            if runtime.tree.holds(record.path)
-            else Incarnation(runtime, record, node)
-        )
+    def life(self, path: tuple[str, ...], make: Callable[[], Life], /) -> Life:
+        life = make()
+        record = self.system.runtime.directory.records[path]
+        if record.life is None or not self.system.runtime.tree.holds(path):
+            return life
+        simulated = self._lives[record.life] = _SimulatedLife(self, record.life, life)
+        return simulated
+
+    def spawning(self, node: Caller, work: Coroutine[Any, Any, Any], name: str) -> Coroutine[Any, Any, Any]:
+        life = self._lives.get(node)
+        if life is None:
+            return work
+        name = name or str(getattr(work, "__qualname__", work))
+        return Watched(work, lambda: life.task_step(name))
+
+    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+        def submitted(server: ServicePeer, message: Any, caller: Caller, timeout: float) -> ServiceCall:
+            call = submit(server, message, caller, timeout)
+            call.future.add_done_callback(self._answered)
+            return call
+
+        return submitted
+
+    def sending_goals(self, node: Caller, entry: ActionEntry, ways: SentGoals) -> SentGoals:
+        def submit(server: ActionPeer, goal_id: bytes, message: Any, client: GoalFollower) -> OpenCall:
+            request = ways.submit(server, goal_id, message, client)
+            request.future.add_done_callback(self._answered)
+            return request
+
+        return ways._replace(submit=submit)
+
+    def delivering(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
+        return self._links.delivering(publisher, subscription, target)
+
+    def _answered(self, future: asyncio.Future[Any]) -> None:
+        if not future.cancelled() and isinstance(error := future.exception(), CallCycle):
+            self.note(error)
 
     def _ready(self, life: Incarnation) -> None:
         if life.runtime.tree.holds(life.record.path):
             _slow_down(life, self.profile, self.faults_of("slow-handler", life.fqn))
 
     def _ended(self, life: Incarnation) -> None:
+        self._lives.pop(life, None)
         if life.tasks:
-            self.bereaved[life] = self.system.loop.time()
+            self.orphaned[life] = self.system.loop.time()
 
     def _reported(self, report: Report) -> None:
         self.reported += 1
 
     def note(self, error: Exception) -> None:
         """Keep an error that a caller received, if it fails the run in any case."""
-        if isinstance(error, (AssertionError, CallCycle)) and error not in self.disgraces:
-            self.disgraces.append(error)
+        if isinstance(error, (AssertionError, CallCycle)) and error not in self.mistakes:
+            self.mistakes.append(error)
 
     def faults_of(self, kind: str, node: str) -> dict[int, Fault]:
         """The faults of one kind for one node, by `nth`."""
         return {fault.nth: fault for fault in self.faults if fault.kind == kind and fault.target == node}
 
 
-class _SimulatedIncarnation(Incarnation):
-    """An incarnation that may start late, and may be delayed or ended at any step of its work.
+class _SimulatedLife:
+    """A life that may start late, and may be delayed or ended at any step of its work. Each step of its tasks is counted."""
 
-    Each step of its tasks is counted. Refused calls are recorded even if the caller handles the error.
-    """
-
-    __slots__ = ("_body", "_doomed", "_steps", "_task", "simulation")
-
-    def __init__(self, simulation: Simulation, runtime: Runtime, record: NodeRecord, node: Node) -> None:
-        super().__init__(runtime, record, node)
-        self.endpoints = _SimulatedEndpoints(self)
-        self.simulation = simulation
-        simulation.profile.awaits.setdefault(self.fqn, 0)
-        self._steps = Steps(self.fqn, simulation.faults, simulation.profile.steps)
+    def __init__(self, simulation: Simulation, node: Incarnation, life: Life) -> None:
+        self._simulation = simulation
+        self._node = node
+        self._life = life
+        simulation.profile.awaits.setdefault(node.fqn, 0)
+        self._steps = Steps(node.fqn, simulation.faults, simulation.profile.steps)
         self._doomed = False
         self._task: asyncio.Task[Any] | None = None
         self._body: Coroutine[Any, Any, None] | None = None
 
-    async def run(self, started: Callable[[], None]) -> None:
-        simulation, node = self.simulation, self.fqn
+    async def run(self, started: Callable[[], None], /) -> None:
+        simulation, node = self._simulation, self._node.fqn
         deaths = simulation.faults_of("crash", node)
-        late = simulation.faults_of("slow-start", node).get(self.incarnation)
+        late = simulation.faults_of("slow-start", node).get(self._node.incarnation)
         self._task = asyncio.current_task()
         self._body = self._run_late(started, 0.0 if late is None else late.by)
         try:
@@ -145,31 +162,30 @@ class _SimulatedIncarnation(Incarnation):
             simulation.deaths += 1
             raise InjectedCrash(f"{node} was ended here by the simulation") from None
 
+    def stop(self, reason: str, /) -> None:
+        self._life.stop(reason)
+
     async def _run_late(self, started: Callable[[], None], seconds: float) -> None:
         if seconds:
             try:
                 await asyncio.sleep(seconds)
             except BaseException:  # the node has not begun to start, so there is nothing to clean up
-                self.release()
-                self.runtime.ended(self)
+                self._node.release()
+                self._node.runtime.ended(self._node)
                 raise
-        await super().run(started)
-
-    def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
-        name = name or str(getattr(work, "__qualname__", work))
-        return super().spawn(Watched(work, lambda: self.task_step(name)), name=name)
+        await self._life.run(started)
 
     @property
     def _mortal(self) -> bool:
-        return self.phase == "running" and self.runtime.stop_reason is None
+        return self._node.phase == "running" and self._node.runtime.stop_reason is None
 
     def _own_step(self, deaths: dict[int, Fault]) -> float:
         """Count an await of the node's own task. Returns the delay of the following step in seconds."""
         if not self._mortal:
             return 0.0
-        awaits, node = self.simulation.profile.awaits, self.fqn
+        awaits, node = self._simulation.profile.awaits, self._node.fqn
         count = awaits[node] = awaits.get(node, 0) + 1
-        item = self.inbox.current
+        item = self._node.inbox.current
         fault = self._steps.count(item.label) if item is not None else None
         if count in deaths or (fault is not None and fault.kind == "crash"):
             raise Death
@@ -186,20 +202,20 @@ class _SimulatedIncarnation(Incarnation):
 
     def _late(self, fault: Fault | None) -> float:
         """The delay of a step, in seconds; 0 while time stands still, since this step may be what time waits for."""
-        return fault.by if fault is not None and not cast("VirtualLoop", self.runtime.loop).stands_still else 0.0
+        return fault.by if fault is not None and not cast("VirtualLoop", self._node.runtime.loop).stands_still else 0.0
 
     def _interrupted(self, error: object) -> None:
         """Handle an error that is thrown into the node's own task."""
         if self._doomed:
             raise Death
-        if self.asked is not None and isinstance(error, asyncio.CancelledError):
-            self.simulation.interrupted[self.identity.path] = "; ".join(self._waits())
+        if self._node.asked is not None and isinstance(error, asyncio.CancelledError):
+            self._simulation.interrupted[self._node.identity.path] = "; ".join(self._waits())
 
     def _waits(self) -> Iterator[str]:
         """Yield where the node's own task waits, and then each of its other tasks."""
         if place := _place(self._body):
             yield f"it waited at {place}"
-        for task in self.tasks:
+        for task in self._node.tasks:
             yield f"its task {task.get_name()} waited at {_place(task.get_coro()) or 'its beginning'}"
 
 
@@ -207,54 +223,6 @@ def _place(suspended: object) -> str:
     """The innermost line of user code at which a coroutine waits, as ``file:line in function``."""
     frames = [frame for _, frame in chain_of(suspended) if owner_of(frame.f_code.co_filename) == USER]
     return f"{frames[-1].f_code.co_filename}:{frames[-1].f_lineno} in {frames[-1].f_code.co_qualname}" if frames else ""
-
-
-class _SimulatedEndpoints(Endpoints):
-    """The endpoints of such an incarnation."""
-
-    __slots__ = ("_simulated",)
-
-    def __init__(self, life: _SimulatedIncarnation) -> None:
-        super().__init__(life)
-        self._simulated = life
-
-    def client(self, service: Service[Req, Resp]) -> Client[Req, Resp]:
-        plain = super().client(service)
-        client = self.clients[service] = _ToldClient(self._simulated, plain.entry, service)
-        return client
-
-    def goal(self, action: Action[G, R, F], message: G, timeout: float) -> Goal[R, F]:
-        super().goal(action, message, timeout)
-        life = self._simulated
-        return _ToldGoal(life, life.runtime.graph.action(life.identity.service(action.name)), action, message, timeout)
-
-
-class _ToldClient(Client[Req, Resp]):
-    __slots__ = ()
-    node: _SimulatedIncarnation
-
-    async def call(self, message: Req, timeout: float) -> Resp:
-        with _told(self.node.simulation):
-            return await super().call(message, timeout)
-
-
-class _ToldGoal(Goal[R, F]):
-    __slots__ = ()
-    _node: _SimulatedIncarnation
-
-    async def send(self) -> None:
-        with _told(self._node.simulation):
-            await super().send()
-
-
-@contextlib.contextmanager
-def _told(simulation: Simulation) -> Generator[None]:
-    """Record a call refused because it would wait for itself, even if the error is handled."""
-    try:
-        yield
-    except CallCycle as cycle:
-        simulation.note(cycle)
-        raise
 
 
 def _slow_down(life: Incarnation, profile: Profile, slow: dict[int, Fault]) -> None:

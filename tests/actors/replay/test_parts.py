@@ -241,10 +241,10 @@ def test_a_long_journal_is_in_the_file_and_not_in_memory_and_is_replayed_whole(t
     async def main() -> Journal:
         journal = Journal("sums", folder=tmp_path / "journals")
         async with run(OTHERS, Sums, observers=(journal,), sinks=()) as system:
-            border: Any = system.nodes["system", "sums"].inbox.border
+            recording: Any = system.runtime.interceptors[0]
             for _ in range(20):
                 await system.clock.sleep(1.0)
-                held.append(len(border.spool.entries))
+                held.append(len(recording.spool.entries))
         return journal
 
     journal = execute(main, clock="virtual")
@@ -296,13 +296,13 @@ def test_a_file_that_cannot_be_written_ends_the_journal_and_not_the_node(tmp_pat
     async def main() -> None:
         journal = Journal("sums", folder=tmp_path)
         async with run(OTHERS, Sums, observers=(journal,), sinks=(lines.append,)) as system:
-            border: Any = system.nodes["system", "sums"].inbox.border
+            recording: Any = system.runtime.interceptors[0]
             (tmp_path / "sums.journal").unlink()
             (tmp_path / "sums.journal").mkdir()  # nothing can be written there any more
             await system.clock.sleep(10.0)
-            assert "its journal cannot be written any more: [Errno 21] Is a directory" in border.spool.failure
+            assert "its journal cannot be written any more: [Errno 21] Is a directory" in recording.spool.failure
             assert system.nodes["system", "sums"].incarnation == 1
-            assert len(border.spool.entries) < PART
+            assert len(recording.spool.entries) < PART
             with pytest.raises(ReplayError, match="/sums: its journal cannot be written any more"):
                 journal.tape("sums")
 

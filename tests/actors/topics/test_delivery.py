@@ -10,6 +10,7 @@ import pytest
 
 from actors import Ended, QoS, WrongThread, WrongType, qos
 from actors.graph.graph import Graph, TopicEntry
+from actors.graph.interceptor import TopicInterceptor
 from actors.inbox.inbox import Inbox, Item
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.qos.events import Matched
@@ -403,11 +404,14 @@ def counting() -> tuple[TopicEntry, list[SubscriptionPeer]]:
     """A topic, and every question of its publishers for the way into a subscription."""
     asked: list[SubscriptionPeer] = []
 
-    def intercept(subscription: SubscriptionPeer, target: Target) -> Target:
-        asked.append(subscription)
-        return target
+    class Counting(TopicInterceptor):
+        def delivering(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
+            asked.append(subscription)
+            return target
 
-    return Graph(asyncio.get_running_loop().time, intercept=intercept).topic("/numbers"), asked
+    graph = Graph(asyncio.get_running_loop().time)
+    graph.intercept(Counting())
+    return graph.topic("/numbers"), asked
 
 
 async def test_subscriptions_that_come_and_go_cost_nothing_until_somebody_publishes() -> None:

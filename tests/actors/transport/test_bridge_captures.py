@@ -10,6 +10,7 @@ import pytest
 from actors import DeclarationError, Node, QoS, Topic, publishes, qos
 from actors.bag.capture import Capture
 from actors.bag.ring import Channel
+from actors.graph.interceptor import TopicInterceptor
 from actors.interfaces import encode
 from actors.interfaces.std_msgs.msg import Int32
 from actors.runtime.incarnation import incarnation_of
@@ -148,11 +149,12 @@ async def test_a_tap_sees_the_object_though_only_a_capture_takes_it(hosts: Hosts
 async def test_what_stands_between_publisher_and_capture_has_the_object_in_its_hands(hosts: Hosts) -> None:
     """A journal, or a simulated fault: what it passes on in place of a message has not been sent by anybody."""
     rig, other = await hosts.start(Talker), await hosts.start(Node)
-    other.system.graph.intercept = lambda subscription, target: (
-        lambda sent: target(  # type: ignore[misc]
-            sent if sent.data else number(99)
-        )
-    )
+
+    class Changing(TopicInterceptor):
+        def delivering(self, publisher: Any, subscription: Any, target: Any) -> Any:
+            return lambda sent: target(sent if sent.data else number(99))
+
+    other.system.graph.intercept(Changing())
     taken, _ = capture(other)
     await rig.quiet()
     for value in (5, 0):

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from actors import run
-from actors.inbox.border import INSIDE
+from actors.inbox.boundary import BOUNDARY
 from actors.replay import Journal
 from tests.actors.replay.story import HERO, OTHERS, Hero, Visitor, lived
 from tests.actors.transport.hosts import Hosts
@@ -33,7 +33,7 @@ def within(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[object]]:
 
 def noting(plain: Callable[..., Any], found: set[object]) -> Callable[..., Any]:
     def ask(*arguments: Any) -> Any:
-        found.add(INSIDE.get())
+        found.add(BOUNDARY.get())
         return plain(*arguments)
 
     return ask

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from actors import Child, Node, QoS, Topic, publishes, qos, subscribes
+from actors.graph.interceptor import TopicInterceptor
 from actors.interfaces import encode, type_hash
 from actors.interfaces.geometry_msgs.msg import Twist
 from actors.interfaces.message import make_message
@@ -87,11 +88,12 @@ async def test_an_interceptor_is_for_subscriptions_of_its_process_and_those_else
     talker = await hosts.start(Talker)
     wrapped: list[str] = []
 
-    def intercept(subscription: Any, target: Any) -> Any:
-        wrapped.append(subscription.node.fqn)
-        return lambda sent: target(sent)
+    class Wrapping(TopicInterceptor):
+        def delivering(self, publisher: Any, subscription: Any, target: Any) -> Any:
+            wrapped.append(subscription.node.fqn)
+            return lambda sent: target(sent)
 
-    talker.system.graph.intercept = intercept
+    talker.system.graph.intercept(Wrapping())
     here = talker.probe(NUMBERS)
     there = [(await hosts.start(Node)).probe(NUMBERS) for _ in range(3)]
     await talker.quiet()

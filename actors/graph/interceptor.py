@@ -1,0 +1,41 @@
+"""What stands between the two ends of topics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
+
+Tap: TypeAlias = "Callable[[PublisherPeer], Callable[[Any], None]]"
+"""Called with a publisher, it returns the function that receives each of its messages; see `Graph.tap`."""
+
+
+class TopicInterceptor:
+    """Stands between publishers and subscriptions. This one lets all messages pass; a derived class overrides what it watches or changes.
+
+    The methods are called when an end joins or a match changes, not with each message. The functions that they return must not raise.
+    """
+
+    def tapping(self, publisher: PublisherPeer) -> Callable[[Any], None] | None:
+        """What to call with each message of `publisher`, besides its targets. Called once for each publisher."""
+        return None
+
+    def publishing(self, publisher: PublisherPeer, targets: tuple[Target, ...]) -> tuple[Target, ...]:
+        """What `publisher`, of this process, calls with each message instead of `targets`: those of its subscriptions, and taps."""
+        return targets
+
+    def delivering(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
+        """What `publisher` calls with each message instead of `target`, which belongs to a subscription of this process."""
+        return target
+
+
+class TopicTap(TopicInterceptor):
+    """A wire tap on every publisher."""
+
+    def __init__(self, tap: Tap) -> None:
+        self._tap = tap
+
+    def tapping(self, publisher: PublisherPeer) -> Callable[[Any], None]:
+        return self._tap(publisher)

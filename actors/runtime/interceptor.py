@@ -1,0 +1,67 @@
+"""The one seam for all who stand between nodes and their world: journals, replay, faults, service introspection, spans, taps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from typing import TYPE_CHECKING, Any
+
+from actors.graph.interceptor import TopicInterceptor
+
+if TYPE_CHECKING:
+    from actors.actions.client import SentGoals
+    from actors.actions.server import ActionServer, ServedGoals
+    from actors.graph.servers import ActionEntry
+    from actors.runtime.timers import NodeTimer, Ticked
+    from actors.services.client import Client
+    from actors.services.peers import Caller, Submit
+    from actors.services.server import Handle, Server, Take
+    from actors.supervision.seam import Life
+
+
+class Interceptor(TopicInterceptor):
+    """Stands between nodes and their world. This one lets everything pass; a derived class overrides what it watches, changes or plays.
+
+    Each method is called when an endpoint, timer or life is made, with the function by which something is to pass. It returns the function
+    that is called instead: the same one, or one of its own that may call it. So what nobody intercepts costs nothing. The first of several
+    interceptors is the nearest to the node.
+    """
+
+    def life(self, path: tuple[str, ...], make: Callable[[], Life], /) -> Life:
+        """The next life of the node at `path`, for its supervisor; `make()` makes it. Raises what `make` raises."""
+        return make()
+
+    def spawning(self, node: Caller, work: Coroutine[Any, Any, Any], name: str) -> Coroutine[Any, Any, Any]:
+        """What runs in a new task of a node in the place of `work`."""
+        return work
+
+    def entering(self, node: Caller, what: str, enter: Callable[..., Any]) -> Callable[..., Any]:
+        """By what other code sets the ``parameters`` of a node, or makes it ``crash``."""
+        return enter
+
+    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+        """By what the requests of a client go to the server."""
+        return submit
+
+    def taking(self, server: Server, take: Take) -> Take:
+        """By what a server takes in requests."""
+        return take
+
+    def handling(self, server: Server, handle: Handle) -> Handle:
+        """By what a request to a declared service is handled, in the task that does so."""
+        return handle
+
+    def sending_goals(self, node: Caller, entry: ActionEntry, ways: SentGoals) -> SentGoals:
+        """By what a goal of a node goes to its server."""
+        return ways
+
+    def serving_goals(self, server: ActionServer, ways: ServedGoals) -> ServedGoals:
+        """By what goals come to a server, run there, and end."""
+        return ways
+
+    def ticking(self, timer: NodeTimer, tick: Ticked) -> Ticked:
+        """By what a timer takes its ticks."""
+        return tick
+
+    def drawing(self, node: Caller, draw: Callable[[], bytes]) -> Callable[[], bytes]:
+        """By what a node draws the ids of goals."""
+        return draw
