@@ -1,7 +1,7 @@
 """ROS 2's communication model as an asyncio-native actor framework.
 
 Nodes are async actors in a supervisor tree; topics, services, actions and parameters are typed contracts between them; one clock, real or
-virtual, drives everything. The names below are what most programs need; `docs/reference.md` lists them with those of the other public modules.
+virtual, drives everything. The names below are what most programs need; `docs/reference/README.md` lists them with those of the other public modules.
 
 General layout, from top to bottom. Each room, a folder or a file here, imports only from rooms below it:
 
@@ -46,7 +46,7 @@ General layout, from top to bottom. Each room, a folder or a file here, imports 
     yaml_bounds  YAML of strangers, bounded before it is understood
     pickle_bounds  pickles of strangers, of which nothing is executed
 
-Reading order: contracts, topics, inbox, then supervision and runtime. `docs/architecture.md` follows a message and a goal through them.
+Reading order: contracts, topics, inbox, then supervision and runtime. `docs/concepts/architecture.md` follows a message and a goal through them.
 """
 
 from __future__ import annotations

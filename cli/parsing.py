@@ -118,7 +118,7 @@ def add_graph_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--listen", action="append", default=[], metavar="ENDPOINT", help="let others connect to tcp/HOST:PORT"
     )
-    group.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
+    group.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/howto/security.md)")
     group.add_argument("--no-daemon", action="store_true", help="accepted for ros2's sake: there is no daemon")
 
 

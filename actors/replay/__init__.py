@@ -1,4 +1,4 @@
-"""Replay: the journal of a node or of a subtree, and its replay into that alone. See docs/replay.md."""
+"""Replay: the journal of a node or of a subtree, and its replay into that alone. See docs/howto/replay.md."""
 
 from actors.replay.comparison import Difference
 from actors.replay.errors import NoJournal, ReplayError

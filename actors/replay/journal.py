@@ -42,7 +42,7 @@ class Journal(Interceptor):
     outside of its boundary; with one, a journal can be kept from the start, but not begun by a restart. A journal is written to a file as it
     grows: ``<node>.journal``, or ``<path with dots>.subtree.journal``, in `folder`, or in a temporary one that is removed with this object.
     With `publish` each journal is a topic, too, ``<node>/_journal``, or ``/<path>/_subtree_journal``, which is recorded into bags. The run is
-    otherwise the same, but slower: see docs/replay.md.
+    otherwise the same, but slower: see docs/howto/replay.md.
 
     With `on_request` it publishes, and further nodes are added while the system runs: by `begin`, or from another process by the parameter
     ``nodes`` of the node ``/_replay_journal``, as `bag record --replay NODE --restart` does. Until then it costs next to nothing: one

@@ -126,7 +126,7 @@ class _Missing:
 
     def __get__(self, instance: object, owner: type) -> NoReturn:
         raise NotHere(
-            f"{owner.__name__} has no {self.name!r}, which is rclpy's: {_REMEDIES[self.name]}; see docs/coming-from-ros2.md",
+            f"{owner.__name__} has no {self.name!r}, which is rclpy's: {_REMEDIES[self.name]}; see docs/start/from-rclpy.md",
             name=self.name,
         )
 

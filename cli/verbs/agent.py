@@ -1,4 +1,4 @@
-"""`agent`: takes parts of trees that run on other machines (docs/machines.md)."""
+"""`agent`: takes parts of trees that run on other machines (docs/howto/machines.md)."""
 
 from __future__ import annotations
 
@@ -52,7 +52,9 @@ def _arguments(parser: Parser) -> None:
         dest="modules",
         help="what its nodes will need: imported before they come",
     )
-    parser.add_argument("--security", metavar="FILE", help="who this machine is, and whom it trusts (docs/security.md)")
+    parser.add_argument(
+        "--security", metavar="FILE", help="who this machine is, and whom it trusts (docs/howto/security.md)"
+    )
 
 
 def _agent(options: argparse.Namespace) -> int:
@@ -65,7 +67,7 @@ async def _run(options: argparse.Namespace) -> int:
         security = security_from_environment(os.environ, options.security)
         if security is None:
             raise CommandFailed(
-                f"an agent runs what others send it, so it must know who they are: --security FILE, or {SECURITY}=FILE (docs/security.md)"
+                f"an agent runs what others send it, so it must know who they are: --security FILE, or {SECURITY}=FILE (docs/howto/security.md)"
             )
         os.environ[SECURITY] = str(Path(security.file).absolute())  # noqa: ASYNC240  # nothing waits yet
         os.environ[LISTEN], os.environ[CONNECT] = ",".join(options.listen), ",".join(options.connect)

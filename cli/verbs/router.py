@@ -25,7 +25,7 @@ def _arguments(parser: Parser) -> None:
         "--listen", action="append", default=[], metavar="ENDPOINT", help=f"where others connect to ({ENDPOINT})"
     )
     parser.add_argument("--connect", action="append", default=[], metavar="ENDPOINT", help="another router to join")
-    parser.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
+    parser.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/howto/security.md)")
 
 
 async def _run(options: argparse.Namespace) -> int:

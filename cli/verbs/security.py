@@ -113,7 +113,7 @@ def _rule(rule: AccessRule) -> Iterator[str]:
 
 COMMAND = Group(
     "security",
-    "Who takes part in the graph, and in what (docs/security.md).",
+    "Who takes part in the graph, and in what (docs/howto/security.md).",
     Verb("create", "make an authority, and a certificate for each process", _create_arguments, _create),
     Verb("show", "print what a security file says", _file_arguments, _show),
     Verb("check", "end with 1 if it cannot be used", _file_arguments, _check),

@@ -92,7 +92,7 @@ def punctuality() -> Iterable[Finding]:
             "punctuality",
             "other programs hold up a control loop of 200 Hz",
             f"one tick in 100 is more than {worst * 1e3:.1f} ms late",
-            "end other programs, or run --processes with real-time priority (docs/robot.md)",
+            "end other programs, or run --processes with real-time priority (docs/reference/robot.md)",
             "problem" if worst > TOO_LATE else "note",
         )
 
@@ -131,7 +131,7 @@ def map_file(path: Path) -> Callable[[], Iterable[Finding]]:
         try:
             grid = read_map(path).grid()
         except (InvalidMap, OSError) as error:
-            yield Finding("map", "it cannot be read", str(error), "see docs/robot.md for what is read")
+            yield Finding("map", "it cannot be read", str(error), "see docs/reference/robot.md for what is read")
             return
         if grid.resolution > COARSE:
             measured = f"cells of {grid.resolution:g} m"

@@ -4,7 +4,7 @@ With the wrench w = [F; M] and A = [1 ... 1; hat(r1) ... hat(rn)] of the arms ri
 
     (A f - w)' W (A f - w) + EFFORT f' f            W = diag(IMPORTANCE)
 
-See docs/control.md#force-distribution, with sources.
+See docs/concepts/control.md#force-distribution, with sources.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 What is known at the first step is one sample of IMU and joints: the standing feet tell the speed, how far they are behind tells the phase of the
 stride, and the body is taken for level. From there on the robot walks at zero speed until it has come to rest. Equations:
-docs/control.md#safe-stop.
+docs/concepts/control.md#safe-stop.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The last steps onto the dock: filtering the sights of the station, and the velocity towards a pose, without clock and node.
 
-Equations: docs/control.md#docking.
+Equations: docs/concepts/control.md#docking.
 """
 
 from __future__ import annotations

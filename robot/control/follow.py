@@ -11,7 +11,7 @@ Of the commands u = (vx, vy, wz) that keep clear, the one of least price is take
           = distance from the pose + 0.4 |turn that is left|                         towards a pose
 
 where `missing` is what the least clearance on the way lacks to the clearance required, which stands for comfort in a narrow place. Through
-a gap the end pose is that after 0.6 s. The numbers are those of `FollowerConfig`; symbols and sources: docs/control.md#following-a-path.
+a gap the end pose is that after 0.6 s. The numbers are those of `FollowerConfig`; symbols and sources: docs/concepts/control.md#following-a-path.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Each leg has the phase frac(t / period + offset). It stands while the phase is below `duty` and swings for the rest.
 Offsets in the order fl, fr, rl, rr; names and phases are those of Hildebrand (1965)
-and Alexander (1984), see docs/control.md#gaits.
+and Alexander (1984), see docs/concepts/control.md#gaits.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 A robot twice as long as wide fits through many gaps in one heading only. So ahead of the robot the floor is cut into cells of 10 cm
 with 16 headings each (6 cm and 32 where that finds nothing good), and the quickest sequence of steps forward, backward, sideways and
 turns is found that keeps the whole outline clear. The price of a step is the seconds it takes, more where it is close.
-Equations and sources: docs/control.md#gap-planning.
+Equations and sources: docs/concepts/control.md#gap-planning.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ class NavigatorConfig:
     groping_speed: float = 0.2
     """Speed towards floor that is not seen at all, m/s: it shows when the robot is near."""
     step_speed: float = 0.3
-    """Speed over steps, m/s; chosen: slower than the 0.5 m/s of the box field (docs/figures.md)."""
+    """Speed over steps, m/s; chosen: slower than the 0.5 m/s of the box field (docs/reference/figures.md)."""
     step_ahead: float = 1.2
     """That begins so far before a step, m."""
     slope_speed: float = 0.3

@@ -4,7 +4,7 @@ It belongs to whoever commands the motors, for the moment when its commander fal
 
 A robot that walks and has an IMU is first brought to rest by steps (`robot.control.catch`). Without an IMU the joints must do: standing feet tell
 its speed (what they move backwards at), feet in the air make one last step ahead of it, then all feet brake at a bounded rate while the body
-sinks. Equations: docs/control.md#safe-stop.
+sinks. Equations: docs/concepts/control.md#safe-stop.
 """
 
 from __future__ import annotations

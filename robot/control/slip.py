@@ -1,4 +1,4 @@
-"""Feeling that the floor is ice: standing feet slide that were asked for little friction (docs/control.md#ice)."""
+"""Feeling that the floor is ice: standing feet slide that were asked for little friction (docs/concepts/control.md#ice)."""
 
 from __future__ import annotations
 

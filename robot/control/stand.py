@@ -1,7 +1,7 @@
 """All four feet on the ground: standing, standing up, sitting down. The feet stay; the body moves above them.
 
 Each leg carries its share of the weight as a force; a joint spring on top holds the pose that the stance and the level body
-imply. The spring closes inside the motor drives, so no delay can shake it. Equations: docs/control.md#standing.
+imply. The spring closes inside the motor drives, so no delay can shake it. Equations: docs/concepts/control.md#standing.
 """
 
 from __future__ import annotations

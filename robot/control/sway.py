@@ -4,7 +4,7 @@ While the feet of one side take their steps, the point about which the ground's 
 triangle of the standing feet. That point goes to and fro as a trapezoid, and moves while all four feet stand. The body follows as a
 linear inverted pendulum (Kajita et al., 2001) has to: y'' = (g / h)(y - p). For a periodic p that motion is known in closed form,
 harmonic by harmonic: each is p's, divided by 1 + (h / g) w^2. So a quick crawl sways little, and a slow one as far as p itself.
-The series: docs/control.md#swaying-gaits.
+The series: docs/concepts/control.md#swaying-gaits.
 """
 
 from __future__ import annotations

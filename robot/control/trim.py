@@ -3,7 +3,7 @@
     e_f' = (e - e_f) / SMOOTH          i' = GAIN e_f          |i| <= MOST
 
 for the error e of height (m), roll and pitch (rad). Each begins only when its e_f has gone beyond `BEGIN`, and is over when it comes back to
-zero: a robot without a load has no integral at all. Equations: docs/control.md#walking.
+zero: a robot without a load has no integral at all. Equations: docs/concepts/control.md#walking.
 """
 
 from __future__ import annotations

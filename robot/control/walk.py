@@ -1,6 +1,6 @@
 """Walking: stance legs push with forces that carry and steer the body, swing legs carry their feet to the next foothold.
 
-The equations are those of `robot.control.walk_law`, for the state that the motors will meet (docs/control.md#walking). What is kept from
+The equations are those of `robot.control.walk_law`, for the state that the motors will meet (docs/concepts/control.md#walking). What is kept from
 step to step is here.
 """
 

@@ -129,7 +129,7 @@ class WalkConfig:
 
     @classmethod
     def of(cls, model: RobotModel) -> WalkConfig:
-        """These numbers of the reference body, for another one, that moves alike at the same Froude number (docs/control.md#other-bodies)."""
+        """These numbers of the reference body, for another one, that moves alike at the same Froude number (docs/concepts/control.md#other-bodies)."""
         own = cls()
         changes: dict[str, Any] = {name: _scaled(getattr(own, name), law(model)) for name, law in _LAWS.items()}
         return replace(own, **changes)

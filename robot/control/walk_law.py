@@ -11,7 +11,7 @@ the integrals i_h and i_R of height and lean (`robot.control.trim`):
 
 where s is the displacement of the sway, u = v - v_sway, T the time until the landing and r the foot's nominal place, turned by the yaw at
 the landing. That is Raibert's rule (1986) with the term for turning of Kim et al. (2019). Symbols, numbers and sources:
-docs/control.md#walking.
+docs/concepts/control.md#walking.
 """
 
 from __future__ import annotations

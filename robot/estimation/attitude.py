@@ -5,7 +5,7 @@ each change of speed tilts the horizon). With the vertical u in body axes, the g
 
     e = (accel - own) x u / g            q <- q exp((gyro - b + GRAVITY_GAIN e) dt)
 
-Symbols and sources: docs/control.md#attitude.
+Symbols and sources: docs/concepts/control.md#attitude.
 """
 
 from __future__ import annotations

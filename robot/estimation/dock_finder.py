@@ -1,4 +1,4 @@
-"""Where the charging station is, by what the LiDAR sees of its face (docs/control.md#docking)."""
+"""Where the charging station is, by what the LiDAR sees of its face (docs/concepts/control.md#docking)."""
 
 from __future__ import annotations
 

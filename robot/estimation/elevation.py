@@ -2,7 +2,7 @@
 
 In each picture a cell is as high as the highest points in it: a thing's top counts, not its foot; what hangs over the robot does not count.
 A picture that contradicts what is known must be confirmed by the next ones: things come, go, and a wrong pixel is seen once. Behind the edge of
-a hole nothing is seen of the floor, but the rays that end deeper pass over it: no floor is higher than they are. Equations: docs/control.md#elevation.
+a hole nothing is seen of the floor, but the rays that end deeper pass over it: no floor is higher than they are. Equations: docs/concepts/control.md#elevation.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ WALL: Final = 100
 UNSEEN: Final = -1
 
 CROSSABLE: Final = 0.12
-"""The highest step, up or down, that the trot crosses without seeing where it treads, m (measured: docs/figures.md)."""
+"""The highest step, up or down, that the trot crosses without seeing where it treads, m (measured: docs/reference/figures.md)."""
 CEILING: Final = 0.85
 """What hangs higher than this over the floor is passed under, m; chosen: the robot's back is at 0.6, and it bounces by a few centimetres."""
 

@@ -1,6 +1,6 @@
 """The gyro's bias, estimated from rest, from gravity, and from the line between two standing feet, which does not turn.
 
-Equations and sources: docs/control.md#gyro-bias.
+Equations and sources: docs/concepts/control.md#gyro-bias.
 """
 
 from __future__ import annotations

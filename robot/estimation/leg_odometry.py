@@ -13,7 +13,7 @@ The axes share model and noise, hence one covariance P (6 x 6) for all three. Al
 second does not depend on the rate of the samples.
 
 Height over flat ground cannot be observed: standing feet are shifted to height zero, outside of the filter.
-Symbols and sources: docs/control.md#leg-odometry.
+Symbols and sources: docs/concepts/control.md#leg-odometry.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The state at the moment the motors will act: the estimate, carried over the motor delay.
 
 Position to second order in time, with the acceleration that the forces asked for last imply; rotation and joint angles to first order
-(docs/control.md#prediction-over-the-motor-delay).
+(docs/concepts/control.md#prediction-over-the-motor-delay).
 
 Without it a controller answers a body that is one delay old; at 8 ms and 1.6 m/s that is what makes a trot fall.
 """

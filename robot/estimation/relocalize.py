@@ -3,7 +3,7 @@
 For each heading, the score of all places at once is the correlation of the map's likelihood field with the beams' ends, which the Fourier
 transform gives for the price of one multiplication a cell (the field: Thrun, Burgard and Fox, 2005; the search over all poses: Olson, 2009).
 The best places of all headings are then fitted to the map one by one, and judged by the beams, also by what they pass through.
-Equations: docs/control.md#relocalization.
+Equations: docs/concepts/control.md#relocalization.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Every scan is laid onto the faces of earlier ones (point to line, after Censi, "An ICP variant using a point-to-line metric", 2008; its points are
 assigned by their direction from the earlier one, and weighted after Cauchy). Scans that saw something new are kept for the next ones. So the
 heading drifts with the way that has been walked into the unknown, instead of with time as a gyro's does.
-Equations: docs/control.md#heading-from-scans.
+Equations: docs/concepts/control.md#heading-from-scans.
 """
 
 from __future__ import annotations

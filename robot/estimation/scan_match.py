@@ -7,7 +7,7 @@ Every beam's end should lie on an obstacle, so the clearance D there is the resi
 
 as a reweighted least-squares problem, weights 1 / (1 + D^2 / c^2): beams that hit what the map does not know hardly count. It assumes
 a static map and a prior within some 30 cm and 10 degrees. A LiDAR whose ranges are all too long by one length has that as a fourth unknown,
-with the estimate of the scans before as its prior. Steps and sources: docs/control.md#localization.
+with the estimate of the scans before as its prior. Steps and sources: docs/concepts/control.md#localization.
 """
 
 from __future__ import annotations

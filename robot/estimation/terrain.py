@@ -1,4 +1,4 @@
-"""The plane under the robot, fitted through the last contact point of each foot (docs/control.md#terrain-plane)."""
+"""The plane under the robot, fitted through the last contact point of each foot (docs/concepts/control.md#terrain-plane)."""
 
 from __future__ import annotations
 

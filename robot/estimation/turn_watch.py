@@ -2,7 +2,7 @@
 
 Each standing foot tells the velocity of the body, by its leg's joints and by the gyro. With a gyro that is right all feet tell the same. With one that
 is wrong by e, they differ by e x the arm between them; so e is found by least squares over the feet, and over a moment of walking, as two feet show
-nothing of a turn about the line between them. Equations: docs/control.md#a-wrong-gyro.
+nothing of a turn about the line between them. Equations: docs/concepts/control.md#a-wrong-gyro.
 """
 
 from __future__ import annotations

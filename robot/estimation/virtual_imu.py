@@ -1,6 +1,6 @@
 """The sample of an IMU that is not there, by the standing feet: their motion against the body is the body's own, and they are on the ground.
 
-Equations: docs/control.md#without-an-imu.
+Equations: docs/concepts/control.md#without-an-imu.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ class MotorTargets:
 
 @dataclass(frozen=True, slots=True)
 class ImuSample:
-    """Angular velocity (rad/s) and specific force (m/s2) in body axes, with noise (docs/control.md#sensor-models); shape (3,) each."""
+    """Angular velocity (rad/s) and specific force (m/s2) in body axes, with noise (docs/concepts/control.md#sensor-models); shape (3,) each."""
 
     gyro: Vector
     accel: Vector
@@ -158,7 +158,7 @@ class Hardware(Protocol):
 
     @property
     def power(self) -> float:
-        """What the motors take now, W, without what is always on. By default computed from torques and speeds (docs/control.md#power-and-battery)."""
+        """What the motors take now, W, without what is always on. By default computed from torques and speeds (docs/concepts/control.md#power-and-battery)."""
         joints = self.joints()
         return motor_power(joints.effort, joints.velocity)
 

@@ -4,7 +4,7 @@
 while the body walks and tilts, an IMU with scale and misalignment, encoders with zero offsets, contacts that come late.
 
 What is called ``_sd`` is drawn once for each robot, from its seed; the rest is the same for all. Where the numbers are from:
-docs/control.md#sensor-models.
+docs/concepts/control.md#sensor-models.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The figures of the joint drives: how fast, how strong, how long (docs/control.md#actuators)."""
+"""The figures of the joint drives: how fast, how strong, how long (docs/concepts/control.md#actuators)."""
 
 from __future__ import annotations
 

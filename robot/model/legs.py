@@ -35,7 +35,7 @@ class LegState(NamedTuple):
 def leg_state(angles: Sequence[float], up: Triple, model: RobotModel = SPOT) -> LegState:
     """The legs at 12 joint angles (rad); `up` is the world's vertical in body axes.
 
-    Weight torques: minus the sum over the links of J_com^T (m g); see docs/control.md#legs.
+    Weight torques: minus the sum over the links of J_com^T (m g); see docs/concepts/control.md#legs.
     """
     feet: list[Triple] = []
     jacobians: list[Rows] = []
@@ -93,7 +93,7 @@ def foot_velocities(
 
     The first includes the body's own angular velocity `turn` (rad/s): J qd + w x p. The second is the velocity of the centre
     of a ball that rolls on its contact point, w_calf x (rf up): a standing foot's centre is not at rest. Leaving it out is
-    worth several per cent of the distance walked (docs/control.md#legs).
+    worth several per cent of the distance walked (docs/concepts/control.md#legs).
     """
     wx, wy, wz = turn
     moving: list[Triple] = []

@@ -3,7 +3,7 @@
     P = sum(max(tau qd, 0)) + k_cu sum(tau^2) + hotel + arm + payload
 
 k_cu and the hotel load (computers, sensors, radio) are fitted to two published run times: 605 Wh last 180 min
-standing by and 90 min in typical use (docs/control.md#power-and-battery).
+standing by and 90 min in typical use (docs/concepts/control.md#power-and-battery).
 """
 
 from __future__ import annotations

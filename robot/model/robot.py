@@ -3,7 +3,7 @@
 Controllers are tuned on the reference body, `SPOT`. For another one their numbers are scaled so that it moves alike (dynamic similarity,
 Alexander and Jayes 1983: equal Froude numbers v^2 / g l): with the ratio of leg lengths L and of masses M, lengths go with L, speeds with sqrt(L),
 times with sqrt(L), accelerations stay, frequencies go with 1 / sqrt(L), forces with M, torques and joint springs with M L. See
-docs/control.md#other-bodies.
+docs/concepts/control.md#other-bodies.
 """
 
 from __future__ import annotations

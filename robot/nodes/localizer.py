@@ -1,6 +1,6 @@
 """The localizer: odometry between scans, and a correction at each scan by matching it to the map.
 
-Equations: docs/control.md#localization.
+Equations: docs/concepts/control.md#localization.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Whether the energy for a walk is there: for the way to the goal, and from there to the dock (docs/control.md#power-and-battery)."""
+"""Whether the energy for a walk is there: for the way to the goal, and from there to the dock (docs/concepts/control.md#power-and-battery)."""
 
 from __future__ import annotations
 

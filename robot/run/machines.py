@@ -59,7 +59,7 @@ def tls_hosts(machines: Machines, file: str | None) -> TlsHosts:
     named = file if file is not None else os.environ.get("ROBACTOR_SECURITY", "")
     if not named:
         raise UsageError(
-            "--host: who gives work to other machines must show who it is: add --security FILE, or ROBACTOR_SECURITY=FILE (docs/machines.md)"
+            "--host: who gives work to other machines must show who it is: add --security FILE, or ROBACTOR_SECURITY=FILE (docs/howto/machines.md)"
         )
     try:
         return TlsHosts(machines.addresses, security=load_security(named))

@@ -96,7 +96,7 @@ def _add_hardware(add: Any) -> None:
     add(
         "--hardware",
         choices=("unitree",),
-        help="a real robot instead of a simulated one: unitree, a Go2 by DDS (docs/unitree.md)",
+        help="a real robot instead of a simulated one: unitree, a Go2 by DDS (docs/howto/unitree.md)",
     )
     add(
         "--interface",
@@ -152,16 +152,16 @@ def _add_network(add: Any) -> None:
         metavar="ENDPOINT",
         help="let other machines connect to tcp/0.0.0.0:PORT",
     )
-    add("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
+    add("--security", metavar="FILE", help="TLS, and who may do what (docs/howto/security.md)")
     add(
         "--host",
         action="append",
         default=[],
         metavar="CONCERN=HOST[@ADDRESS[:PORT]][,SPARE...]",
         help="run perception, navigation or mission on another machine, where `robactor agent` waits, or on the next one if it is lost, such as "
-        "navigation=base@192.168.1.6,spare@192.168.1.7; may be given several times (docs/machines.md)",
+        "navigation=base@192.168.1.6,spare@192.168.1.7; may be given several times (docs/howto/machines.md)",
     )
-    add("--no-web", action="store_true", help="without the web page and what else its port offers (docs/web.md)")
+    add("--no-web", action="store_true", help="without the web page and what else its port offers (docs/howto/web.md)")
     add(
         "--web",
         type=whole(0, 65535),
@@ -179,7 +179,7 @@ def _add_network(add: Any) -> None:
     add(
         "--bags",
         metavar="DIR",
-        help="let the web page record bags into this folder, and show those in it (docs/bags.md)",
+        help="let the web page record bags into this folder, and show those in it (docs/howto/bags.md)",
     )
 
 

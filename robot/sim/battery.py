@@ -1,6 +1,6 @@
 """The battery pack as it behaves: voltage under load, coulomb count, temperature, charging. Stepped by its owner.
 
-Equations (docs/control.md#power-and-battery), current I positive when discharging:
+Equations (docs/concepts/control.md#power-and-battery), current I positive when discharging:
 
     V = OCV(s) - I R(T) - V1           dV1/dt = (I R1 - V1) / 30 s, R1 = R/2, with `PackDesign.relaxation`
     ds/dt = -eta I / (3600 C(T))       eta = 1 discharging, 0.995 charging

@@ -1,6 +1,6 @@
 """Seeded noise of the sensors, the same for every back end: same seed and same calls give the same stream.
 
-Constants are those of the MEMS IMU of the EuRoC data sets and of joint encoders (docs/control.md#sensor-models). Discretisation: white noise
+Constants are those of the MEMS IMU of the EuRoC data sets and of joint encoders (docs/concepts/control.md#sensor-models). Discretisation: white noise
 of density n has the standard deviation ``n * sqrt(rate)``; a bias that walks with density w makes steps of ``w / sqrt(rate)``, and
 goes back to what it was at the start with the time constant `MEMORY`: a walk without that, which a data sheet gives for minutes, would be ten times what any
 IMU has after hours.

@@ -42,7 +42,7 @@ class Truth:
     touching: tuple[str, ...]
     """Names of scene obstacles (``box_0``, ``cylinder_3`` in scene order) that any part of the robot touches now."""
     power: float
-    """Electrical motor power now: sum(max(tau qd, 0)) + k_cu sum(tau^2), W, without hotel load (docs/control.md#power-and-battery)."""
+    """Electrical motor power now: sum(max(tau qd, 0)) + k_cu sum(tau^2), W, without hotel load (docs/concepts/control.md#power-and-battery)."""
 
     @property
     def yaw(self) -> float:

@@ -16,6 +16,7 @@ Spoil: TypeAlias = Callable[[ImuSample, JointSample], tuple[ImuSample | None, Jo
 GyroFault: TypeAlias = Literal["scaled", "offset", "held", "swapped"]
 """How a gyro can be wrong and yet plausible."""
 GYRO_FAULTS: Final[tuple[GyroFault, ...]] = get_args(GyroFault)
+"""The names of the faults of a gyro that `wrong_gyro` makes."""
 
 _NAN = np.full(3, np.nan)
 

@@ -152,7 +152,7 @@ def _options(tree: Callable[[], Supervisor], argv: Sequence[str] | None, name: s
         metavar="ENDPOINT",
         help="let other machines connect to tcp/0.0.0.0:PORT",
     )
-    parser.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/security.md)")
+    parser.add_argument("--security", metavar="FILE", help="TLS, and who may do what (docs/howto/security.md)")
     options = parser.parse_args(argv)
     if options.clock == "virtual" and options.duration is None and tree().auto_shutdown == never:
         parser.error("--clock virtual needs a --duration here: this tutorial has no end of its own")

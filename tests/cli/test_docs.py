@@ -1,4 +1,4 @@
-"""docs/cli.md says what the commands do."""
+"""docs/reference/cli.md says what the commands do."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ STILL: Final = 0.1
 LONGEST_HANG: Final = 0.4
 """Seconds; one that lasts longer ends with the control process killed, which is a gait that is silent, and later restarted."""
 LONGEST_RESTART: Final = 0.1
-"""Seconds that a restart of a node takes at most (docs/robot.md#the-tree)."""
+"""Seconds that a restart of a node takes at most (docs/reference/robot.md#the-tree)."""
 SCALES: Final = ((-2.0, 0.0), (2.0, 3.0))
 """What a gyro's axis that is wrong by a factor shows of the truth: from one of these ranges."""
 OFFSETS: Final = (0.2, 1.0)

@@ -1,4 +1,4 @@
-"""docs/architecture.md: every module and function that it names exists, and its picture shows the rooms as they are."""
+"""docs/concepts/architecture.md: every module and function that it names exists, and its picture shows the rooms as they are."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import actors
 from tests.project.test_floors import FLOORS
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[2] / "docs" / "concepts"
 TEXT = (DOCS / "architecture.md").read_text(encoding="utf-8")
 
 
@@ -26,7 +26,7 @@ def defined(path: Path) -> set[str]:
 
 
 def test_every_name_is_where_the_link_leads() -> None:
-    links = re.findall(r"\[`([\w.]+)`\]\((\.\./actors/[\w/.]+)\)", TEXT)
+    links = re.findall(r"\[`([\w.]+)`\]\((\.\./\.\./actors/[\w/.]+)\)", TEXT)
     assert len(links) > 20
     for name, target in links:
         assert name in defined(DOCS / target), f"{name} is not in {target}"

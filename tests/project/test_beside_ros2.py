@@ -55,7 +55,7 @@ def table(text: str, heading: str) -> list[list[str]]:
 
 
 def test_a_table_says_what_topics_services_and_actions_are_and_only_actions_can_be_canceled() -> None:
-    head, *rows = table(page("concepts.md"), "### Topic, service or action")
+    head, *rows = table(page("concepts/concepts.md"), "### Topic, service or action")
     said = {row[0]: dict(zip(head[1:], row[1:], strict=True)) for row in rows}
     assert head[1:] == ["topic", "service", "action"]
     assert said["cancel"]["topic"] == "no"
@@ -66,7 +66,7 @@ def test_a_table_says_what_topics_services_and_actions_are_and_only_actions_can_
         "service": "`/get_map`, `/set_mode`",
         "action": "`/navigate_to_pose`",
     }
-    assert "docs/concepts.md#topic-service-or-action" in README
+    assert "docs/concepts/concepts.md#topic-service-or-action" in README
     assert inspect.iscoroutinefunction(Goal.cancel)
     for kind in (Publisher, Subscription):
         assert not hasattr(kind, "cancel")
@@ -75,7 +75,7 @@ def test_a_table_says_what_topics_services_and_actions_are_and_only_actions_can_
 
 
 def test_every_endpoint_of_the_robot_stands_under_its_pattern_with_a_reason() -> None:
-    _, *rows = table(page("robot.md"), "## Topic, service or action")
+    _, *rows = table(page("reference/robot.md"), "## Topic, service or action")
     listed = [(name, pattern) for pattern, _, names in rows for name in re.findall(r"`([^`]+)`", names)]
     assert len(dict(listed)) == len(listed)
     assert dict(listed) == {kind[1]: kind[0] for kind in map(described, contracts_of(contracts).values())}
@@ -161,8 +161,8 @@ def test_no_module_needs_what_only_one_system_has_and_the_tested_platforms_are_s
 
 def test_the_documents_say_which_wires_there_are_and_describe_that_of_zenoh() -> None:
     wire = next(line for line in README.splitlines() if line.startswith("- **Wire**"))
-    assert "rmw_zenoh_cpp" in wire and "DDS" in wire and "docs/wire.md#dds" in wire
-    _, *rows = table(page("wire.md"), "## The format")
+    assert "rmw_zenoh_cpp" in wire and "DDS" in wire and "docs/concepts/wire.md#dds" in wire
+    _, *rows = table(page("concepts/wire.md"), "## The format")
     written = {what.partition(":")[0]: how for what, how in rows}
     key = DataKey(0, "/chatter", String.__ros_type__, type_hash(String))
     assert write_key(key) in written["a message's key"]
@@ -178,7 +178,9 @@ def test_the_documents_say_which_wires_there_are_and_describe_that_of_zenoh() ->
 
 
 def test_the_readme_tells_the_jitter_of_a_control_loop_as_it_was_measured() -> None:
-    (row,) = (line for line in page("claims.md").splitlines() if line.startswith("| real-time control at 500 Hz"))
+    (row,) = (
+        line for line in page("reference/claims.md").splitlines() if line.startswith("| real-time control at 500 Hz")
+    )
     measured = row.split("|")[2].partition(";")[0]
     told = " ".join(README.partition("**Python, and real time**")[2].partition("- **")[0].split())
     for figure in ("0.12 ms", "0.9 ms", "3.2 ms", "3 of 5,000 ticks"):

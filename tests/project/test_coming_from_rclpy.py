@@ -1,4 +1,4 @@
-"""docs/coming-from-rclpy.md: our twenty programs do what stands there; the other halves are Python.
+"""docs/howto/port-from-rclpy.md: our twenty programs do what stands there; the other halves are Python.
 
 `python -m tests.interop.ros2 'twenty programs'` runs those with ROS 2.
 """
@@ -22,7 +22,7 @@ from actors.bag import BagReader
 from actors.testing import Rig
 from tests.project.test_docs import DOCS, once
 
-PAGE = (DOCS / "coming-from-rclpy.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "howto/port-from-rclpy.md").read_text(encoding="utf-8")
 SECTIONS = {
     int(number): text
     for number, text in re.findall(r"^## (\d+)\. .*?\n(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL)
@@ -33,7 +33,7 @@ THEIRS = "\n".join(re.findall(r"```py\n(.*?)```", PAGE, re.DOTALL))
 @pytest.fixture
 def page() -> Any:
     """The names of our halves."""
-    return SimpleNamespace(**once("coming-from-rclpy.md"))
+    return SimpleNamespace(**once("howto/port-from-rclpy.md"))
 
 
 def test_there_are_twenty_programs_each_in_both() -> None:
@@ -181,7 +181,7 @@ async def test_19_the_last_word_is_zero_also_of_one_that_fails(page: Any, rig: R
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_19_a_signal_ends_it_without_a_traceback(number: signal.Signals, code: int) -> None:
     program = (
-        "import asyncio; from tests.project.test_docs import program; page = program('coming-from-rclpy.md')\n"
+        "import asyncio; from tests.project.test_docs import program; page = program('howto/port-from-rclpy.md')\n"
         "from actors import run\n"
         "async def main():\n"
         "    async with run(page['Motor'], sinks=()) as system:\n"

@@ -125,7 +125,7 @@ def test_an_index_shows_a_readme_without_what_it_cannot_show(metadata: Message) 
     assert text.startswith("# robactor\n")
     assert "![" not in text
     assert "](" not in text.replace("](http", "")
-    assert "\n- docs/concepts.md: " in text
+    assert "\n- Concepts: " in text
     assert "pip install robactor && .venv/bin/python -m robot run" in text
 
 

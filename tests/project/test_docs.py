@@ -19,7 +19,13 @@ import pytest
 from actors.testing import Lab, Rig
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = sorted(page.name for page in DOCS.glob("*.md") if "```python" in page.read_text(encoding="utf-8"))
+START = DOCS / "start"
+"""Its pages are files and terminals of a reader: `tests/project/test_tutorial_pages.py` plays them."""
+PAGES = sorted(
+    page.relative_to(DOCS).as_posix()
+    for page in DOCS.rglob("*.md")
+    if page.parent != START and "```python" in page.read_text(encoding="utf-8")
+)
 
 
 def program(page: str) -> dict[str, Any]:
@@ -55,8 +61,8 @@ def test_the_page_runs_as_printed(page: str, tmp_path: Path) -> None:
 
 def test_the_cells_of_the_notebook_run_as_printed() -> None:
     """As a kernel runs them: one after another in one event loop, each awaited in a task of its own."""
-    text = (DOCS / "how-do-i.md").read_text(encoding="utf-8")
-    names = dict(once("how-do-i.md"))
+    text = (DOCS / "howto/how-do-i.md").read_text(encoding="utf-8")
+    names = dict(once("howto/how-do-i.md"))
     cells = re.findall(r"```python notebook\n(.*?)```", text, re.DOTALL)
     assert len(cells) == 3
 

@@ -1,4 +1,4 @@
-"""docs/control.md against the code: the names it gives exist, its numbers are theirs, and what the code cites is there.
+"""docs/concepts/control.md against the code: the names it gives exist, its numbers are theirs, and what the code cites is there.
 
 And no docstring or comment of the project cites a text that the repository does not hold.
 """
@@ -16,7 +16,7 @@ import pytest
 from robot.control.gaits import GAITS
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "control.md"
+PAGE = ROOT / "docs" / "concepts" / "control.md"
 NAME = re.compile(r"`(robot(?:\.\w+)+)`")
 NUMBERS = re.compile(r"-?\d[\d.]*(?:e-?\d+)?(?:, -?\d[\d.]*(?:e-?\d+)?)*")
 
@@ -133,7 +133,7 @@ def test_links_to_the_page_and_within_it_lead_to_a_section() -> None:
     anchors = set(sections())
     assert {*re.findall(r"\]\(#([^)]+)\)", PAGE.read_text(encoding="utf-8"))} <= anchors
     texts = [path.read_text(encoding="utf-8") for path in sources_of("actors", "robot", "cli", "tests")]
-    texts += [path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))]
+    texts += [path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))]
     cited = {anchor for text in texts for anchor in re.findall(r"control\.md#([\w-]+)", text)}
     assert cited
     assert cited <= anchors
@@ -152,7 +152,7 @@ def citations(text: str) -> list[str]:
 def test_nothing_cites_a_text_that_the_repository_does_not_hold() -> None:
     texts = {path: path.read_text(encoding="utf-8") for path in sources_of("actors", "robot", "cli", "tests")}
     del texts[Path(__file__)]
-    texts |= {path: path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))}
+    texts |= {path: path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))}
     assert {str(path.relative_to(ROOT)): lines for path, text in texts.items() if (lines := citations(text))} == {}
 
 

@@ -1,4 +1,4 @@
-"""The scenario of docs/simulation.md is a test file as printed, and passes."""
+"""The scenario of docs/howto/scenarios.md is a test file as printed, and passes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from tests.suites import run_pytest
 
-PAGE = Path(__file__).parents[2] / "docs" / "simulation.md"
+PAGE = Path(__file__).parents[2] / "docs" / "howto" / "scenarios.md"
 
 
 def blocks() -> list[str]:

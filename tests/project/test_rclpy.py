@@ -1,4 +1,4 @@
-"""docs/rclpy.md: every public name of rclpy, tf2_ros and message_filters has a line, and every name of ours in it exists."""
+"""docs/reference/rclpy.md: every public name of rclpy, tf2_ros and message_filters has a line, and every name of ours in it exists."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ methods of their classes, as they were read from their sources."""
 
 def rows() -> Iterator[tuple[list[str], str]]:
     """The names of each row, and what stands on the right."""
-    text = (ROOT / "docs" / "rclpy.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reference" / "rclpy.md").read_text(encoding="utf-8")
     for line in text.splitlines():
         if line.startswith("| `"):
             left, right = line.strip("| ").split(" | ")

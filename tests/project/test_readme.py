@@ -50,7 +50,7 @@ def test_the_test_example_passes_with_the_plugin(tmp_path: Path) -> None:
     assert "1 passed" in done.stdout, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("document", re.findall(r"\]\((docs/[\w.-]+|CHANGELOG\.md)\)", README))
+@pytest.mark.parametrize("document", re.findall(r"\]\((docs/[\w./-]+|CHANGELOG\.md)\)", README))
 def test_what_the_readme_links_to_exists(document: str) -> None:
     assert (ROOT / document).is_file()
 
@@ -101,7 +101,7 @@ def test_the_robots_commands_work_as_pasted_after_the_first_command(tmp_path: Pa
     assert done.stdout.splitlines()[-1] == str(Path(sys.prefix) / "bin" / "python")
 
 
-@pytest.mark.parametrize("document", ["README.md", "docs/coming-from-ros2.md"])
+@pytest.mark.parametrize("document", ["README.md", "docs/start/from-rclpy.md"])
 def test_what_it_does_not_do_yet_is_said_before_anything_is_shown(document: str) -> None:
     text = (ROOT / document).read_text(encoding="utf-8")
     before, _, after = text.partition("**What it does not do yet.**")

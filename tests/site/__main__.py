@@ -45,8 +45,8 @@ def build() -> int:
         path = sources / page
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    parts = ", ".join(f'"{page}"' for page in found if page.startswith("reference/"))
-    settings = (ROOT / "docs" / "site.toml").read_text(encoding="utf-8").replace('"reference/"', parts)
+    parts = ", ".join(f'"{page}"' for page in found if page.startswith("reference/api/"))
+    settings = (ROOT / "docs" / "site.toml").read_text(encoding="utf-8").replace('"reference/api/"', parts)
     (BUILD / "site.toml").write_text(settings, encoding="utf-8")
     command = [sys.executable, "-m", "zensical", "build", "--strict", "--clean", "--config-file", "site.toml"]
     return subprocess.run(command, cwd=BUILD, check=False).returncode

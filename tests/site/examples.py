@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tests.site.markdown import headlines
-from tests.tools.reference import SECTIONS
+from tests.tools.reference import ROBOT, SECTIONS
 
 ROOT = Path(__file__).parents[2]
-FACES = frozenset({"actors", *SECTIONS.values()})
+FACES = frozenset({"actors", *SECTIONS.values(), *ROBOT.values()})
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 Name = tuple[str, str]
@@ -65,5 +65,5 @@ def names_used(code: str, known: Imported) -> Iterator[Name]:
             yield "actors", node.id  # a module that is a name of the front door
         elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             face, name = known.get(node.value.id, ("", "no module"))
-            if not name and node.attr in importlib.import_module(face).__all__:
+            if not name and node.attr in getattr(importlib.import_module(face), "__all__", ()):
                 yield face, node.attr

@@ -10,6 +10,7 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 from latex2mathml.converter import convert
@@ -17,18 +18,22 @@ from latex2mathml.converter import convert
 from tests.site.diagrams import THEMES, Diagram
 from tests.site.examples import examples
 from tests.site.markdown import anchored, fenced, headlines, in_prose, relinked
-from tests.tools.reference import SECTIONS
+from tests.tools import reference
+from tests.tools.reference import ROBOT, SECTIONS
 
 ROOT = Path(__file__).parents[2]
 FIRST = {"README.md": "index.md", "CHANGELOG.md": "changelog.md"}
 """Where the documents of the top level are on the site; those of docs/ keep their places."""
-REFERENCE = "docs/reference.md"
+REFERENCE = "docs/reference/api.md"
+"""Where the reference would be, which is not in the repository."""
 
 
+@cache
 def documents() -> dict[str, str]:
     """The text of every document, by its path from the top level."""
     paths = [*(ROOT / name for name in FIRST), *sorted((ROOT / "docs").rglob("*.md"))]
-    return {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in paths}
+    found = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in paths}
+    return {**found, REFERENCE: reference.page()}
 
 
 def pages() -> dict[str, str]:
@@ -54,18 +59,18 @@ class Places:
         }
         """The title of each document, by its name."""
         section = "index"
-        for level, _, anchor in headlines((ROOT / REFERENCE).read_text(encoding="utf-8")):
+        for level, _, anchor in headlines(documents()[REFERENCE]):
             section = anchor if level == 2 else section
             self.sections[anchor] = section
 
     def of(self, path: str, anchor: str) -> str | None:
         """The place of a file of this repository; None if it is not on the site."""
         if path == REFERENCE:
-            place = f"reference/{self.sections[anchor]}.md"
+            place = f"reference/api/{self.sections[anchor]}.md"
         elif path in FIRST:
             place = FIRST[path]
         elif path.startswith("docs/"):
-            place = path.removeprefix("docs/")
+            place = path.removeprefix("docs/").replace("README.md", "index.md")
         else:
             return None
         return f"{place}#{anchor}" if anchor else place
@@ -100,16 +105,16 @@ def reference_parts(whole: str, text: str) -> Iterator[tuple[str, str]]:
     """The reference as a page for each section, and one that leads to them."""
     anchors = [anchor for level, _, anchor in headlines(text) if level == 2]
     contents, *sections = re.split(r"^(?=## )", whole, flags=re.MULTILINE)
-    yield "reference/index.md", contents
+    yield "reference/api/index.md", contents
     for anchor, section in zip(anchors, sections, strict=True):
-        face = SECTIONS.get(section.removeprefix("## ").partition(" {#")[0], "actors")
+        face = {**SECTIONS, **ROBOT}.get(section.removeprefix("## ").partition(" {#")[0], "actors")
         risen = in_prose(section, lambda prose: re.sub(r"^#(#+ )", r"\1", prose, flags=re.MULTILINE))
-        yield f"reference/{anchor}.md", re.sub(r"^## (\w+)\b.*$", lambda line, face=face: with_examples(line, face), risen, flags=re.MULTILINE)  # fmt: skip
+        yield f"reference/api/{anchor}.md", re.sub(r"^## (\w+)\b.*$", lambda line, face=face: with_examples(line, face), risen, flags=re.MULTILINE)  # fmt: skip
 
 
 def with_examples(line: re.Match[str], face: str) -> str:
     """The headline of a name, and the sections whose examples use it."""
-    links = [f"[{one.title}]({posixpath.relpath(one.page, 'docs')}#{one.anchor})" for one in examples().get((face, line[1]), ())[:4]]  # fmt: skip
+    links = [f"[{one.title}]({posixpath.relpath(one.page, 'docs/reference')}#{one.anchor})" for one in examples().get((face, line[1]), ())[:4]]  # fmt: skip
     return f"{line[0]}\n\nExamples: {', '.join(links)}" if links else line[0]
 
 

@@ -1,4 +1,4 @@
-"""`python -m tests.tools.cli_docs`: writes the generated parts of docs/cli.md: the verbs, the exit codes, and the terminal of the tutorials.
+"""`python -m tests.tools.cli_docs`: writes the generated parts of docs/reference/cli.md: the verbs, the exit codes, and the terminal of the tutorials.
 
 The transcript is what the commands of the five tutorials print here, word for word after the command's name, in their order. The nodes run in
 processes of their own. What differs from run to run (ids, times, measured figures) is masked when `tests/cli/test_docs.py` compares.
@@ -24,7 +24,7 @@ from cli.parsing import actions_of
 from cli.verb import Group
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "cli.md"
+PAGE = ROOT / "docs" / "reference" / "cli.md"
 WIDEST = 14
 """How many lines of an output are shown."""
 

@@ -1,6 +1,6 @@
-"""`python -m tests.tools.reference`: write docs/reference.md, every public name with its signature and its docstring.
+"""`python -m tests.tools.reference`: write build/reference.md, every public name with its signature and its docstring.
 
-A test compares the page with what this would write, so run it after a change of a docstring or a signature.
+The site's reference is the same text, `tests/site`; it is not kept in the repository.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from types import ModuleType
 from typing import Any, is_typeddict
 
 import actors
-from actors import ActorError
+from actors import Action, ActorError, Service, Topic
 from tests.project.surface import NO_CONSTRUCTOR, Surface
 from tests.site.markdown import headlines
+from tests.tools import parameter_table
 
-PAGE = Path(__file__).parents[2] / "docs" / "reference.md"
-SURFACE = Surface(Path(actors.__file__).parent)
+PAGE = Path(__file__).parents[2] / "build" / "reference.md"
 
 GROUPS: Mapping[str, Sequence[str]] = {
     "Running": ("spin", "run", "execute", "open_node", "remove_ros_args", "System", "system_of", "graph_of", "Clock"),
@@ -125,10 +125,16 @@ INTERNAL: Mapping[str, Sequence[str]] = {
 }  # fmt: skip
 """What is public for other modules of the framework only."""
 
-HEAD = """# Reference
+ROBOT: Mapping[str, str] = {
+    "The robot": "robot",
+    "Topics, services and actions of the robot": "robot.contracts",
+    "Trials of the robot": "robot.testing",
+}
+"""The public modules of `robot`, after those of `actors`."""
 
-Every public name with its signature and its docstring, written by `python -m tests.tools.reference`; do not edit it by hand. The sections that
-name no module are about `actors` itself. What the names are good for is in [concepts.md](concepts.md) and [how-do-i.md](how-do-i.md).
+HEAD = """# All names
+
+Every public name with its signature and its docstring. The sections that name no module are about `actors` itself.
 """
 
 
@@ -147,6 +153,7 @@ def page() -> str:
     text = "\n".join(body).rstrip() + "\n"
     found_headlines = list(headlines(text))
     anchors = [anchor for level, _, anchor in found_headlines if level == 3]
+    text += "\n## Parameters of the robot\n\n" + "\n".join(parameter_table.table()) + "\n"
     contents: list[str] = []
     for level, subject, anchor in found_headlines:
         if level == 2:
@@ -171,10 +178,19 @@ def entries() -> Iterator[tuple[str, str, Any, str]]:
         module = importlib.import_module(face)
         for name in module.__all__:
             yield subject, name, getattr(module, name), face
+    for subject, face in ROBOT.items():
+        module = importlib.import_module(face)
+        for name in getattr(module, "__all__", None) or contracts(module):
+            yield subject, name, getattr(module, name), face
     grouped = {name for names in GROUPS.values() for name in names}
     for name in actors.__all__:
         if name not in grouped:
             yield "More", name, getattr(actors, name), "actors"
+
+
+def contracts(module: ModuleType) -> list[str]:
+    """The topics, services and actions that a module defines, in the order of its source."""
+    return [name for name, value in vars(module).items() if isinstance(value, (Topic, Service, Action))]
 
 
 @cache
@@ -246,7 +262,7 @@ def members(kind: type[Any]) -> Iterator[tuple[str, Any]]:
     shown_elsewhere = classes() - {kind}
     seen: set[str] = set()
     for owner in kind.__mro__:
-        if owner in shown_elsewhere or not owner.__module__.startswith("actors."):
+        if owner in shown_elsewhere or not owner.__module__.startswith(("actors.", "robot.")):
             continue
         for member, value in vars(owner).items():
             plain = value.__func__ if isinstance(value, (classmethod, staticmethod)) else value
@@ -318,7 +334,7 @@ def annotation(value: Any) -> str:
     if isinstance(value, str):
         return value
     text = value.__name__ if isinstance(value, type) and not getattr(value, "__args__", ()) else str(value)
-    return re.sub(r"\b(?:actors|typing|collections\.abc)(?:\.\w+)*\.(?=\w)", "", text)
+    return re.sub(r"\b(?:actors|robot|typing|collections\.abc)(?:\.\w+)*\.(?=\w)", "", text)
 
 
 def shown(value: Any) -> str:
@@ -330,7 +346,9 @@ def shown(value: Any) -> str:
         return "..."
     if isinstance(value, enum.Enum):
         return f"{type(value).__name__}.{value.name}"
-    return value.__name__ if inspect.isroutine(value) or isinstance(value, type) else repr(value)
+    if inspect.isroutine(value) or isinstance(value, type):
+        return value.__name__
+    return text if len(text := repr(value)) <= 100 else f"{type(value).__name__}(...)"
 
 
 # -- texts ----------------------------------------------------------------------------------------------------------------------
@@ -379,11 +397,19 @@ def documented_attributes(kind: type[Any]) -> dict[str, str]:
     return {name: text for name, text in found.items() if not name.startswith("_")}
 
 
+@cache
+def surface_of(package: str) -> Surface:
+    """The names of a package, from its sources."""
+    return Surface(Path(importlib.import_module(package).__path__[0]))
+
+
 def documented_constant(face: str, name: str) -> tuple[str, str]:
     """The definition of a constant or a type, wherever it stands, and the string after it."""
-    found = SURFACE.resolve(face, name)
-    assert found is not None
-    module = SURFACE.modules[found.module]
+    surface = surface_of(face.partition(".")[0])
+    found = surface.resolve(face, name)
+    if found is None:  # of another package, where its own entry is
+        return f"{name} = {shown(getattr(sys.modules[face], name))}", ""
+    module = surface.modules[found.module]
     statement = module.defined[found.name]
     texts = {name: text for _, name, text in strings_after(module.tree.body)}
     assert isinstance(statement, (ast.Assign, ast.AnnAssign)), name
@@ -410,6 +436,7 @@ def constants(module: ModuleType) -> list[str]:
 
 def main() -> int:
     """Write the page."""
+    PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(page(), encoding="utf-8")
     print(f"written: {PAGE.name}, {sum(1 for _ in entries())} entries")
     return 0

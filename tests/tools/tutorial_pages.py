@@ -1,4 +1,4 @@
-"""`python -m tests.tools.tutorial_pages [PAGE...]`: types the commands of docs/tutorials/ and writes what they print into the pages.
+"""`python -m tests.tools.tutorial_pages [PAGE...]`: types the commands of docs/start/ and writes what they print into the pages.
 
 A page is a sequence of blocks. A block ``python``, ``xml`` or ``yaml`` is a file, whose name is in the comment of its first line; it is saved in the
 reader's folder. A block ``text`` is a terminal: each line that begins with ``$`` is typed there, and below it stands what it printed. A line that begins
@@ -24,8 +24,8 @@ from contextlib import ExitStack
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-FOLDER = ROOT / "docs" / "tutorials"
-PAGES = tuple(sorted(path.name for path in FOLDER.glob("*.md")))
+FOLDER = ROOT / "docs" / "start"
+PAGES = ("first-node.md", "topics.md", "services-actions-parameters.md", "lifecycle-launch-supervision.md", "robot.md")
 PATIENCE = 60.0
 ELSEWHERE = "(another terminal) "
 

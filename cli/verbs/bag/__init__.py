@@ -255,7 +255,9 @@ def _replay(parser: Parser) -> None:
         "--break", dest="pause", metavar="TOPIC[N]", help="stop in a debugger where message N (from 0) is sent on TOPIC"
     )
     parser.add_argument(
-        "--trust", action="store_true", help="let the journal call code of classes that it names; see docs/replay.md"
+        "--trust",
+        action="store_true",
+        help="let the journal call code of classes that it names; see docs/howto/replay.md",
     )
     parser.add_argument("--all", action="store_true", help="go on behind the first difference")
     parser.add_argument("--cost", action="store_true", help="only print what the journal holds and costs")

@@ -73,7 +73,7 @@ def test_a_name_of_rclpy_is_refused_with_what_to_write(name: str, written: str) 
     said = str(refused.value)
     assert said.startswith(f"Pilot has no {name!r}, which is rclpy's: ")
     assert written in said
-    assert said.endswith("; see docs/coming-from-ros2.md")
+    assert said.endswith("; see docs/start/from-rclpy.md")
 
 
 def test_rclpys_names_are_really_missing_and_not_shown() -> None:

@@ -1,4 +1,4 @@
-"""The `rclpy` halves of docs/coming-from-rclpy.md, run with ROS 2: `python3 twenty_with_rclpy.py PAGE`. The last line is "all of them".
+"""The `rclpy` halves of docs/howto/port-from-rclpy.md, run with ROS 2: `python3 twenty_with_rclpy.py PAGE`. The last line is "all of them".
 
 Needs a shell in which ROS 2 is set up. What needs rosbag2 is left out where that is not installed.
 """

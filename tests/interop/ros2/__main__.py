@@ -23,7 +23,7 @@ NO_SERVICES = re.compile(
     "their (client|goal)|our (client|goal)|twenty|ros2 (param|lifecycle (nodes|set)|service call|action send)"
     "|robactor and ros2: (param|lifecycle (list|get|set)|service call|action send)"
 )
-"""The checks that ask or answer, which cannot be done with Fast DDS; see docs/wire.md."""
+"""The checks that ask or answer, which cannot be done with Fast DDS; see docs/concepts/wire.md."""
 
 
 NO_COMMAND = re.compile("^ros2 |^robactor and ros2: |known from its definition|^the twenty")

@@ -45,7 +45,7 @@ def hat(arm: Triple) -> Floats:
 
 
 def wrench_map(arms: list[Triple]) -> Floats:
-    """A of docs/control.md: from the feet's forces to the wrench."""
+    """A of docs/concepts/control.md: from the feet's forces to the wrench."""
     return np.hstack([np.vstack((np.eye(3), hat(arm))) for arm in arms])
 
 

@@ -1,4 +1,4 @@
-"""The equations of walking one by one, and against docs/control.md#walking evaluated in matrices."""
+"""The equations of walking one by one, and against docs/concepts/control.md#walking evaluated in matrices."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def swayed(time: float) -> tuple[Floats, Floats, Floats]:
 
 
 class Matrices:
-    """The filter of docs/control.md as a textbook writes it: F, Q, H, R as matrices, the three axes as columns."""
+    """The filter of docs/concepts/control.md as a textbook writes it: F, Q, H, R as matrices, the three axes as columns."""
 
     def __init__(self, arms: Floats) -> None:
         self.x = np.zeros((6, 3))

@@ -1,4 +1,4 @@
-"""The scan matcher against scipy's minimiser of the cost that docs/control.md states, and its symmetries."""
+"""The scan matcher against scipy's minimiser of the cost that docs/concepts/control.md states, and its symmetries."""
 
 from __future__ import annotations
 

@@ -222,7 +222,7 @@ async def test_a_walk_in_physics_goes_on_through_a_crash_below_the_gait(rig: Rig
 
 
 def test_the_picture_of_the_tree_in_the_docs_is_the_tree() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "robot.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "robot.md").read_text(encoding="utf-8")
     picture = page.split("```text\nrobot ")[1].split("```")[0].splitlines()[1:]
     drawn = [line.replace("`-", "").replace("|-", "").replace("|", "").split()[0] for line in picture]
     tree: list[str] = []

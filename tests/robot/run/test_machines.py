@@ -86,7 +86,7 @@ def test_without_a_security_file_nobody_is_given_anything(tmp_path: Path, monkey
     machines = parse_machines(["navigation=base@base:port"])
     assert machines is not None
     monkeypatch.delenv("ROBACTOR_SECURITY", raising=False)
-    with pytest.raises(UsageError, match=r"add --security FILE, or ROBACTOR_SECURITY=FILE \(docs/machines.md\)"):
+    with pytest.raises(UsageError, match=r"add --security FILE, or ROBACTOR_SECURITY=FILE \(docs/howto/machines.md\)"):
         tls_hosts(machines, None)
     with pytest.raises(UsageError, match=r"--host: .*nothing.yaml"):
         tls_hosts(machines, str(tmp_path / "nothing.yaml"))

@@ -1,4 +1,4 @@
-"""Every tutorial as a program, and what docs/tutorials.md says of them (C-34, E-06, E-08, X-14, X-22)."""
+"""Every tutorial as a program, and what docs/reference/tutorials.md says of them (C-34, E-06, E-08, X-14, X-22)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tests.robot.stage import said
 from tests.robot.tutorials.kit import alone
 
 ROOT = Path(__file__).parents[3]
-PAGE = (ROOT / "docs" / "tutorials.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "reference" / "tutorials.md").read_text(encoding="utf-8")
 HELPERS = {"__main__", "program", "strides"}
 MODULES = sorted({module.name for module in pkgutil.iter_modules(tutorials.__path__)} - HELPERS)
 
@@ -176,7 +176,7 @@ def test_a_tutorial_is_run_by_its_name(capsys: pytest.CaptureFixture[str]) -> No
     assert "Received: Hello World 0" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("document", ["README.md", "CHANGELOG.md", "docs/tutorials.md"])
+@pytest.mark.parametrize("document", ["README.md", "CHANGELOG.md", "docs/reference/tutorials.md"])
 def test_documents_count_the_tutorials_of_the_folder(document: str) -> None:
     counts = re.findall(
         r"(\d+) (?:small )?systems of(?: the)? ROS 2 tutorials", (ROOT / document).read_text(encoding="utf-8")
@@ -228,7 +228,7 @@ async def test_however_it_goes_the_move_client_ends(rig: Rig) -> None:
 @pytest.mark.parametrize("name", MODULES)
 def test_the_page_has_a_row_for_every_tutorial_with_its_nodes(name: str) -> None:
     row = next((line for line in PAGE.splitlines() if line.startswith(f"| `{name}` |")), None)
-    assert row is not None, f"docs/tutorials.md has no row for {name}"
+    assert row is not None, f"docs/reference/tutorials.md has no row for {name}"
     if name not in ("ring", "spot_by_voice"):  # two hundred, and those of other rows
         nodes = re.findall(r"`(\w+)`", row.split("|")[2])
         assert set(nodes) >= {child.name for child in tree_of(name)().children}
