@@ -65,5 +65,5 @@ class DoubtfulLegs:
         fx, fy, fz = to_body(estimate.rotation, (x - px, y - py, z - pz))
         model = estimate.legs.model
         hip_x, hip_y = model.hips[leg]
-        hip, shoulder, knee, *_ = leg_inverse(model.sides[leg], fx - hip_x, fy - hip_y, fz, model)
+        hip, shoulder, knee, *_ = leg_inverse(model.sides[leg], fx - hip_x, fy - hip_y, fz, model, model.bends[leg])
         return (hip, shoulder, knee)

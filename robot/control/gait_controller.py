@@ -89,7 +89,7 @@ class GaitController:
         self._told: MotorTargets | None = None
         self.slips = 0
         """How often it has sat down because its feet slid."""
-        self._senses = Senses(own_feet)
+        self._senses = Senses(own_feet, model)
         self._doubtful = DoubtfulLegs()
         self._trim = Trim(model)
         self._overtaken_for = 0.0

@@ -102,7 +102,7 @@ class SafeStop:
         for leg in range(4):
             x, y, z = self._place(leg)
             hip_x, hip_y = model.hips[leg]
-            reach = leg_inverse(model.sides[leg], x - hip_x, y - hip_y, z, model)
+            reach = leg_inverse(model.sides[leg], x - hip_x, y - hip_y, z, model, model.bends[leg])
             push = torques(legs.jacobians[leg], *((1.0 - relaxed) * part for part in loads[leg]))
             targets.leg(
                 leg,

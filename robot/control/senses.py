@@ -14,6 +14,7 @@ from robot.geometry.vectors import Vector, to_body
 from robot.hardware.body import LEGS, ImuSample, JointSample, MotorTargets
 from robot.model.legs import foot_velocities
 from robot.model.modes import ON_ITS_FEET, Mode
+from robot.model.robot import RobotModel
 
 
 class Senses:
@@ -23,9 +24,9 @@ class Senses:
     Invariant: a sample that is believed is handed on as it came.
     """
 
-    def __init__(self, own_feet: bool) -> None:
+    def __init__(self, own_feet: bool, model: RobotModel) -> None:
         self._own_feet = own_feet
-        self._imu, self._joints, self._contacts = ImuWatch(), JointWatch(), ContactWatch(own_feet)
+        self._imu, self._joints, self._contacts = ImuWatch(), JointWatch(model), ContactWatch(own_feet)
         self._turn = TurnWatch()
         self._gyro = [0.0] * 3
         """What it showed last, rad/s."""

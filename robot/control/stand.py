@@ -112,10 +112,12 @@ class StandController:
         y0 = self._offset[1] * share
         cr, sr, cp, sp = cos(self._roll), sin(self._roll), cos(self._pitch), sin(self._pitch)
         pose: list[tuple[float, float, float]] = []
-        for (fx, fy, fz), (hip_x, hip_y), side in zip(self._feet, model.hips, model.sides, strict=True):
+        for (fx, fy, fz), (hip_x, hip_y), side, bend in zip(
+            self._feet, model.hips, model.sides, model.bends, strict=True
+        ):
             x, y, z = fx - x0, fy - y0, fz - self.height
             along = cp * x - sp * z
             lifted = sp * x + cp * z
-            angles = leg_inverse(side, along - hip_x, cr * y + sr * lifted - hip_y, cr * lifted - sr * y, model)
+            angles = leg_inverse(side, along - hip_x, cr * y + sr * lifted - hip_y, cr * lifted - sr * y, model, bend)
             pose.append((angles.q1, angles.q2, angles.q3))
         return pose

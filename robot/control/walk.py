@@ -347,7 +347,7 @@ class WalkController:
         x, y, z = to_body(ahead.rotation, (place[0] - px, place[1] - py, place[2] - pz))
         model = self._model
         (hip_x, hip_y), side = model.hips[index], model.sides[index]
-        angles = leg_inverse(side, x - hip_x, y - hip_y, z, model)
+        angles = leg_inverse(side, x - hip_x, y - hip_y, z, model, model.bends[index])
         vx, vy, vz = ahead.velocity
         u, v, w = to_body(ahead.rotation, (speed[0] - vx, speed[1] - vy, speed[2] - vz))
         a, b, c = ahead.turn

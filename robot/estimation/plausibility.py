@@ -16,6 +16,7 @@ from robot.estimation.stuck_encoder import StuckWatch
 from robot.geometry.vectors import Triple, Vector
 from robot.hardware.body import ImuSample, JointSample
 from robot.model.legs import LegState
+from robot.model.robot import SPOT, RobotModel
 
 IMU_AGE = 0.05
 """Seconds for which one sample of the IMU will do, if it is slower than the encoders."""
@@ -38,7 +39,7 @@ FLYING = 1.5
 FLOWN = 0.0125
 """Seconds of such a flight with a closed contact that make a verdict: three samples at 200 Hz, as contacts may come late."""
 PRESSING = 40.0
-"""A foot that bears so much (N) by the torques of its leg stands, whatever its contact says."""
+"""A foot of the reference body that bears so much (N) by the torques of its leg stands, whatever its contact says."""
 LOOKED = 0.0225
 """Seconds of looking at a foot that make a verdict: five samples at 200 Hz."""
 OVERDUE = 0.04
@@ -119,13 +120,13 @@ class ImuWatch:
 class JointWatch:
     """Encoders that are not a number, beyond what there can be, frozen, or stuck; each joint by itself."""
 
-    def __init__(self) -> None:
+    def __init__(self, model: RobotModel = SPOT) -> None:
         self._trust = _Trust(JOINT_LIFE)
         self._position = [0.0] * 12
         self._shown = ([0.0] * 12, [0.0] * 12)
         """The latest sample as it came: positions and speeds."""
         self._same_for = [0.0] * 12
-        self.sticking = StuckWatch()
+        self.sticking = StuckWatch(model)
         self.bad: list[int] = []
         """Joints whose latest sample is not believed."""
 
@@ -249,7 +250,7 @@ class ContactWatch:
             self._seen[leg], self._touched[leg] = 0.0, True
             if contact:
                 self._pressed[leg] = 0.0
-            elif walker.late(leg) > OVERDUE and _bearing(leg, sample, legs) > PRESSING:
+            elif walker.late(leg) > OVERDUE and _bearing(leg, sample, legs) > PRESSING * legs.model.force:
                 self._pressed[leg] += dt
                 if self._pressed[leg] > LOOKED:
                     self.trusted[leg] = False

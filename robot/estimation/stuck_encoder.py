@@ -7,6 +7,7 @@ from math import inf
 from typing import Final
 
 from robot.hardware.body import JointSample, MotorTargets
+from robot.model.robot import SPOT, RobotModel
 
 NOISE: Final = 4e-3
 """An encoder that shows no more change than this does not move, rad; chosen: eight standard deviations of a good one."""
@@ -17,14 +18,14 @@ LED: Final = 0.06
 IDLE: Final = 0.5
 """A drive that gives less than this share of the torque that its law asks for at the place shown, is not at that place."""
 PUSHING: Final = 40.0
-"""A drive that gives more than this pushes against something, N m: its joint may well stand still."""
+"""A drive of the reference body that gives more than this pushes against something, N m: its joint may well stand still."""
 CERTAIN: Final = 0.0149
 """Seconds of that which make a verdict: three samples at 200 Hz, less a rounding."""
 STRIDES: Final = 2.0
 """Seconds for which no joint of a robot that steps stands still: hips that walk straight on turn by 0.02 rad in each stride; measured: the hips
 of a bound in place stand still for up to 1.04 s."""
 LED_LITTLE: Final = 0.01
-"""So far its drive must have been told to turn it then, rad."""
+"""So far its drive must have been told to turn it then, rad; farther, where dry friction holds it."""
 DOUBT: Final = 0.03
 """Seconds after which a shoulder or knee that does not move is doubted: the foot may seem to slide for it."""
 LATE: Final = 6
@@ -38,9 +39,24 @@ class StuckWatch:
     turns under an encoder that sticks takes much less than the law asks for at the place shown. Invariant: a joint that moves is not stuck.
     """
 
-    __slots__ = ("_anchor", "_far", "_idle_for", "_near", "_stepping", "_still_for", "_told", "stuck")
+    __slots__ = (
+        "_anchor",
+        "_far",
+        "_friction",
+        "_idle_for",
+        "_led",
+        "_near",
+        "_pushing",
+        "_stepping",
+        "_still_for",
+        "_told",
+        "stuck",
+    )
 
-    def __init__(self) -> None:
+    def __init__(self, model: RobotModel = SPOT) -> None:
+        self._friction, self._pushing = model.friction, PUSHING * model.spring
+        self._led = [LED_LITTLE] * 12
+        """How far the drive must have been told to turn each joint that stands still for long, rad."""
         self._anchor = [0.0] * 12
         self._still_for = [0.0] * 12
         self._idle_for = [0.0] * 12
@@ -89,7 +105,7 @@ class StuckWatch:
                 continue
             self._lead(joint)
             way = self._far[joint] - self._near[joint]
-            if self._stepping and still[joint] > STRIDES and way > LED_LITTLE:
+            if self._stepping and still[joint] > STRIDES and way > self._led[joint]:
                 self.stuck.add(joint)
             elif still[joint] > STILL and way > LED:
                 given: list[float] = effort or sample.effort.tolist()
@@ -105,10 +121,11 @@ class StuckWatch:
         if kp[joint] > 0.0:
             self._near[joint] = min(self._near[joint], position[joint])
             self._far[joint] = max(self._far[joint], position[joint])
+            self._led[joint] = max(LED_LITTLE, 2.0 * (NOISE + self._friction / kp[joint]))
 
     def _idles(self, joint: int, at: float, speed: float, given: float) -> bool:
         """Whether the drive gives less than its law asks for here, by whichever of the latest targets."""
-        if abs(given) > PUSHING:
+        if abs(given) > self._pushing:
             return False
         for position, velocity, effort, kp, kd in self._told:
             if kp[joint] <= 0.0:

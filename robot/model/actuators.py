@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+from robot.model.parameters import KNEE_TORQUE
+from robot.model.robot import RobotModel
 
 NOMINAL_VOLTAGE = 51.8
 """Of the drives' bus, V: 14 cells of 3.7 V."""
 MOTOR_DELAY = 0.004
 """How late the drives act on targets, s."""
+KNEE = max(torque for _, torque in KNEE_TORQUE)
+"""Of the reference body, N m."""
 SILENCE = 0.05
 """Seconds without targets after which the drives act by themselves: 10 periods of the control loop."""
 
@@ -43,6 +48,22 @@ class ActuatorDesign:
     """Winding temperature at which nothing is left of it, C."""
     ambient: float = 25.0
     """Of the air, and of the drives at first, C."""
+
+    @classmethod
+    def of(cls, model: RobotModel) -> ActuatorDesign:
+        """These drives for another robot: as fast as its legs need at the same Froude number, and as strong for its weight."""
+        own, power = cls(), model.force * model.speed
+        strongest = max(torque for _, torque in model.knee_torque)
+        return replace(
+            own,
+            no_load=own.no_load / model.speed,
+            knee_product=own.knee_product / KNEE * strongest / model.speed,
+            bus_current=own.bus_current * power,
+            winding_capacity=own.winding_capacity * model.force,
+            winding_resistance=own.winding_resistance / model.force,
+            housing_capacity=own.housing_capacity * model.force,
+            housing_resistance=own.housing_resistance / model.force,
+        )
 
     def __post_init__(self) -> None:
         positive = (

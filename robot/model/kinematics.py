@@ -1,7 +1,7 @@
 """Kinematics of one leg and of all four, exact and in closed form.
 
 Frames: the hip frame has the body's axes (x forward, y left, z up) and its origin on the hip axis. Angles: q1 hip about +x,
-q2 shoulder about +y, q3 knee about +y, always negative. `side` is +1 for a left leg and -1 for a right one. With the leg
+q2 shoulder about +y, q3 knee about +y, negative where it bends backwards. `side` is +1 for a left leg and -1 for a right one. With the leg
 straight down all angles are zero and the foot's centre is at (0, side d, -(L1 + L2)).
 
 The functions of one leg work on plain floats: four legs cost less that way than as arrays of four.
@@ -49,8 +49,9 @@ def leg_forward(side: float, q1: float, q2: float, q3: float, model: RobotModel 
     return (-thigh * sin(q2) - calf * sin(q23), offset * c1 - height * s1, offset * s1 + height * c1)
 
 
-def leg_inverse(side: float, x: float, y: float, z: float, model: RobotModel = SPOT) -> LegAngles:
-    """The angles that put the foot's centre at (x, y, z) of the hip frame, for a foot below the hip.
+def leg_inverse(side: float, x: float, y: float, z: float, model: RobotModel = SPOT, bend: float = -1.0) -> LegAngles:
+    """The angles that put the foot's centre at (x, y, z) of the hip frame, for a foot below the hip. `bend` is -1 for a knee that bends backwards,
+    +1 for one that bends forwards.
 
     A point out of reach is answered with the nearest angles and `reachable` False. Joint limits are not applied here: ask
     `within_limits`.
@@ -67,10 +68,12 @@ def leg_inverse(side: float, x: float, y: float, z: float, model: RobotModel = S
         c3, reachable = 1.0, False
     elif c3 < -1.0:
         c3, reachable = -1.0, False
-    q3 = -acos(c3)
+    q3 = bend * acos(c3)
     q2 = atan2(-x, -height) - atan2(calf * sin(q3), thigh + calf * c3)
     if q2 > pi:
         q2 -= tau
+    elif q2 < -pi:
+        q2 += tau
     return LegAngles(q1, q2, q3, reachable)
 
 
@@ -105,8 +108,10 @@ def feet(joints: Sequence[float] | Vector, model: RobotModel = SPOT) -> Vector:
 def inverse(points: Vector, model: RobotModel = SPOT) -> Reach:
     """The 12 joint angles that put the feet's centres at `points` of the body frame, shape (4, 3)."""
     legs = [
-        leg_inverse(side, x - hip_x, y - hip_y, z, model)
-        for (x, y, z), (hip_x, hip_y), side in zip(points.tolist(), model.hips, model.sides, strict=True)
+        leg_inverse(side, x - hip_x, y - hip_y, z, model, bend)
+        for (x, y, z), (hip_x, hip_y), side, bend in zip(
+            points.tolist(), model.hips, model.sides, model.bends, strict=True
+        )
     ]
     fl, fr, rl, rr = (leg.reachable for leg in legs)
     return Reach(np.array([angle for leg in legs for angle in leg[:3]]), (fl, fr, rl, rr))

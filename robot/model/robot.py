@@ -24,8 +24,8 @@ class ModelError(ValueError):
 
 @dataclass(frozen=True)
 class RobotModel:
-    """A quadruped with three joints in each leg: hip about x, shoulder and knee about y, knees bent backwards. Left and right, front and rear
-    legs are alike. SI units; legs in order fl, fr, rl, rr. Raises `ModelError` for figures that cannot be.
+    """A quadruped with three joints in each leg: hip about x, shoulder and knee about y. Left and right legs are alike, and front and rear ones
+    but for the way that their knees bend. SI units; legs in order fl, fr, rl, rr. Raises `ModelError` for figures that cannot be.
     """
 
     name: str
@@ -46,6 +46,7 @@ class RobotModel:
     """Lowest and highest angle of a left hip, rad, with the leg straight down at zero; right ones are mirrored."""
     shoulder_limits: Pair
     knee_limits: Pair
+    """Negative where it bends backwards, as the reference body's does, positive where it bends forwards."""
     mass: float
     """Of the whole robot, kg."""
     hip_mass: float
@@ -67,17 +68,21 @@ class RobotModel:
     torque_limit: float
     """Of hip and shoulder, N m."""
     knee_torque: tuple[Pair, ...]
-    """Knee angle (rad) against the largest torque (N m): linear between, constant beyond."""
+    """Angle (rad) of a knee that bends backwards against the largest torque (N m): linear between, constant beyond."""
     body_com: Triple = (0.0, 0.0, 0.0)
     """Of the trunk, in the body frame, m."""
     shoulder_rear_limits: Pair | None = None
     """Of the rear legs' shoulders, if they are others."""
+    knee_rear_limits: Pair | None = None
+    """Of the rear legs' knees, if they are others."""
     damping: float = 0.2
     """Of a joint, N m s/rad."""
     armature: float = 0.02
     """Of a joint: the rotor's inertia as the joint feels it, kg m2."""
     friction: float = 0.2
     """Of a joint, N m."""
+    assumed: tuple[str, ...] = field(default=(), compare=False)
+    """What its file does not tell, and is the reference body's, scaled; for people."""
     sides: tuple[float, float, float, float] = field(default=spot.SIDES, init=False)
     """+1 for a left leg, -1 for a right one."""
 
@@ -113,10 +118,18 @@ class RobotModel:
     def joint_limits(self) -> tuple[Pair, ...]:
         """Of all 12 joints, rad."""
         left, right = self.hip_limits, (-self.hip_limits[1], -self.hip_limits[0])
-        front, rear = self.shoulder_limits, self.shoulder_rear_limits or self.shoulder_limits
-        return tuple(
-            pair for shoulder in (front, rear) for hip in (left, right) for pair in (hip, shoulder, self.knee_limits)
+        front = (self.shoulder_limits, self.knee_limits)
+        rear = (self.shoulder_rear_limits or self.shoulder_limits, self.knee_rear_limits or self.knee_limits)
+        return tuple(pair for others in (front, rear) for hip in (left, right) for pair in (hip, *others))
+
+    @cached_property
+    def bends(self) -> tuple[float, float, float, float]:
+        """Of each knee: -1 if it bends backwards, +1 if it bends forwards."""
+        front, rear = (
+            1.0 if low + high > 0.0 else -1.0
+            for low, high in (self.knee_limits, self.knee_rear_limits or self.knee_limits)
         )
+        return (front, front, rear, rear)
 
     @cached_property
     def length(self) -> float:

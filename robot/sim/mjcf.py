@@ -20,8 +20,8 @@ from robot.scenes.terrain import Ramp
 from robot.sim.arm_mjcf import arm_body, drives, thing_bodies, welds
 from robot.sim.ground import Ground
 
-SKID_DEPTH = 0.17
-"""Underside of the landing skid below the hip plane, m: sitting without power the robot rests on it, 16 mm below `sit`."""
+SKID_GAP = 0.016
+"""So much lower than it sits, m, the reference body rests on its landing skid when it has no power."""
 FLOOR_GROUP, ROBOT_GROUP, OBSTACLE_GROUP = 0, 1, 2
 """Geometry groups: the floor, the robot's own parts, and the scene's obstacles and terrain, which the lidar sees."""
 
@@ -64,7 +64,7 @@ def write_model(scene: Scene, ground: Ground, timestep: float, *, arm: bool = Fa
       <freejoint name="body"/>
       {_inertial(model.body_mass, model.body_com, model.body_inertia)}
       <geom name="trunk" type="box" size="{_numbers(side / 2 for side in model.trunk)}"/>
-      <geom name="skid" type="box" size="{skid}" pos="0 0 {(0.04 - SKID_DEPTH) * length}"/>
+      <geom name="skid" type="box" size="{skid}" pos="0 0 {(0.04 + SKID_GAP) * length - model.sit_height - model.foot_radius}"/>
       {_payload(ground)}
       <site name="imu"/>
       {"".join(_leg(leg, model) for leg in range(4))}{arm_body() if arm else ""}

@@ -313,7 +313,7 @@ class PhysicsBody(BodyShell):
 
     def _limit_torques(self) -> None:
         """Tell MuJoCo what each drive can give in the coming step; those without current brake by their windings alone."""
-        self._peak[2::3] = np.interp(self._qpos[9::3], self._knee_angles, self._knee_torques)
+        self._peak[2::3] = np.interp(-np.abs(self._qpos[9::3]), self._knee_angles, self._knee_torques)
         if self._actuators is None or not self._supplied:
             self._limits[:, 0], self._limits[:, 1] = -self._peak, self._peak
             return

@@ -22,7 +22,11 @@ DOG = replace(SPOT, name="long", thigh=0.25, calf=0.3, mass=24.0, stand_height=0
 """A robot that nobody sells."""
 
 
-@pytest.mark.parametrize("model", [GO2, A2, B2, DOG], ids=lambda model: model.name)
+X_LEGS = replace(SPOT, name="x-legs", knee_rear_limits=(0.247, 2.793), shoulder_rear_limits=(-2.295, 0.899))
+"""Knees that point at each other, as those of an ANYmal or a HyQ."""
+
+
+@pytest.mark.parametrize("model", [GO2, A2, B2, DOG, X_LEGS], ids=lambda model: model.name)
 def test_it_stands_up_walks_at_froude_0_3_without_a_line_of_code_and_sits_down(model: RobotModel) -> None:
     trial = Trial(7, conditions=REAL, model=model)
     trial.stand_up()

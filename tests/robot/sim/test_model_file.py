@@ -14,7 +14,8 @@ from robot.model.robot import SPOT, ModelError, RobotModel
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ground
 from robot.sim.mjcf import write_model
-from robot.sim.model_file import MOST_BYTES, read_model
+from robot.sim.model_file import read_model
+from robot.sim.model_text import MOST_BYTES
 from robot.sim.urdf import write_urdf
 
 NOWHERE = Scene("nowhere", (-1.0, -1.0, 1.0, 1.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
@@ -83,12 +84,11 @@ def test_names_order_signs_and_zero_angles_of_joints_are_the_files(tmp_path: Pat
     [
         ('name="rr_knee" axis="0 1 0"', 'name="rr_knee" axis="0 0 1"', "joint 'rr_knee': it does not turn about y"),
         (
-            'axis="0 1 0" range="-2.793 -0.247"',
-            'axis="0 1 0" range="0.247 2.793"',
-            "joint 'fl_knee': the knee bends forwards",
+            'name="rr_knee" axis="0 1 0" range="-2.793 -0.247"',
+            'name="rr_knee" axis="0 1 0" range="0.247 2.793"',
+            "legs of 'rl_hip' and 'rr_hip': the limits of their knees have nothing in common",
         ),
         ('<joint name="rl_hip" axis="1 0 0"', '<joint type="slide" name="rl_hip" axis="1 0 0"', "joint 'rl_knee'"),
-        ('forcerange="-45 45"', "", "joint 'fl_hip': no motor with a limit of its torque"),
         ('<geom name="fr_foot" type="sphere"', '<geom name="fr_foot" type="ellipsoid"', "fr_foot"),
         ('name="rl_thigh" pos="0 0.1108 0"', 'name="rl_thigh" pos="0 0.2 0"', "the hip differs; legs must be alike"),
         ("<mujoco model", "<mujoco modle", "modle"),
@@ -126,6 +126,98 @@ def test_a_file_that_describes_no_robot_is_refused_in_one_line(tmp_path: Path, c
         read_model(path)
     assert str(path) in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def changed(text: str, *pairs: tuple[str, str]) -> str:
+    for old, new in pairs:
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
+def test_what_only_the_eye_sees_and_what_refers_to_it_is_left_out(tmp_path: Path) -> None:
+    text = changed(
+        mjcf(),
+        ("<default>", '<default><default class="eye"><geom type="mesh" contype="0" material="steel"/></default>'),
+        ("<worldbody>", '<worldbody><camera name="above" pos="0 0 9"/><geom class="eye" mesh="hull"/>'),
+        ("<sensor>", '<sensor><framepos objtype="camera" objname="above"/>'),
+        (
+            "</mujoco>",
+            '<asset><mesh name="hull" file="hull.stl"/><material name="steel" texture="none"/></asset><keyframe><key qpos="1"/></keyframe>'
+            '<contact><pair geom1="trunk" geom2="floor"/></contact></mujoco>',
+        ),
+    )
+    check(read_model(stored(tmp_path, text)), SPOT, DRIVES)
+
+
+def test_a_scene_that_includes_the_robot_is_read_and_one_that_includes_itself_is_refused(tmp_path: Path) -> None:
+    stored(tmp_path, mjcf(), "robot.xml")
+    scene = '<mujoco><include file="robot.xml"/><worldbody><geom type="plane" size="1 1 1"/></worldbody></mujoco>'
+    check(read_model(stored(tmp_path, scene, "scene.xml")), SPOT, DRIVES)
+    with pytest.raises(ModelError, match="include each other"):
+        read_model(stored(tmp_path, '<mujoco><include file="self.xml"/></mujoco>', "self.xml"))
+    with pytest.raises(ModelError, match=r"away\.xml: No such file"):
+        read_model(stored(tmp_path, '<mujoco><include file="away.xml"/></mujoco>', "lost.xml"))
+
+
+def test_a_trunk_that_lies_otherwise_in_its_file_is_turned(tmp_path: Path) -> None:
+    """Its x is to the left, its z to the front; its legs hang on a body that is fixed to the first one."""
+    text = changed(
+        mjcf(),
+        ('<freejoint name="body"/>', '<freejoint/><inertial mass="1e-6" pos="0 0 0" diaginertia="1e-6 1e-6 1e-6"/><body quat="0.5 -0.5 -0.5 -0.5">'),
+        ("</body>\n  </worldbody>", "</body></body></worldbody>"),
+    )  # fmt: skip
+    check(read_model(stored(tmp_path, text)), SPOT, DRIVES)
+
+
+def test_an_arm_is_held_and_belongs_to_the_trunk(tmp_path: Path) -> None:
+    arm = '<body><joint axis="0 0 1"/><inertial mass="2" pos="0 0 0" diaginertia="0.01 0.01 0.01"/><body><joint axis="0 1 0"/><geom size="0.1" mass="4"/></body></body>'
+    read = read_model(stored(tmp_path, changed(mjcf(), ('<site name="imu"/>', arm))))
+    assert read.mass == pytest.approx(SPOT.mass + 6.0)
+
+
+def test_knees_that_bend_forwards_are_read_and_those_that_bend_either_way_bend_backwards(tmp_path: Path) -> None:
+    rear = [
+        (f'name="{leg}_knee" axis="0 1 0" range="-2.793 -0.247"', f'name="{leg}_knee" axis="0 1 0" range="0.247 2.793"')
+        for leg in ("rl", "rr")
+    ]
+    read = read_model(stored(tmp_path, changed(mjcf(), *rear)))
+    assert read.bends == (-1.0, -1.0, 1.0, 1.0)
+    assert flat(read.knee_rear_limits) == pytest.approx([0.247, 2.793])
+    either = read_model(stored(tmp_path, changed(mjcf(), ('range="-2.793 -0.247"', 'range="-9 9"'))))
+    assert (either.bends, either.knee_limits) == ((-1.0,) * 4, SPOT.knee_limits)
+
+
+def test_feet_are_found_without_a_ball_and_inertias_and_torques_that_are_placeholders_are_the_reference_bodys(
+    tmp_path: Path,
+) -> None:
+    text = re.sub(r"<limit [^>]*/>", '<limit effort="1e9" velocity="1" lower="-7" upper="7"/>', write_urdf())
+    text = re.sub(r"<sphere [^>]*/>", '<mesh filename="package://made/foot.dae"/>', text)
+    text = re.sub(
+        r'ixx="[^"]*" ixy="[^"]*" ixz="[^"]*" iyy="[^"]*" iyz="[^"]*" izz="[^"]*"',
+        'ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"',
+        text,
+    )
+    read = read_model(stored(tmp_path, text, "made.urdf"))
+    check(read, SPOT, {"knee_torque", "body_inertia", "hip_inertia", "thigh_inertia", "calf_inertia", "trunk"})
+    assert read.knee_torque[0][1] == 113.2
+    assert read.assumed == ("torque limits",)
+    assert read.thigh_inertia == pytest.approx(SPOT.thigh_inertia)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (
+            '<robot name="x" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:macro name="leg"/></robot>',
+            "xacro wrong.xml > robot.urdf",
+        ),
+        ("<mujoco>" + "<body>" * 300 + "</body>" * 300 + "</mujoco>", "deep within each other"),
+    ],
+)
+def test_other_files_of_this_trade_are_refused_with_what_to_do(tmp_path: Path, text: str, why: str) -> None:
+    with pytest.raises(ModelError, match=re.escape(why)):
+        read_model(stored(tmp_path, text, "wrong.xml"))
 
 
 def test_a_file_that_is_not_there_is_refused_by_its_name(tmp_path: Path) -> None:
