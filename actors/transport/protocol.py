@@ -95,8 +95,7 @@ class RemoteEndpoint(NamedTuple):
     """By which the endpoints of a process are listed."""
 
 
-@dataclass(frozen=True, slots=True)
-class Replied:
+class Replied(NamedTuple):
     """A request was answered."""
 
     payload: bytes

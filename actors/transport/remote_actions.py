@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import GoalFollower, Outcome
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from actors.transport.local_clients import Clients
     from actors.transport.local_side import LocalSide
     from actors.transport.protocol import EndpointHere, RemoteEndpoint, RemoteNode, Take
-
-_NOTHING: Final = Extension()
 
 
 class RemoteActionServer:
@@ -109,13 +107,13 @@ class RemoteActionServer:
         payload = encode(service.Request(goal_id=identity, goal=message))
         goal = RemoteGoal(self, goal_id, client, service.Response, result.Response)
         asking = encode(result.Request(goal_id=identity))
-        goal.ask_result = lambda: self._ask("get_result", goal.owner, asking, goal.ended, _NOTHING)
+        goal.ask_result = lambda: self._ask("get_result", goal.owner, asking, goal.ended)
         self.goals += 1
         self._goals[goal_id] = goal
         self._follow(client.owner)
         caller = self._clients.cycles.find(client.owner)
         chain = () if caller is None else self._clients.cycles.chain_of(caller)
-        self._ask("send_goal", client.owner, payload, goal.considered, Extension(chain=chain) if chain else _NOTHING)
+        self._ask("send_goal", client.owner, payload, goal.considered, Extension(chain=chain) if chain else None)
         if self.asks_early:
             goal.asked = goal.ask_result()
         return goal
@@ -141,9 +139,9 @@ class RemoteActionServer:
         return answer
 
     def _ask(
-        self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], extension: Extension
+        self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], extension: Extension | None = None
     ) -> Handle:
-        return self._clients.of(node, self._endpoints[part]).ask(payload, extension, None, done)
+        return self._clients.of(node, self._endpoints[part]).ask(payload, done, extension)
 
     def over(self, goal_id: bytes) -> None:
         """Forget a goal that was not accepted, or has ended."""
