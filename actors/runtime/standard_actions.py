@@ -9,6 +9,7 @@ from actors.errors import Reject
 from actors.time.values import nanoseconds_of, stamp_of
 
 if TYPE_CHECKING:
+    from actors.actions.goals import GoalRecord
     from actors.actions.server import ActionServer
     from actors.graph.graph import TopicEntry
     from actors.graph.servers import ServiceEntry
@@ -17,6 +18,11 @@ if TYPE_CHECKING:
 
 AT_ONCE: Final = 1000
 """How many requests one service of an action handles at once; a `get_result` request waits for the end of its goal."""
+
+FEW: Final = 16
+PACE: Final = 1e-4
+"""A status list of more than `FEW` goals is published at most once in `PACE` seconds a goal. It contains the goals whose results are kept, too: without a
+pace, a thousand goals a second would cost lists of ten thousand goals a thousand times a second."""
 
 Handlers = tuple[Any, Any]
 """The type of a service, and the coroutine function that answers it."""
@@ -91,33 +97,39 @@ ACTION_SERVICES: Final[dict[str, Callable[[ActionServer], Handlers]]] = {
 
 
 def _open_status(life: Incarnation, server: ActionServer, entry: TopicEntry) -> None:
-    """Publish the list of goals now and after every change; changes in one turn of the event loop are published together."""
+    """Publish the list of goals now and after every change; changes in one turn of the event loop, or within the `PACE`, are published together."""
     if server.on_status:
         return
     from actors.interfaces.action_msgs.msg import GoalStatus, GoalStatusArray
 
     publisher = life.endpoints.event_publisher(GoalStatusArray, entry)
-    pending = False
+    loop, next_at, pending = life.runtime.loop, 0.0, False
+    told: dict[bytes, GoalStatus] = {}
+
+    def status_of(record: GoalRecord) -> GoalStatus:
+        known = told.get(record.goal_id)
+        if known is None or known.status != record.status:
+            info = _goal_info(record.goal_id, record.stamp_ns) if known is None else known.goal_info
+            return GoalStatus(goal_info=info, status=int(record.status))
+        return known
 
     def tell() -> None:
-        nonlocal pending
+        nonlocal next_at, pending, told
         pending = False
         if publisher not in life.endpoints.publishers:
             return
-        publisher.publish(
-            GoalStatusArray(
-                status_list=tuple(
-                    GoalStatus(goal_info=_goal_info(record.goal_id, record.stamp_ns), status=int(record.status))
-                    for record in server.table.records()
-                )
-            )
-        )
+        told = {record.goal_id: status_of(record) for record in server.table.records()}
+        next_at = loop.time() + len(told) * PACE if len(told) > FEW else 0.0
+        publisher.publish(GoalStatusArray(status_list=tuple(told.values())))
 
     def changed() -> None:
         nonlocal pending
         if not pending:
             pending = True
-            life.runtime.loop.call_soon(tell)
+            if loop.time() < next_at:
+                loop.call_at(next_at, tell)
+            else:
+                loop.call_soon(tell)
 
     server.on_status.append(changed)
     tell()

@@ -30,13 +30,15 @@ class Client(Generic[Req, Resp]):
       call. Otherwise it is None.
     """
 
-    __slots__ = ("entry", "inbox", "node", "request", "submit", "thread", "type")
+    __slots__ = ("agreed", "entry", "inbox", "node", "request", "submit", "thread", "type")
 
     def __init__(self, node: Caller, entry: ServiceName, service: Service[Req, Resp]) -> None:
         self.node = node
         self.inbox = node.inbox
         self.entry = entry
         self.type = service.type
+        self.agreed: object = service.type
+        """The type of the last server that was found to be the same as `type`."""
         self.request = service.request
         self.thread = node.thread
         self.submit: Submit | None = None
@@ -66,8 +68,9 @@ class Client(Generic[Req, Resp]):
             started = inbox.loop.time()
             server = await self._found(timeout)
             timeout = max(1e-9, timeout - (inbox.loop.time() - started))
-        if server.type is not self.type:
+        if server.type is not self.agreed:
             refuse_other_type(self.entry.name, server.host, server.type, self.node, self.type)
+            self.agreed = server.type
         node = self.node
         # Only a handler that runs in the node's own task holds the inbox; a node whose inbox has a waiter runs no handler. A call that
         # leads back to such a node would wait for itself.

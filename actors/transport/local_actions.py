@@ -33,12 +33,13 @@ if TYPE_CHECKING:
 
 ACTION: Final = "/_action/"
 PARTS: Final = ("send_goal", "get_result", "cancel_goal")
+_UNKNOWN: Final = Outcome(GoalStatus.UNKNOWN)
 
 
 class _Followed:
     """A goal that has come from another process. Who waits there for its result gets it at its end, also if its node ends then.
 
-    Invariant: `waiting` is empty once the goal has ended.
+    Invariant: `waiting` is empty once the goal has ended, or was not accepted.
     """
 
     def __init__(self, actions: Actions, goal_id: bytes, owner: str, chain: tuple[Waiting, ...]) -> None:
@@ -59,7 +60,7 @@ class _Followed:
         self._actions.ended(self._goal_id)
         waiting, self.waiting = self.waiting, []
         for shown, asked in waiting:
-            _answer_result(shown, asked, outcome.status, outcome.result, outcome.reason)
+            _answer_result(shown, asked, outcome)
 
 
 class _Parts(NamedTuple):
@@ -133,7 +134,7 @@ class Actions:
         def respond(future: asyncio.Future[int]) -> None:
             error = future.exception()
             if error is not None and known is followed:
-                self.ended(goal_id)
+                followed.on_result(_UNKNOWN)
             if error is None:
                 asked.reply(shown.node, shown.type.Response(accepted=True, stamp=stamp_of(future.result())))
             elif isinstance(error, Reject):
@@ -148,13 +149,13 @@ class Actions:
             return
         server, request = taken
         goal_id = request.goal_id.uuid.tobytes()
-        goal = server.table.get(goal_id)
-        if goal is None:
-            _answer_result(shown, asked, GoalStatus.UNKNOWN, None, "")
+        goal, followed = server.table.get(goal_id), self._followed.get(goal_id)
+        if followed is not None:  # it runs, or its acceptance is being decided: our clients ask for both at once
+            followed.waiting.append((shown, asked))
+        elif goal is None:
+            _answer_result(shown, asked, _UNKNOWN)
         elif goal.status.is_terminal:
-            _answer_result(shown, asked, goal.status, goal.result, goal.reason)
-        elif goal_id in self._followed:
-            self._followed[goal_id].waiting.append((shown, asked))
+            _answer_result(shown, asked, Outcome(goal.status, goal.result, goal.reason))
         else:  # a goal of this process
             self._services.answer(shown, name, asked)
 
@@ -222,10 +223,7 @@ class Actions:
             server.close()
 
 
-def _answer_result(shown: Shown, asked: Asked, status: GoalStatus, result: Any, reason: str) -> None:
-    response = shown.type.Response
-    asked.reply(
-        shown.node,
-        response(status=int(status)) if result is None else response(status=int(status), result=result),
-        reason,
-    )
+def _answer_result(shown: Shown, asked: Asked, outcome: Outcome) -> None:
+    response, status = shown.type.Response, int(outcome.status)
+    answer = response(status=status) if outcome.result is None else response(status=status, result=outcome.result)
+    asked.reply(shown.node, answer, outcome.reason)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.qos import SERVICES
-from actors.transport.format.extensions import Extension, write_extension
+from actors.transport.format.extensions import NOTHING, write_extension
 from actors.transport.protocol import TypeInfo
 
 if TYPE_CHECKING:
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from actors.transport import protocol
     from actors.transport.cycles import Cycles
+    from actors.transport.format.extensions import Extension
     from actors.transport.local_side import LocalSide
     from actors.transport.protocol import Answer, Handle, RemoteEndpoint
 
@@ -30,13 +31,14 @@ class Client:
         """What identifies its next request: its GID, and the number of the request."""
         return self._endpoint.gid, self._sent + 1
 
-    def ask(
-        self, payload: bytes, extension: Extension, timeout: float | None, done: Callable[[Answer], None]
-    ) -> Handle:
-        """Send the next request. It always has an extension, which says that errors can be read."""
+    def ask(self, payload: bytes, done: Callable[[Answer], None], extension: Extension | None = None) -> Handle:
+        """Send the next request, which is under way until it is answered, its handle is closed, or nobody is left who could answer.
+
+        It always has an extension, which says that errors can be read.
+        """
         self._sent += 1
-        written = write_extension(extension)
-        return self._endpoint.ask(payload, self._sent, self._side.wall_ns(), written, timeout, done)
+        written = NOTHING if extension is None else write_extension(extension)
+        return self._endpoint.ask(payload, self._sent, self._side.wall_ns(), written, None, done)
 
     def close(self) -> None:
         self._endpoint.close()

@@ -97,8 +97,7 @@ class RemoteEndpoint(NamedTuple):
     """Whether a publisher with MANUAL_BY_TOPIC is alive, where the wire judges that; None: its messages show it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Replied:
+class Replied(NamedTuple):
     """A request was answered."""
 
     payload: bytes

@@ -22,7 +22,8 @@ from actors.qos import ACTION_FEEDBACK, ACTION_STATUS
 from actors.time.values import nanoseconds_of
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension
-from actors.transport.protocol import Answer, NoAnswer, Replied
+from actors.transport.format.sessions import is_ours
+from actors.transport.protocol import Answer, Handle, NoAnswer, Replied
 from actors.transport.remote_services import failure_of
 from actors.transport.types_here import type_info
 
@@ -59,6 +60,10 @@ class RemoteActionServer:
         self._shown: dict[str, list[EndpointHere]] = {}
         self._takes: dict[str, Take] = {}
         """What takes status and feedback, for all nodes."""
+        self._known: Any = None
+        self._services: tuple[Any, Any] = (None, None)
+        self.asks_early = is_ours(node.session)
+        """Whether the result of a goal is asked for together with its acceptance: a server of ROS 2 knows of no goal before it has accepted it."""
         self.gone = False
 
     def __repr__(self) -> str:
@@ -79,7 +84,10 @@ class RemoteActionServer:
         goals = self._endpoints["send_goal"]
         name = goals.type.removesuffix("_SendGoal")
         known = registry.known(name)
-        if known is not None and type_hash(derived.send_goal_service(known)) == goals.type_hash:
+        if known is not None and known is self._known:
+            return known
+        if known is not None and type_hash(service := derived.send_goal_service(known)) == goals.type_hash:
+            self._known, self._services = known, (service, derived.get_result_service(known))
             return known
         return ForeignType(name, f"{goals.type_hash} of {goals.type}")
 
@@ -93,15 +101,21 @@ class RemoteActionServer:
     def submit(self, goal_id: bytes, message: Message, client: GoalFollower | None) -> RemoteGoal:
         """Send a goal. Raises CdrError for one that cannot be encoded."""
         assert client is not None, "only the standard services of this process send goals without a client"
-        service: Any = derived.send_goal_service(self.type)
-        payload = encode(service.Request(goal_id=UUID(uuid=goal_id), goal=message))
-        goal = RemoteGoal(self, goal_id, client, service)
+        assert self.type is self._known, "the client has compared it with the type of the goal"
+        service, result = self._services
+        identity = UUID(uuid=goal_id)
+        payload = encode(service.Request(goal_id=identity, goal=message))
+        goal = RemoteGoal(self, goal_id, client, service.Response, result.Response)
+        asking = encode(result.Request(goal_id=identity))
+        goal.ask_result = lambda: self._ask("get_result", goal.owner, asking, goal.ended)
         self.goals += 1
         self._goals[goal_id] = goal
         self._follow(client.owner)
         caller = self._clients.cycles.find(client.owner)
         chain = () if caller is None else self._clients.cycles.chain_of(caller)
-        self._ask("send_goal", client.owner, payload, goal.considered, Extension(chain=chain))
+        self._ask("send_goal", client.owner, payload, goal.considered, Extension(chain=chain) if chain else None)
+        if self.asks_early:
+            goal.asked = goal.ask_result()
         return goal
 
     def suspect(self, caller: Caller, node: Caller) -> None:
@@ -124,12 +138,10 @@ class RemoteActionServer:
         self._ask("cancel_goal", goal.owner, encode(request), done, Extension(reason=reason))
         return answer
 
-    def ask_result(self, node: str, payload: bytes, done: Callable[[Answer], None]) -> None:
-        """Ask for the result of a goal that a node of this process has sent."""
-        self._ask("get_result", node, payload, done, Extension())
-
-    def _ask(self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], extension: Extension) -> None:
-        self._clients.of(node, self._endpoints[part]).ask(payload, extension, None, done)
+    def _ask(
+        self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], extension: Extension | None = None
+    ) -> Handle:
+        return self._clients.of(node, self._endpoints[part]).ask(payload, done, extension)
 
     def over(self, goal_id: bytes) -> None:
         """Forget a goal that was not accepted, or has ended."""
@@ -201,16 +213,25 @@ class RemoteGoal:
     """A goal that has been sent to a server of another process.
 
     Invariants: `future` is completed once, when the goal is accepted or not, unless the client cancels it before. A goal that is accepted after
-    that is canceled. The client is told of the end of an accepted goal in every case.
+    that is canceled. The client is told of the end of an accepted goal in every case, and of nothing of another one. `asked` is the question
+    for the result, if it was asked before the acceptance; its answer waits in `_answer` for that.
     """
 
-    def __init__(self, server: RemoteActionServer, goal_id: bytes, client: GoalFollower, service: Any) -> None:
+    ask_result: Callable[[], Handle]
+
+    def __init__(
+        self, server: RemoteActionServer, goal_id: bytes, client: GoalFollower, acceptance: type[Any], result: type[Any]
+    ) -> None:
         self.server = server
         self.client = client
         self.future: asyncio.Future[int] = asyncio.get_running_loop().create_future()
         self.owner = client.owner
+        self.asked: Handle | None = None
+        self._answer: Answer | None = None
+        self._accepted = False
         self._goal_id = goal_id
-        self._service = service
+        self._acceptance = acceptance
+        self._result = result
         self._status = GoalStatus.UNKNOWN
         self._told = GoalStatus.UNKNOWN
         """The last status that the server has published."""
@@ -221,7 +242,7 @@ class RemoteGoal:
 
     def considered(self, answer: Answer) -> None:
         """Take the answer to the request."""
-        server, response = self.server, _decoded(self._service.Response, answer)
+        server, response = self.server, _decoded(self._acceptance, answer)
         if response is None:
             if isinstance(answer, Replied):
                 failure: Exception = ServiceFailed(server.host, "CdrError", "its answer to the goal cannot be read")
@@ -232,17 +253,21 @@ class RemoteGoal:
             self._not_accepted(Reject(_reason_in(answer)))
         elif self.future.done():
             server.cancel(self._goal_id, "its client was canceled")
-            server.over(self._goal_id)
+            self._not_accepted(None)
         else:
+            self._accepted = True
             self.status_is(GoalStatus.ACCEPTED)
             self.future.set_result(nanoseconds_of(response.stamp))
-            service: Any = derived.get_result_service(server.type)
-            payload = encode(service.Request(goal_id=UUID(uuid=self._goal_id)))
-            server.ask_result(self.owner, payload, lambda told: self._ended(service, told))
+            if self.asked is None:
+                self.ask_result()
+            elif self._answer is not None:
+                self._end(self._answer)
 
-    def _not_accepted(self, error: Exception) -> None:
+    def _not_accepted(self, error: Exception | None) -> None:
         self.server.over(self._goal_id)
-        if not self.future.done():
+        if self.asked is not None:
+            self.asked.close()
+        if error is not None and not self.future.done():
             self.future.set_exception(error)
 
     def status_is(self, status: GoalStatus) -> None:
@@ -252,12 +277,24 @@ class RemoteGoal:
             self._status = status
             self.client.on_status(status)
 
-    def _ended(self, service: Any, answer: Answer) -> None:
-        self.server.over(self._goal_id)
-        self.client.on_result(self._outcome(service, answer))
+    def ended(self, answer: Answer) -> None:
+        """Take the answer to the question for the result."""
+        if self._accepted:
+            self._end(answer)
+        else:
+            self._answer = answer
 
-    def _outcome(self, service: Any, answer: Answer) -> Outcome:
-        host, response = self.server.host, _decoded(service.Response, answer)
+    def _end(self, answer: Answer) -> None:
+        response = _decoded(self._result, answer)
+        if self.asked is not None and response is not None and response.status == GoalStatus.UNKNOWN:
+            self.asked = None  # the question has overtaken the goal
+            self.ask_result()
+            return
+        self.server.over(self._goal_id)
+        self.client.on_result(self._outcome(response, answer))
+
+    def _outcome(self, response: Any, answer: Answer) -> Outcome:
+        host = self.server.host
         if response is None:
             how = "ended or was lost" if isinstance(answer, NoAnswer) else "ended"
             return Outcome(GoalStatus.ABORTED, reason=f"{host} {how} while the goal ran")

@@ -92,8 +92,7 @@ class RemoteServer:
         caller.deadlines.watch(call, timeout)
         self.calls += 1
         self._open[call] = None
-        limit = None if timeout == math.inf else timeout
-        call.sent(client.ask(payload, Extension(chain=chain), limit, call.done))
+        call.sent(client.ask(payload, call.done, Extension(chain=chain) if chain else None))
         return call
 
     def ended(self, call: RemoteCall) -> None:

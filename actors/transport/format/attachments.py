@@ -53,6 +53,15 @@ def write_attachment(attachment: Attachment) -> bytes:
         raise refuse(attachment, "an attachment", f"its numbers have 64 bits ({error})") from None
 
 
+def attacher(gid: bytes) -> Callable[[int, int], bytes]:
+    """What writes the attachments of one publisher or client, from the number and the time of each message. Raises WireFormatError."""
+    if len(gid) != GID_SIZE:
+        raise refuse(gid, "a GID", f"it has {GID_SIZE} bytes")
+    end = bytes((GID_SIZE,)) + gid
+    pack = _NUMBERS.pack
+    return lambda sequence_number, source_time: pack(sequence_number, source_time) + end
+
+
 def attaching(gid: bytes, put: Callable[[bytes, bytes], None]) -> Callable[[bytes, int, int], None]:
     """What calls `put` with each payload of one publisher and its attachment, from the number and the time of the message. Raises WireFormatError."""
     if len(gid) != GID_SIZE:

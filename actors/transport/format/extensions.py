@@ -37,16 +37,27 @@ class Extension(Message, frozen=True, kw_only=True):
     that the last of `chain` is to answer."""
 
 
+def _write(extension: Extension) -> bytes:
+    return _MARK + encode(extension)
+
+
+_NONE: Final = Extension()
+NOTHING: Final = _write(_NONE)
+"""The extension that says only that errors can be read, as nearly all requests have it."""
+
+
 def write_extension(extension: Extension) -> bytes:
     """Write an extension as bytes. Raises WireFormatError for text that is not valid Unicode."""
     try:
-        return _MARK + encode(extension)
+        return _write(extension)
     except CdrError as error:
         raise WireFormatError(str(error)) from None
 
 
 def parse_extension(data: bytes) -> Extension | None:
     """Parse the bytes after an attachment. Returns None for bytes of other peers; raises WireFormatError for an invalid extension."""
+    if data == NOTHING:
+        return _NONE
     if not data.startswith(_MARK):
         return None
     if len(data) > _LONGEST:

@@ -10,6 +10,7 @@ from actors.transport.format.attachments import (
     ATTACHMENT_SIZE,
     Attachment,
     attached,
+    attacher,
     attaching,
     parse_attachment,
     write_attachment,
@@ -165,6 +166,7 @@ class _Client:
         self._endpoint = endpoint
         self._keys = keys
         self._key = write_key(endpoint.token.key)
+        self._attach = attacher(endpoint.gid)
         endpoint.show()
 
     def ask(
@@ -176,15 +178,13 @@ class _Client:
         timeout: float | None,
         done: Callable[[protocol.Answer], None],
     ) -> Handle:
-        attachment = write_attachment(Attachment(number, source_time, self.gid, extension))
-
         def answered(answer: keyed.Answer) -> None:
-            done(
-                protocol.Replied(answer.payload, answer.attachment[ATTACHMENT_SIZE:])
-                if isinstance(answer, Replied)
-                else answer
-            )
+            if isinstance(answer, Replied):
+                done(protocol.Replied(answer.payload, answer.attachment[ATTACHMENT_SIZE:]))
+            else:
+                done(answer)
 
+        attachment = self._attach(number, source_time) + extension
         return self._keys.ask(self._key, payload, attachment, timeout, answered)
 
     def close(self) -> None:

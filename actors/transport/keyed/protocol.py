@@ -76,8 +76,7 @@ class Sample(NamedTuple):
     """When it arrived, in seconds on the loop's clock, if it has waited since then; None: now."""
 
 
-@dataclass(frozen=True, slots=True)
-class Replied:
+class Replied(NamedTuple):
     """A question was answered."""
 
     payload: bytes

@@ -70,6 +70,8 @@ class Connection:
         self._traffic = Traffic()
         self._presence = Presence(events, self._traffic.begin)
         self._questions: dict[Question, None] = {}
+        self._lingering: list[Question] = []
+        """Those that have their answer, and that Zenoh is told to forget, with the next beat, if it has not ended them by then."""
         self._afterwards: list[Callable[[], None]] = []
         self._settling: Any = None
         self._beats = 0
@@ -150,7 +152,7 @@ class Connection:
         self, key: str, payload: bytes, attachment: bytes, timeout: float | None, done: Callable[[Answer], None]
     ) -> Question:
         """Ask the others."""
-        question = Question(key, timeout, done, self._questions.pop, self._loop)
+        question = Question(key, timeout, done, self._over, self._loop)
         self._questions[question] = None
         question.ask(self._session, payload, attachment, self.wakeup, self._answers, self._unanswered)
         return question
@@ -236,11 +238,20 @@ class Connection:
         for call in afterwards:
             call()
 
+    def _over(self, question: Question) -> None:
+        del self._questions[question]
+        if question.lingers:
+            self._lingering.append(question)
+
     def _unanswered(self, question: Question) -> None:
         self._settle_soon(lambda: question.end(NoAnswer(timed_out=False)))
 
     def _send_beat(self) -> None:
         self.wakeup.look()
+        lingering, self._lingering = self._lingering, []
+        for question in lingering:
+            if question.lingers:
+                question.cancel()
         with suppress(import_zenoh().ZError):
             self._beat.put(self._own_session.encode())
         self._beats += 1

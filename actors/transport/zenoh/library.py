@@ -6,6 +6,7 @@ import ctypes
 import os
 import threading
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any, Final
 
 from actors.transport.protocol import WireUnavailable
@@ -26,6 +27,7 @@ _CAUSES: Final = {
 _thread = threading.local()
 
 
+@cache  # it is asked for by every call
 def import_zenoh() -> Any:
     """Import the package `zenoh`. Its threads are limited by the variable ZENOH_RUNTIME, unless the user has set it.
 

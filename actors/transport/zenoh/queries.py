@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from actors.transport.keyed.protocol import Query
@@ -30,24 +30,27 @@ class _Query:
 
     def reply(self, payload: bytes, attachment: bytes) -> None:
         """Answer it."""
-        self._end(lambda: self._query.reply(self._key, payload, attachment=attachment))
+        self._end(partial(self._query.reply, self._key, payload, attachment=attachment))
 
     def fail(self, payload: bytes) -> None:
         """Answer it with an error."""
-        self._end(lambda: self._query.reply_err(payload))
+        self._end(partial(self._query.reply_err, payload))
 
     def drop(self) -> None:
         """Leave it without an answer."""
-        self._end(lambda: None)
+        self._end(None)
 
-    def _end(self, answer: Callable[[], Any]) -> None:
+    def _end(self, answer: Callable[[], Any] | None) -> None:
         if not self._ended:
             self._ended = True
-            self._worker.do(lambda: self._send(answer))
+            self._worker.do(partial(self._send, answer))
 
-    def _send(self, answer: Callable[[], Any]) -> None:
-        with suppress(import_zenoh().ZError):  # who asked has gone, or the session has been closed
-            answer()
+    def _send(self, answer: Callable[[], Any] | None) -> None:
+        if answer is not None:
+            try:
+                answer()
+            except import_zenoh().ZError:  # who asked has gone, or the session has been closed
+                pass
         self._query.drop()
 
 

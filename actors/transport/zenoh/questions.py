@@ -21,8 +21,8 @@ _FOREVER: Final = 1.8e16
 class Question:
     """One question, from being asked to its end.
 
-    Invariant: `done` is called at most once, with the first of: an answer, the end of its time, the end of its servers; and not after
-    `close`. Zenoh is told to forget what has ended early.
+    Invariants: `done` is called at most once, with the first of: an answer, the end of its time, the end of its servers; and not after
+    `close`. `lingers` while Zenoh has not ended it although it has its answer. Zenoh's thread alone writes `_answered` and `_ended`.
     """
 
     def __init__(
@@ -38,6 +38,8 @@ class Question:
         self._done = done
         self._over = over
         self._open = True
+        self._answered = False
+        self._ended = False
         self._cancellation = import_zenoh().CancellationToken()
         self._timer = None if timeout is None else loop.call_later(max(timeout, 0), self.end, NoAnswer(timed_out=True))
 
@@ -52,10 +54,17 @@ class Question:
     ) -> None:
         """Ask it. `unanswered` is called on the loop when all who were asked have ended without an answer; it calls `end`, soon."""
         library = import_zenoh()
-        handler = direct(
-            lambda reply: wakeup.post(self._replied, reply),
-            lambda: wakeup.post(unanswered, self),
-        )
+
+        def replied(reply: objects.Reply) -> None:
+            self._answered = True
+            wakeup.post(self._replied, reply)
+
+        def ended() -> None:
+            self._ended = True
+            if not self._answered:
+                wakeup.post(unanswered, self)
+
+        handler = direct(replied, ended)
 
         def get() -> None:
             with suppress(library.ZError):  # the session has been closed; the end is told nevertheless
@@ -79,14 +88,24 @@ class Question:
             self.close()
             self._done(answer)
 
+    @property
+    def lingers(self) -> bool:
+        """Whether Zenoh may still expect answers to it, after the first one: they are of no interest, and seldom come."""
+        return self._answered and not self._ended
+
     def close(self) -> None:
         """Give it up: `done` is not called any more."""
         if self._open:
             self._open = False
             if self._timer is not None:
                 self._timer.cancel()
-            self._cancellation.cancel()
+            if not self._answered:
+                self.cancel()
             self._over(self)
+
+    def cancel(self) -> None:
+        """Have Zenoh forget it."""
+        self._cancellation.cancel()
 
     def _replied(self, reply: objects.Reply) -> None:
         if not self._open:

@@ -134,6 +134,19 @@ async def test_a_goal_goes_over_the_five_endpoints_of_its_action(rig: Rig) -> No
     assert [GoalStatus.EXECUTING] in seen
 
 
+async def test_a_long_status_list_is_published_at_a_pace_and_its_last_state_is_never_left_out(rig: Rig) -> None:
+    await rig.start(Arm)
+    status = rig.probe(STATUS)
+    goals = [await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=0)) for _ in range(100)]
+    await rig.advance(0.1)
+    for goal in goals:
+        await goal
+    await rig.advance(0.1)
+    lists = [message.status_list for message in status.messages]
+    assert len(lists) < 60, "each of a hundred goals changes its status three times"
+    assert [one.status for one in lists[-1]] == [GoalStatus.SUCCEEDED] * 100
+
+
 async def test_goal_ids_are_used_once_and_rejections_have_no_stamp(rig: Rig) -> None:
     await rig.start(Arm)
     assert (await rig.call(SEND_GOAL, SEND_GOAL.request(goal_id=UUID(uuid=ID), goal=Fibonacci.Goal(order=1)))).accepted

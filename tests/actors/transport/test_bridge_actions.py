@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from random import Random
 from typing import Any
 
 import pytest
@@ -34,7 +35,9 @@ from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.interfaces.unique_identifier_msgs.msg import UUID
+from actors.testing import Rig
 from actors.transport.format.attachments import Attachment, write_attachment
+from actors.transport.format.sessions import new_session
 from actors.transport.format.types import write_type
 from actors.transport.keyed.protocol import Answer, Delivery, Replied
 from tests.actors.transport.hosts import Hosts
@@ -255,6 +258,81 @@ async def test_a_client_whose_node_ends_is_no_subscriber_any_more(hosts: Hosts) 
     assert not [token for token in hosts.network.tokens if "/guest" in token]
 
 
+# Between processes of this library: the result is asked for together with the acceptance ------------------------------------
+
+
+OURS = [new_session(Random(seed)) for seed in (1, 2)]
+
+
+async def ours(hosts: Hosts) -> tuple[Rig, Rig, list[str]]:
+    """A server, a client, and the questions that the client asks from now on, those for goals a turn late if "late" is put first."""
+    server, client = await hosts.start(Counter, session=OURS[0]), await hosts.start(Node, session=OURS[1])
+    end, asked = hosts.ends[client], list[str]()
+    ask = end.ask
+
+    def noting(key: str, payload: bytes, attachment: bytes, timeout: float | None, done: Any) -> Any:
+        part = key.split("/")[3]
+        late = part == "send_goal" and "late" in asked
+        asked.append(part)
+        if not late:
+            return ask(key, payload, attachment, timeout, done)
+        asyncio.get_running_loop().call_later(0.1, ask, key, payload, attachment, timeout, done)
+        return None
+
+    end.ask = noting  # type: ignore[method-assign]
+    return server, client, asked
+
+
+async def test_the_result_of_a_goal_is_asked_for_at_once(hosts: Hosts) -> None:
+    _, client, asked = await ours(hosts)
+    sending = asyncio.create_task(client.start_goal(COUNT, order(2)))
+    for _ in range(2):
+        await asyncio.sleep(0)
+    assert asked == ["send_goal", "get_result"], "before it is accepted"
+    goal = await sending
+    assert [one async for one in goal] == [step(0), step(1)]
+    assert (await goal, asked) == (result(2), ["send_goal", "get_result"])
+
+
+async def test_a_goal_that_is_rejected_leaves_no_question_for_its_result(hosts: Hosts) -> None:
+    server, client, _ = await ours(hosts)
+    with pytest.raises(GoalRejected, match="too few"):
+        await client.start_goal(COUNT, order(-1))
+    assert (hosts.ends[client].questions, client.system.graph.actions["/count"].server.active) == ([], 0)  # type: ignore[union-attr]
+    assert server.state(Counter).actions["/count"].active == 0
+
+
+async def test_a_goal_whose_client_gives_up_is_canceled_and_leaves_no_question(hosts: Hosts) -> None:
+    server, client, _ = await ours(hosts)
+    sending = asyncio.create_task(client.start_goal(COUNT, order(5)))
+    for _ in range(2):
+        await asyncio.sleep(0)
+    sending.cancel()
+    await client.quiet()
+    (goal,) = server.state(Counter).actions["/count"].table.records()
+    assert (goal.status, hosts.ends[client].questions) == (GoalStatus.CANCELED, [])
+
+
+async def test_a_question_for_a_result_that_overtakes_its_goal_is_asked_again(hosts: Hosts) -> None:
+    _, client, asked = await ours(hosts)
+    asked.append("late")
+    goal = await client.start_goal(COUNT, order(1))
+    assert (await goal, asked) == (result(1), ["late", "send_goal", "get_result", "get_result"])
+
+
+async def test_a_result_that_overtakes_the_acceptance_waits_for_it(hosts: Hosts) -> None:
+    client, other = await hosts.start(Node, session=OURS[0]), await hosts.start(Node, session=OURS[1])
+    server = Server(hosts, other, session=OURS[1], get_result=encode(RESULT(status=4, result=result(1))))
+    held: list[Any] = []
+    server.answer_goal = held.append  # type: ignore[method-assign]
+    await client.quiet()
+    sending = asyncio.create_task(client.start_goal(COUNT, order(1)))
+    await client.quiet()
+    assert not sending.done()
+    held[0].reply(ACCEPTED, b"")
+    assert await (await sending) == result(1)
+
+
 # By the services of ROS 2 alone ----------------------------------------------------------------------------------------------
 
 
@@ -307,7 +385,7 @@ async def test_a_goal_id_that_is_in_use_is_rejected_and_the_first_goal_goes_on(h
 class Server:
     """An action server without a bridge, whose answers the test makes."""
 
-    def __init__(self, hosts: Hosts, at: Any, **answers: bytes) -> None:
+    def __init__(self, hosts: Hosts, at: Any, session: str = "2", **answers: bytes) -> None:
         self.end = hosts.ends[at]
         self.answers = answers
         kinds: dict[str, Any] = {
@@ -320,9 +398,18 @@ class Server:
             dds = write_type(kind.__ros_type__)
             self.end.serve(f"0/{name}/{dds}/{hashed}", lambda query, part=part: self.answer(part, query))
             mangled = name.replace("/", "%")
-            self.end.announce(f"@ros2_lv/0/2/90/{91 + index}/SS/%/%/odd/%{mangled}/{dds}/{hashed}/::,10:,:,:,,")
+            self.end.announce(f"@ros2_lv/0/{session}/90/{91 + index}/SS/%/%/odd/%{mangled}/{dds}/{hashed}/::,10:,:,:,,")
+
+    def answer_goal(self, query: Any) -> None:
+        self.reply("send_goal", query)
 
     def answer(self, part: str, query: Any) -> None:
+        if part == "send_goal":
+            self.answer_goal(query)
+        else:
+            self.reply(part, query)
+
+    def reply(self, part: str, query: Any) -> None:
         if part in self.answers:
             query.reply(self.answers[part], b"")
         else:

@@ -14,7 +14,7 @@ from actors.transport import transport_from_environment
 from actors.transport.protocol import WireUnavailable
 from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.config import point_settings, session_settings, write_config
-from actors.transport.zenoh.library import one_line
+from actors.transport.zenoh.library import import_zenoh, one_line
 from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.zenoh.wires import free_port
@@ -260,6 +260,7 @@ async def test_a_port_in_use_is_said_and_harms_nobody() -> None:
 
 
 async def test_without_the_package_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    import_zenoh.cache_clear()
     monkeypatch.setitem(sys.modules, "zenoh", None)
 
     with pytest.raises(
