@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from textwrap import indent
 from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias, cast
 
@@ -263,9 +264,15 @@ def log_message(record: LogRecord, nanoseconds: int) -> Log:
 
 
 def structlog_sink(record: LogRecord) -> None:
-    """Pass a record to structlog as configured by the program. An error is passed as `exc_info` when it occurs for the first time."""
+    """Pass a record to structlog as configured by the program. An error is passed as `exc_info` when it occurs for the first time.
+
+    In a program that has not configured structlog the line is that of `console_sink`, as `spin` and `robactor run` write it.
+    """
     import structlog
 
+    if not structlog.is_configured():
+        _console_on(sys.stdout)(record)
+        return
     level = "critical" if record.level >= FATAL else LEVEL_NAMES[record.level]
     fields = _fields(record)
     if record.times > 1:
@@ -355,3 +362,6 @@ def console_sink(stream: IO[str] | None = None, level: int = 0) -> LogSink:
         print(line.encode(encoding, "replace").decode(encoding), file=out, flush=True)
 
     return write
+
+
+_console_on: Final = lru_cache(maxsize=1)(console_sink)

@@ -144,7 +144,7 @@ class BackgroundDeclaration(Declaration):
 
 
 def every(
-    hz: float | str | None = None, *, period: float | None = None, late: Late = "skip"
+    *misused: Never, hz: float | str | None = None, period: float | None = None, late: Late = "skip"
 ) -> Callable[[Callable[P, Nothing]], Callable[P, Nothing]]:
     """Decorate a method that runs periodically: its k-th tick is due at start + k/hz, so it does not drift.
 
@@ -153,9 +153,8 @@ def every(
     The method takes no argument, or a `Tick`. When the parameter is set, the next tick is due one new period later; a rate that is not
     above 0 and below a million is refused. Raises `DeclarationError` for wrong arguments.
     """
-    if callable(hz):
-        name = getattr(hz, "__name__", "method")
-        raise DeclarationError(f"@every without its rate: write @every(hz=10) or @every(period=0.1) above `{name}`")
+    if misused:
+        raise DeclarationError(_without_keyword(misused[0]))
     if (hz is None) == (period is None):
         raise DeclarationError("every(): give either hz=, ticks per second, or period=, seconds")
     rate = hz if hz is not None else _rate_of(period)
@@ -170,6 +169,16 @@ def every(
         return function
 
     return decorate
+
+
+def _without_keyword(value: Any) -> str:
+    """ROS 2's timers take a period, and its rates a frequency."""
+    if callable(value):
+        name = getattr(value, "__name__", "method")
+        return f"@every without its rate: write @every(hz=10) or @every(period=0.1) above `{name}`"
+    if isinstance(value, str):
+        return f"every({value!r}): write every(hz={value!r})"
+    return f"every({value!r}): write every(hz={value!r}), ticks per second, or every(period={value!r}), seconds"
 
 
 def _rate_of(period: object) -> float:

@@ -57,6 +57,8 @@ async def test_a_definition_is_shown_with_the_types_in_it(command: Command) -> N
         "\tstring frame_id",
     ]
     assert "---" in (await command("interface", "show", "std_srvs/srv/SetBool")).out.splitlines()
+    gps = await command("interface", "show", "NavSatFix")
+    assert gps.out == (await command("interface", "show", "sensor_msgs/msg/NavSatFix")).out != ""
 
 
 async def test_types_are_listed_by_package_and_kind(command: Command) -> None:
@@ -84,7 +86,11 @@ async def test_types_are_listed_by_package_and_kind(command: Command) -> None:
             "Could not find the interface 'std_msgs/msg/Strin'. Did you mean 'std_msgs/msg/String'",
         ),
         (("package", "std_msg"), "Unknown package 'std_msg'; did you mean 'std_msgs'"),
-        (("show", "String"), "String: "),
+        (
+            ("show", "String"),
+            "String is the name of 2 types; write one of example_interfaces/msg/String, std_msgs/msg/String",
+        ),
+        (("show", "Twistt"), "there is no type Twistt; did you mean 'Twist'?"),
     ],
 )
 async def test_a_type_that_is_not_known_is_one_line_with_the_nearest(

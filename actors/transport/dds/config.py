@@ -20,6 +20,9 @@ _LOCALHOST: Final = "ROS_LOCALHOST_ONLY"
 _SECURITY: Final = "ROS_SECURITY_ENABLE"
 _URI: Final = "CYCLONEDDS_URI"
 _LONGEST_PEER: Final = 255
+_ANNOUNCED: Final = "<SPDPInterval>2s</SPDPInterval>"
+"""How often a participant says that it is there: two of which one has given up the other, as that stood still, find each other by it. The default
+of Cyclone DDS is 30 s, that of Fast DDS 3 s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,5 +92,6 @@ def domain_settings(config: DdsConfig) -> str:
     )
     if peers:
         discovery += "<Peers>" + "".join(f"<Peer address={quoteattr(peer)}/>" for peer in peers) + "</Peers>"
+    discovery += _ANNOUNCED
     general = "" if multicast else "<General><AllowMulticast>false</AllowMulticast></General>"
     return f"<CycloneDDS><Domain>{general}<Discovery>{discovery}</Discovery></Domain></CycloneDDS>,{config.uri}"

@@ -58,6 +58,21 @@ def package(options: argparse.Namespace) -> Exit:
     return Exit.DONE
 
 
+def _only_one(last: str) -> str:
+    """The full name of the only type with this name, whatever its package. Raises CommandFailed if there are none or several."""
+    from actors.interfaces import known_names
+    from actors.suggest import did_you_mean
+
+    names = known_names()
+    found = [name for name in names if name.rpartition("/")[2] == last]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise CommandFailed(f"{last} is the name of {len(found)} types; write one of {', '.join(found)}")
+    hint = did_you_mean(last, sorted({name.rpartition("/")[2] for name in names}))
+    raise CommandFailed(f"there is no type {last}{hint or '; write package/msg/Name, as in std_msgs/msg/String'}")
+
+
 def _found(options: argparse.Namespace) -> Any:
     """The type that is asked for, whichever kind it is of."""
     from actors.interfaces import InterfaceError, known_names
@@ -67,6 +82,8 @@ def _found(options: argparse.Namespace) -> Any:
 
     learn_folders(options)
     name = sys.stdin.readline().strip() if options.type == "-" else options.type
+    if name.isidentifier():
+        name = _only_one(name)
     try:
         found = next(
             (each for kind in ("msg", "srv", "action") if (each := find(full_name(name, kind))) is not None), None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import json
+import sys
 from typing import Any
 
 import pytest
@@ -102,6 +103,16 @@ def test_a_field_named_like_the_lines_own_steps_aside(name: str) -> None:
     out = io.StringIO()
     console_sink(out)(line)
     assert f"{name}_=mine" in out.getvalue()
+
+
+def test_without_a_configuration_of_structlog_the_lines_are_those_of_a_program(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    structlog.reset_defaults()
+    structlog_sink(record(INFO, leg=3))
+    plain = capsys.readouterr().out
+    console_sink(sys.stdout)(record(INFO, leg=3))
+    assert plain == capsys.readouterr().out != ""
 
 
 @pytest.mark.parametrize(("level", "word"), [(DEBUG, "debug"), (WARN, "warning"), (FATAL, "critical")])

@@ -89,7 +89,7 @@ class Everything(Node):
     @every(period=0.2, late="catch_up")
     def slow_tick(self, tick: Tick) -> None: ...
 
-    @every("rate")
+    @every(hz="rate")
     def steady(self) -> None: ...
 
     @background
@@ -470,6 +470,19 @@ def test_a_hook_needs_its_action_and_a_named_rate_its_parameter() -> None:
         class Clockwork(Node):
             @every(hz="rate")
             async def tick(self) -> None: ...
+
+
+@pytest.mark.parametrize(
+    ("value", "sentence"),
+    [
+        (10, "every(10): write every(hz=10), ticks per second, or every(period=10), seconds"),
+        ("rate", "every('rate'): write every(hz='rate')"),
+    ],
+)
+def test_a_rate_or_a_period_is_named_as_that(value: Any, sentence: str) -> None:
+    """`create_timer(10)` of rclpy is every 10 s, and 10 Hz is what others mean."""
+    with refused(sentence):
+        every(value)
 
 
 @pytest.mark.parametrize(

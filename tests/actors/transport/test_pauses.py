@@ -12,8 +12,9 @@ def test_on_a_simulated_network_all_is_heard_again_within_two_seconds() -> None:
 
 
 @pytest.mark.realtime
-@pytest.mark.parametrize("wire", ["zenoh", "router", "dds"])
-def test_on_each_wire_all_is_heard_again_within_two_seconds(wire: str) -> None:
+@pytest.mark.parametrize(("wire", "seconds"), [("zenoh", "3"), ("router", "3"), ("dds", "12")])
+def test_on_each_wire_all_is_heard_again_within_two_seconds(wire: str, seconds: str) -> None:
+    """Longer than silence counts as the end: by the heartbeat over Zenoh, by the lease of 10 s over DDS."""
     if wire == "dds":
         pytest.importorskip("cyclonedds")
-    assert main(["--wire", wire, "--seconds", "3"]) == 0
+    assert main(["--wire", wire, "--seconds", seconds]) == 0
