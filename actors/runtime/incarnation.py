@@ -417,7 +417,7 @@ class Incarnation:
         if self._timers is None:
             runtime = self.runtime
             on_late = None if runtime.stalls is None else partial(self._loop_late, runtime.stalls)
-            ticking = [each.ticking for each in runtime.interceptors]
+            ticking = [each.ticking for each in runtime.interceptors] if runtime.interceptors else ()
             self._timers = Timers(self.inbox, runtime.ticker, on_late, ticking)
         return self._timers
 

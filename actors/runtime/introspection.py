@@ -40,7 +40,7 @@ PublishOn: TypeAlias = "Callable[[Any, str], Publisher[Any]]"
 
 def has_introspection(parameters: Container[str]) -> bool:
     """Whether one of its parameters is among these."""
-    return any(each in parameters for each in INTROSPECTION)
+    return _SERVICE in parameters or _CLIENT in parameters or _ACTION in parameters
 
 
 class Introspection(Interceptor):

@@ -23,11 +23,14 @@ from actors import (
     Reject,
     Service,
     ServiceFailed,
+    every,
+    execute,
     parameter,
     run,
 )
 from actors.diagnostics.spans import Spans
 from actors.interfaces.example_interfaces.srv import AddTwoInts
+from actors.replay import Journal, Tape, replay
 from actors.system import System
 from actors.testing import Rig
 from actors.transport.bridge import connect
@@ -291,3 +294,31 @@ async def test_spans_are_those_of_one_system(rig: Rig, store: Store) -> None:
     await rig.start(Adder)
     with pytest.raises(RuntimeError, match="make others"):
         spans.attach(rig.system)
+
+
+class Asking(Node):
+    @every(hz=100)
+    async def ask(self) -> None:
+        await self.call(ADD, two(round(self.clock.now() * 1e9), 0))
+
+
+class Late(Node):
+    @ADD.serve()
+    async def add(self, request: Any) -> Any:
+        return total(request.a - round(self.clock.now() * 1e9))
+
+
+def test_spans_beside_a_journal_read_the_clock_for_no_node(store: Store) -> None:
+    """What a journaled node reads is replayed; the spans of its calls are not made in a replay."""
+
+    async def main() -> tuple[Tape, ...]:
+        journal = Journal("asking", "late")
+        async with run(Late, Asking, observers=(Spans(store.provider), journal), sinks=()):
+            await asyncio.sleep(0.1)
+        return journal.tape("asking"), journal.tape("late")
+
+    for tape in execute(main, clock="real"):
+        assert len(list(tape.outputs())) > 2
+        verdict = replay(tape)
+        assert verdict.equal, verdict
+    assert len(store.ended) > 4

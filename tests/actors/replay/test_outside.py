@@ -278,3 +278,19 @@ def test_a_loop_that_makes_its_tasks_itself_is_refused() -> None:
             loop.set_task_factory(None)
 
     execute(main, clock="virtual")
+
+
+def test_a_loop_that_is_not_of_python_is_refused() -> None:
+    class Fixed(asyncio.SelectorEventLoop):
+        """Stands for a class of a native library, of which no further class can be derived."""
+
+        def __init_subclass__(cls) -> None:
+            raise TypeError("not an acceptable base type")
+
+    async def main() -> None:
+        with pytest.raises(ReplayError, match="a journal needs an event loop of asyncio, not <"):
+            async with run(Closed, observers=(Journal("closed"),), sinks=()):
+                pass
+
+    with asyncio.Runner(loop_factory=Fixed) as runner:
+        runner.run(main())

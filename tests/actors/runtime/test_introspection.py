@@ -194,6 +194,30 @@ async def test_a_client_that_gives_up_before_its_goal_is_answered_leaves_no_answ
     assert steps(goals) == [(RECEIVED, 1)]
 
 
+async def test_a_call_that_gets_no_answer_tells_of_none(rig: Rig) -> None:
+    """Neither one that takes too long, nor one whose turn comes only after its client has given up."""
+    await rig.start(
+        Child(Adder, parameters={SERVICE: "metadata"}), Child(Node, name="user", parameters={CLIENT: "metadata"})
+    )
+    heard = rig.probe(EVENTS)
+    calls = [rig.node("user").call(ADD, two(1, 200), timeout=0.1) for _ in range(2)]
+    ends = await asyncio.gather(*calls, return_exceptions=True)
+    await rig.advance(1.0)
+    assert [type(end) for end in ends] == [CallTimeout, CallTimeout]
+    assert steps(heard) == [(SENT, 1), (SENT, 2), (RECEIVED, 1)]
+
+
+async def test_a_client_that_is_made_anew_tells_as_before(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("actors.runtime.endpoints.CLIENTS", 1)  # of a node that calls more services than are kept
+    user = Child(Node, name="user", parameters={CLIENT: "metadata"})
+    await rig.start(Adder, Child(Adder, name="second", remap={"add": "other"}), user)
+    heard = rig.probe(EVENTS)
+    for service in (ADD, OTHER, ADD):
+        await rig.node("user").call(service, two(1, 2))
+    await rig.quiet()
+    assert steps(heard) == [(SENT, 1), (RETURNED, 1), (SENT, 2), (RETURNED, 2)]
+
+
 async def test_a_node_that_has_ended_tells_nothing_more(rig: Rig) -> None:
     await rig.start(Adder, Child(Node, name="user", parameters={CLIENT: "contents"}))
     heard = rig.probe(EVENTS)
