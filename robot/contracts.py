@@ -99,7 +99,7 @@ TELEOP_CMD_STAMPED = Topic(TwistStamped, "/teleop/cmd_vel_stamped", qos.COMMANDS
 """The same from ROS 2's tools that stamp their commands; the stamp is not judged."""
 JOY_CMD = Topic(Twist, "/joy/cmd_vel", qos.COMMANDS)
 VOICE = Topic(String, "/voice_command", qos.COMMANDS)
-"""One word, English or Portuguese: see `robot.control.voice`."""
+"""One word, English or Portuguese: see `robot.nodes.voice`."""
 AUTONOMY_CMD = Topic(Twist, "/autonomy/cmd_vel", qos.COMMANDS)
 """What navigation asks for."""
 AUTONOMY_CMD_STAMPED = Topic(TwistStamped, "/autonomy/cmd_vel_stamped", qos.COMMANDS)

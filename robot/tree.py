@@ -60,15 +60,15 @@ from robot.nodes.robot_state_publisher import RobotStatePublisher
 from robot.nodes.safety import SafetyMonitor
 from robot.nodes.scan_correction import ScanCorrection
 from robot.nodes.status import RobotStatus
-from robot.nodes.teleop import RobotController
 from robot.nodes.tutorial_walks import TutorialWalks
+from robot.nodes.twist_mux import RobotController
 from robot.planning.grid import Grid
 from robot.scenes.dock import has_station
 from robot.scenes.objects import Look, looks_of
 from robot.scenes.scene import Scene
 from robot.sim.devices import simulated
 from robot.sim.simulation import Simulation
-from robot.sim.urdf import write_urdf
+from robot.urdf import write_urdf
 
 if TYPE_CHECKING:
     from robot.nodes.carrier import Delivery

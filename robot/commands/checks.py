@@ -19,7 +19,7 @@ from cli.verbs.doctor.observation import Finding
 from robot.assembly import Robot
 from robot.estimation.patches import patches
 from robot.model.footprint import Footprint
-from robot.planning.map_files import InvalidMap, read_map
+from robot.nodes.map_files import InvalidMap, read_map
 from robot.sim.physics import BackendMissing
 
 WALK: Final = 6.0

@@ -13,7 +13,7 @@ from cli.verb import Verb
 
 if TYPE_CHECKING:
     from actors.interfaces.nav_msgs.msg import OccupancyGrid
-    from robot.planning.map_files import Occupancy
+    from robot.nodes.map_files import Occupancy
 
 WAIT = 2.0
 """Seconds to wait for a map, unless told otherwise: the parameter save_map_timeout of nav2's program."""
@@ -32,7 +32,7 @@ def _arguments(parser: Parser) -> None:
 
 
 async def _save(options: argparse.Namespace) -> Exit:
-    from robot.planning.map_files import FREE_BELOW, OCCUPIED_ABOVE, write_map
+    from robot.nodes.map_files import FREE_BELOW, OCCUPIED_ABOVE, write_map
 
     heard = await _heard(options)
     try:
@@ -70,7 +70,7 @@ def _occupancy(message: OccupancyGrid) -> Occupancy:
     """As it is written. Raises `ValueError` for a turned map."""
     import numpy as np
 
-    from robot.planning.map_files import Occupancy
+    from robot.nodes.map_files import Occupancy
 
     info, turn = message.info, message.info.origin.orientation
     if (turn.x, turn.y, turn.z) != (0.0, 0.0, 0.0):

@@ -1,1 +1,1 @@
-"""From states and goals to commands: legs, paths, arm. No clock, no messages."""
+"""From states and goals to commands: legs, arm, and who drives. No clock, no messages."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from math import cos, inf, isfinite, sin
+from typing import TypeAlias
 
 import numpy as np
 
@@ -55,6 +57,34 @@ DIZZY_STOP_TIME = 1.7
 """The same with a gyro that is wrong about the tilt, s: the feet of a pair do not show how the body turns about the line between them."""
 
 
+@dataclass(slots=True)
+class _Planted:
+    """All feet stand: it rises, stands, or lowers itself."""
+
+    stand: StandController
+    mode: Mode
+
+
+@dataclass(slots=True)
+class _Stop:
+    """A walk comes to rest."""
+
+    seconds: float = 0.0
+    """For so long already."""
+    settling: Settling = field(default_factory=Settling)
+    """Whether it may end in sitting down."""
+
+
+@dataclass(slots=True)
+class _Walking:
+    walker: WalkController
+    stop: _Stop | None = None
+
+
+_Doing: TypeAlias = Sitting | _Planted | _Walking | SafeStop
+"""What the legs do: always one of these."""
+
+
 class GaitController:
     """Turns samples into motor targets so that the robot sits, stands or walks as asked.
 
@@ -78,14 +108,8 @@ class GaitController:
         self._commands = CommandShaper(limits or CommandLimits().of(model))
         self._estimate = Estimator(model)
         self._terrain = TerrainPlane()
-        self._mode: Mode = Mode.SIT
         self._goal: Mode = Mode.SIT
-        self._planted: StandController | None = None
-        self._walker: WalkController | None = None
-        self._sitting = Sitting(model)
-        self._stopping_for, self._settling = 0.0, Settling()
-        """Of the stop that goes on, or the last one: for how long, s, and whether it may end in sitting down."""
-        self._safe: SafeStop | None = None
+        self._doing: _Doing = Sitting(model)
         self._told: MotorTargets | None = None
         self.slips = 0
         """How often it has sat down because its feet slid."""
@@ -99,13 +123,27 @@ class GaitController:
     def __repr__(self) -> str:
         x, y, _ = self._estimate.position
         return (
-            f"GaitController(mode={self._mode.value!r}, gait={self._gaits.wanted.name!r}, position=({x:.2f}, {y:.2f}))"
+            f"GaitController(mode={self.mode.value!r}, gait={self._gaits.wanted.name!r}, position=({x:.2f}, {y:.2f}))"
         )
 
     @property
     def mode(self) -> Mode:
         """`sit`, `stand` or `walk`, or on the way: `rising`, `lowering`, `stopping`."""
-        return self._mode
+        match self._doing:
+            case Sitting():
+                return Mode.SIT
+            case _Planted(mode=mode):
+                return mode
+            case _Walking(stop=None):
+                return Mode.WALK
+            case _Walking():
+                return Mode.STOPPING
+            case SafeStop():
+                return Mode.LOWERING
+
+    @property
+    def _walker(self) -> WalkController | None:
+        return self._doing.walker if isinstance(self._doing, _Walking) else None
 
     @property
     def goal(self) -> Mode:
@@ -137,7 +175,8 @@ class GaitController:
     @property
     def gait(self) -> str:
         """The gait it walks with; while it does not walk, the one it would."""
-        return (self._walker.clock.gait if self._walker is not None else self._gaits.wanted).name
+        walker = self._walker
+        return (walker.clock.gait if walker is not None else self._gaits.wanted).name
 
     @property
     def refused(self) -> int:
@@ -161,7 +200,7 @@ class GaitController:
         yaw = estimate.attitude.yaw
         vx, vy, vz = estimate.velocity
         return GaitState(
-            mode=self._mode,
+            mode=self.mode,
             position=np.array(estimate.position),
             quaternion=np.array(estimate.attitude.quaternion),
             velocity=np.array((cos(yaw) * vx + sin(yaw) * vy, cos(yaw) * vy - sin(yaw) * vx, vz)),
@@ -235,15 +274,16 @@ class GaitController:
             slope = (self._terrain.slope_x, self._terrain.slope_y)
             felt = virtual_imu(estimate.legs, joints, estimate.rotation, slope)
             imu = felt if imu is None else ImuSample(np.where(doubtful, felt.gyro, imu.gyro), imu.accel)
-        if self._safe is None and self._mode != Mode.SIT and self.fallen:
+        walker = self._walker
+        if isinstance(self._doing, _Planted | _Walking) and self.fallen:
             self._crouch(steps=False)
-        elif self._walker is not None and self._walker.slippery and self._senses.feels_ground:
+        elif walker is not None and walker.slippery and self._senses.feels_ground:
             self.slips += 1
             vx, vy, _ = self.state.velocity.tolist()
             self._crouch(steps=False, speed=(vx, vy))
         targets = self._act(dt, imu, joints, blind)
         self._told = targets
-        self._senses.told(targets, stepping=self._mode is Mode.WALK)
+        self._senses.told(targets, stepping=self.mode is Mode.WALK)
         return targets
 
     def _expected(self) -> Vector | None:
@@ -255,117 +295,118 @@ class GaitController:
     def _check(self, dt: float, joints: JointSample, contacts_silent: bool) -> JointSample:
         """The joint sample with what cannot be believed replaced; without an encoder the safe stop takes over."""
         joints = self._senses.joints(dt, joints, self._expected)
-        if self._senses.joints_lost and self._safe is None and self._mode != Mode.SIT:
-            if self._walker is None:
+        if self._senses.joints_lost:
+            if isinstance(self._doing, _Planted):
                 self._crouch(steps=False)
-            else:
+            elif isinstance(self._doing, _Walking):
                 self._commands.ask(0.0, 0.0, 0.0)
         return self._senses.contacts(dt, joints, self._estimate, self._walker, contacts_silent)
 
     def _crouch(self, *, steps: bool = True, speed: tuple[float, float] | None = None) -> None:
         """Give up whatever goes on, and sit down by the safe stop, after steps that bring a walk to rest if `steps`. `speed`: as `SafeStop` has it."""
-        self._goal, self._mode = Mode.SIT, Mode.LOWERING
-        self._walker = self._planted = None
+        self._goal = Mode.SIT
         self.overtaken = False
         self._commands.halt()
-        self._safe = SafeStop(self._model, steps=steps, speed=speed)
+        self._doing = SafeStop(self._model, steps=steps, speed=speed)
 
     def _act(self, dt: float, imu: ImuSample, joints: JointSample, blind: bool) -> MotorTargets:
-        estimate = self._estimate
-        walker = self._walker
-        still = self._mode == Mode.SIT or (
-            self._mode == Mode.STAND and self._planted is not None and self._planted.arrived
+        estimate, doing, walker = self._estimate, self._doing, self._walker
+        still = isinstance(doing, Sitting) or (
+            isinstance(doing, _Planted) and doing.mode == Mode.STAND and doing.stand.arrived
         )
         estimate.update(dt, imu, joints, walker.leaving() if walker else (False,) * 4, still, blind)
-        self._senses.turn(dt, estimate, self._mode)
-        if self._mode in (Mode.WALK, Mode.STOPPING) and not self._senses.gyro_doubtful[0]:
+        self._senses.turn(dt, estimate, self.mode)
+        if walker is not None and not self._senses.gyro_doubtful[0]:
             self._terrain.update(dt, estimate.contacts)
         acceleration = walker.acceleration if walker else _ZERO
         ahead = PredictedState(estimate, joints, self._delay + 0.5 * dt, acceleration)
-        if self.overtaken and walker is not None:
-            self._rejoin(ahead)
-        self._change_mode(dt, ahead, joints)
-        bounds = self._gaits.bounds(self._walker) if self._walker is not None else ()
+        if self.overtaken and isinstance(doing, _Walking):
+            self._rejoin(doing, ahead)
+        self._change(dt, ahead, joints)
+        walker = self._walker
+        bounds = self._gaits.bounds(walker) if walker is not None else ()
         least = BRAKE if self._senses.joints_lost or not self._senses.steady else 0.0
-        command = self._commands.advance(dt, self._mode == Mode.WALK, *bounds, least_slew=least)
-        if self._walker is not None:
-            self._walker.wary = self._senses.gyro_doubtful[0]
-            walking = self._walker.step(dt, estimate, ahead, self._terrain, command)
-            self._doubtful.hold(walking, estimate, self._senses.doubtful_joints)
-            return walking.freeze()
-        if self._planted is not None:
-            return self._planted.step(dt, ahead).freeze()
-        if self._safe is not None:
-            return self._safe.step(dt, joints, imu if self._senses.steady else None)
-        self._trim.reset()
-        return self._sitting.step(dt, joints, estimate.legs.weight).freeze()
+        command = self._commands.advance(dt, self.mode == Mode.WALK, *bounds, least_slew=least)
+        match self._doing:
+            case _Walking(walker=walker):
+                walker.wary = self._senses.gyro_doubtful[0]
+                walking = walker.step(dt, estimate, ahead, self._terrain, command)
+                self._doubtful.hold(walking, estimate, self._senses.doubtful_joints)
+                return walking.freeze()
+            case _Planted(stand=stand):
+                return stand.step(dt, ahead).freeze()
+            case SafeStop() as safe:
+                return safe.step(dt, joints, imu if self._senses.steady else None)
+            case Sitting() as sitting:
+                self._trim.reset()
+                return sitting.step(dt, joints, estimate.legs.weight).freeze()
 
-    def _rejoin(self, ahead: PredictedState) -> None:
+    def _rejoin(self, walking: _Walking, ahead: PredictedState) -> None:
         """Go on with a walk from where the legs are, as fast as the body is."""
-        self.overtaken, self._settling = False, Settling()
-        self._walker = WalkController(gaits_of(self._model)["trot"], ahead, trim=self._trim)
-        self._walker.join(self._estimate, ahead)
+        self.overtaken = False
+        if walking.stop is not None:
+            walking.stop.settling = Settling()
+        walking.walker = WalkController(gaits_of(self._model)["trot"], ahead, trim=self._trim)
+        walking.walker.join(self._estimate, ahead)
         (vx, vy, _), c, s = ahead.velocity, cos(ahead.yaw), sin(ahead.yaw)
         self._commands.resume(c * vx + s * vy, c * vy - s * vx, ahead.turn[2])
 
-    def _change_mode(self, dt: float, ahead: PredictedState, joints: JointSample) -> None:
+    def _change(self, dt: float, ahead: PredictedState, joints: JointSample) -> None:
         """Take the next step towards the mode asked for, if this one is finished."""
-        mode, goal, planted = self._mode, self.aim, self._planted
-        if self._safe is not None:
-            if self._safe.done:
-                self._safe, self._mode = None, Mode.SIT
-                self._sitting.begin(joints)
-        elif mode == Mode.SIT:
-            if goal != Mode.SIT and self._sitting.may_rise(joints):
-                self._plant(Mode.RISING, ahead, self._model.stand_height, weight=0.0)
-        elif mode in (Mode.RISING, Mode.LOWERING) and planted is not None:
-            if goal == Mode.SIT and mode == Mode.RISING:
-                self._mode = Mode.LOWERING
-                planted.go(self._model.sit_height, RISE_TIME)
-            elif goal != Mode.SIT and mode == Mode.LOWERING:
-                self._mode = Mode.RISING
-                planted.go(self._model.stand_height, RISE_TIME)
-            elif planted.arrived:
-                self._mode = Mode.STAND if mode == Mode.RISING else Mode.SIT
-                if mode == Mode.LOWERING:
-                    self._planted = None
-                    self._sitting.begin(joints)
-        elif mode == Mode.STAND and planted is not None:
-            if goal == Mode.SIT:
-                self._mode = Mode.LOWERING
-                planted.go(self._model.sit_height, RISE_TIME)
-            elif goal == Mode.WALK:
-                self._mode, self._planted = Mode.WALK, None
-                self._gaits.begin()
-                self._walker = WalkController(self._gaits.wanted, ahead, trim=self._trim)
-                self._terrain.update(inf, self._estimate.contacts)
-        elif mode in (Mode.WALK, Mode.STOPPING) and self._walker is not None:
-            self._walk_on(dt, ahead, self._walker)
+        match self._doing:
+            case SafeStop() as safe:
+                if safe.done:
+                    self._doing = Sitting(self._model)
+            case Sitting() as sitting:
+                if self.aim != Mode.SIT and sitting.may_rise(joints):
+                    self._plant(Mode.RISING, ahead, self._model.stand_height, weight=0.0)
+            case _Planted() as planted:
+                self._stand_on(planted, ahead)
+            case _Walking() as walking:
+                self._walk_on(dt, ahead, walking)
 
-    def _walk_on(self, dt: float, ahead: PredictedState, walker: WalkController) -> None:
+    def _stand_on(self, planted: _Planted, ahead: PredictedState) -> None:
+        """Rise, lower, or begin to walk."""
+        goal, stand = self.aim, planted.stand
+        if goal == Mode.SIT and planted.mode != Mode.LOWERING:
+            planted.mode = Mode.LOWERING
+            stand.go(self._model.sit_height, RISE_TIME)
+        elif goal != Mode.SIT and planted.mode == Mode.LOWERING:
+            planted.mode = Mode.RISING
+            stand.go(self._model.stand_height, RISE_TIME)
+        elif planted.mode == Mode.STAND:
+            if goal == Mode.WALK:
+                self._gaits.begin()
+                self._doing = _Walking(WalkController(self._gaits.wanted, ahead, trim=self._trim))
+                self._terrain.update(inf, self._estimate.contacts)
+        elif stand.arrived and planted.mode == Mode.RISING:
+            planted.mode = Mode.STAND
+        elif stand.arrived:
+            self._doing = Sitting(self._model)
+
+    def _walk_on(self, dt: float, ahead: PredictedState, walking: _Walking) -> None:
         """Keep walking, change the gait, or come to rest and plant the feet."""
+        walker = walking.walker
         if self.aim == Mode.WALK:
-            self._mode, walker.halting = Mode.WALK, False
+            walking.stop, walker.halting = None, False
             self._gaits.step(dt, walker, ahead, self._commands.velocity)
             return
-        if self._mode != Mode.STOPPING:
-            self._mode, self._stopping_for, self._settling = Mode.STOPPING, 0.0, Settling()
-        self._stopping_for += dt
+        stop = walking.stop = walking.stop or _Stop()
+        stop.seconds += dt
         if self._senses.joints_lost:
-            slow = self._stopping_for > STEADY and walker.speed(ahead) < SLOW
-            if self._settling.step(dt, walker, slow, self._estimate.contact) or self._stopping_for > STOP_TIME:
+            slow = stop.seconds > STEADY and walker.speed(ahead) < SLOW
+            if stop.settling.step(dt, walker, slow, self._estimate.contact) or stop.seconds > STOP_TIME:
                 self._crouch(steps=False)
             return
         if walker.halting:
             if not walker.swinging:
-                self._walker = None
                 self._commands.halt()
                 self._plant(Mode.STAND, ahead, self._model.stand_height, weight=1.0)
         elif max(abs(part) for part in self._commands.velocity) < REST_COMMAND:
             speed = walker.speed(ahead)
             feet = np.array(ahead.legs.feet)[:, :2] - np.array(self._model.nominal)
             untwisted = np.abs(feet - feet.mean(axis=0)).max() < TWIST
-            walker.halting = (speed < REST_SPEED and bool(untwisted)) or self._stopping_for > self._patience()
+            walker.halting = (speed < REST_SPEED and bool(untwisted)) or stop.seconds > self._patience()
 
     def _patience(self) -> float:
         """Seconds after which a walk that will not come to rest is ended all the same."""
@@ -374,6 +415,6 @@ class GaitController:
         return DIZZY_STOP_TIME if self._senses.gyro_doubtful[0] else STOP_TIME
 
     def _plant(self, mode: Mode, ahead: PredictedState, height: float, weight: float) -> None:
-        self._mode = mode
-        self._planted = StandController(ahead, weight, self._trim)
-        self._planted.go(height, RISE_TIME if mode == Mode.RISING else SETTLE_TIME)
+        planted = _Planted(StandController(ahead, weight, self._trim), mode)
+        planted.stand.go(height, RISE_TIME if mode == Mode.RISING else SETTLE_TIME)
+        self._doing = planted

@@ -36,11 +36,6 @@ class Sitting:
         self._lying = 0.0
         self._hindered, self._strength = False, 1.0
 
-    def begin(self, joints: JointSample) -> None:
-        """Sit anew, from where the legs are."""
-        self._held, self._lying = joints.position.copy(), 0.0
-        self._hindered, self._strength = False, 1.0
-
     def may_rise(self, joints: JointSample) -> bool:
         """Whether it has lain for long enough, and the legs are near enough to where they rise from."""
         gathered = bool(np.abs(joints.position - self._pose).max() < GATHERED)

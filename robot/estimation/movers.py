@@ -2,7 +2,7 @@
 
 Hits that lie side by side form a cluster; a cluster is followed from scan to scan by its middle. Only what is small,
 moves steadily and leaves the places where it was counts as moving: the visible middle of a standing box also wanders
-while the robot walks past it. The filter of its velocity: docs/concepts/control.md#surroundings.
+while the robot walks past it. The filter of its velocity: docs/concepts/control.md#local-costmap.
 """
 
 from __future__ import annotations

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from robot.control.fence import Fence
 from robot.control.safe_stop import SafeStop
 from robot.hardware.body import ImuSample, JointSample, MotorTargets
+from robot.link.fence import Fence
 from robot.model.actuators import SILENCE
 from robot.model.robot import SPOT, RobotModel
 

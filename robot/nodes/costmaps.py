@@ -11,8 +11,8 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Point, Pose, Quaternion
 from actors.interfaces.nav_msgs.msg import MapMetaData, OccupancyGrid
 from actors.interfaces.std_msgs.msg import Header
-from robot.control.navigator import Navigator
 from robot.geometry.planar import Pose2, compose, inverse
+from robot.navigation.navigator import Navigator
 from robot.planning.grid import UNKNOWN
 
 SIDE = 4.0

@@ -39,7 +39,6 @@ from robot.contracts import (
     UNDOCK,
     WALK,
 )
-from robot.control.dock import DockConfig, Sight, approach, remaining
 from robot.estimation.dock_finder import find_dock
 from robot.estimation.history import pose_history
 from robot.geometry.messages import from_pose, pose_stamped, seconds
@@ -48,6 +47,7 @@ from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
 from robot.interfaces.robactor_msgs.msg import DockStatus, GaitStatus, SafetyState
 from robot.model.modes import Mode
+from robot.navigation.dock import DockConfig, Sight, approach, remaining
 from robot.planning.errors import ErrorCode
 from robot.scenes.dock import BEFORE
 

@@ -12,15 +12,15 @@ from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_srvs.srv import Trigger
 from robot.contracts import STAND, WALK
-from robot.control.limits import Limits, Tolerance
-from robot.control.motion import Motion, State
-from robot.control.navigator import Navigator
 from robot.estimation.elevation import Relief
 from robot.estimation.history import History, pose_history
 from robot.geometry.messages import seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
 from robot.geometry.vectors import Floats
 from robot.model.modes import ON_ITS_FEET, Mode
+from robot.navigation.limits import Limits, Tolerance
+from robot.navigation.motion import Motion, State
+from robot.navigation.navigator import Navigator
 from robot.planning import path as paths
 from robot.planning.energy import EnergyGuard
 from robot.planning.errors import ErrorCode, GoalBlocked, NavigationError, NotReached

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 from actors import Node, Stopped, every, publishes
 from robot.contracts import BATTERY_STATUS, BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
-from robot.control.fence import Fence
 from robot.control.safe_stop import SafeStop
 from robot.hardware import body as hardware
 from robot.hardware.real_time import RealTime
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, BodyDrive, MotorPower
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
+from robot.link.fence import Fence
 from robot.model.actuators import SILENCE
 from robot.model.modes import Mode
 from robot.model.robot import SPOT, RobotModel

@@ -34,9 +34,6 @@ from robot.contracts import (
     SCAN,
     STRAIGHT,
 )
-from robot.control.limits import Limits, Tolerance
-from robot.control.motion import Motion
-from robot.control.navigator_config import NavigatorConfig
 from robot.estimation.elevation import Relief
 from robot.estimation.fit_watch import AMBIGUOUS, BLIND, LOST
 from robot.geometry.messages import from_pose, pose_stamped, seconds
@@ -55,6 +52,9 @@ from robot.interfaces.nav2_msgs.msg import WaypointStatus
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
 from robot.model.charge import ChargeLevel
+from robot.navigation.limits import Limits, Tolerance
+from robot.navigation.motion import Motion
+from robot.navigation.navigator_config import NavigatorConfig
 from robot.nodes.costmaps import global_costmap, local_costmap
 from robot.nodes.goal_walk import GoalWalk, Heard, check_arrived
 from robot.planning import path as paths

@@ -12,7 +12,7 @@ from typing import Any, Literal
 from cli.command import UsageError
 from cli.parsing import Parser
 from robot.run.arguments import parse_seed
-from robot.run.errands import Fetch, Goal, parse_fetch, parse_goal
+from robot.run.tasks import Fetch, Goal, parse_fetch, parse_goal
 from robot.scenes.worlds import WORLDS
 
 SMALLEST, LARGEST = (64, 64), (4096, 4096)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
-from robot.planning.costmap import Inflation
 from robot.planning.errors import GoalBlocked, InvalidPose, NavigationError, StartBlocked, Unreachable
 from robot.planning.grid import Cell, Grid, block_mean
+from robot.planning.inflation import Inflation
 from robot.planning.path import Path, pull
 from robot.planning.wavefront import Wavefront
 

@@ -355,7 +355,7 @@ def _grid(path: str | None, scene: Scene) -> Grid | None:
     """The map of `--map`; None without it. Raises `UsageError` for a file that is no map, or none of this world."""
     if path is None:
         return None
-    from robot.planning.map_files import InvalidMap, read_map
+    from robot.nodes.map_files import InvalidMap, read_map
 
     try:
         grid = read_map(path).grid()

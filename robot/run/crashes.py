@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from cli.command import UsageError
-from robot.run.errands import Crash, Hang
+from robot.run.tasks import Crash, Hang
 
 if TYPE_CHECKING:
     from actors import Child, Supervisor, System

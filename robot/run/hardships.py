@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import nan, radians, tan
 
 from cli.command import UsageError
-from robot.run.errands import at_a_time, checked
+from robot.run.tasks import at_a_time, checked
 from robot.sim.ground import Ground
 
 HARDEST_PUSH = 1000.0

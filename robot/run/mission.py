@@ -11,14 +11,14 @@ import numpy as np
 
 from actors.suggest import did_you_mean
 from cli.command import UsageError
-from robot.control.navigator import Navigator
 from robot.geometry.planar import Pose2
+from robot.navigation.navigator import Navigator
 from robot.nodes.carrier import Delivery
 from robot.planning.errors import NavigationError
 from robot.planning.grasp import Spot, stands
 from robot.planning.grid import Grid, signed_distance
-from robot.run.errands import Fetch, Goal
 from robot.run.options import Options
+from robot.run.tasks import Fetch, Goal
 from robot.scenes.scene import Scene, Thing
 from robot.scenes.worlds import WORLDS, get_world
 

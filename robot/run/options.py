@@ -13,9 +13,9 @@ from cli.command import UsageError
 from cli.parsing import Parser
 from robot.hardware.sensors import SensorKind
 from robot.model.actuators import ActuatorDesign
-from robot.run.errands import Crash, Fetch, Goal, Hang, checked, parse_fault, parse_fetch, parse_goal
 from robot.run.hardships import Push, parse_ground, parse_push
 from robot.run.machines import Machines, parse_machines
+from robot.run.tasks import Crash, Fetch, Goal, Hang, checked, parse_fault, parse_fetch, parse_goal
 from robot.run.words import declare
 from robot.sim.ground import Ground
 

@@ -8,8 +8,8 @@ The joystick goes before the voice, a word for stopping before any other, and a 
 from __future__ import annotations
 
 from actors import Child, Supervisor
-from robot.nodes import teleop as node
-from robot.nodes.teleop import TUTORIAL_LIMITS
+from robot.nodes import twist_mux as node
+from robot.nodes.twist_mux import TUTORIAL_LIMITS
 from robot.tutorials.program import main, system
 
 

@@ -6,7 +6,7 @@ voice_command -> robot_controller -> cmd_vel -> spot_controller <- imu/data <- i
 from __future__ import annotations
 
 from actors import Child, Supervisor
-from robot.nodes.teleop import TUTORIAL_LIMITS, RobotController
+from robot.nodes.twist_mux import TUTORIAL_LIMITS, RobotController
 from robot.tutorials.imu_publisher import ImuPublisher
 from robot.tutorials.program import main, system
 from robot.tutorials.spot_controller import SpotController

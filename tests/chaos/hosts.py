@@ -40,7 +40,7 @@ from actors.time.virtual_loop import VirtualLoop
 from actors.transport.bridge import connect
 from actors.transport.simulated.conditions import Conditions
 from actors.transport.simulated.network import Network
-from robot.control.fence import Fence
+from robot.link.fence import Fence
 
 SECONDS = 60.0
 """Of faults in each run; afterwards everything is healed."""

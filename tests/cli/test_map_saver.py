@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robot.nodes.map_files import read_map
 from robot.planning.grid import Grid
-from robot.planning.map_files import read_map
 from robot.scenes.worlds import get_world
 from tests.cli.conftest import Command
 

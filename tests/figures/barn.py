@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from robot.control.unmapped import SHEET, WALKING, Tuning
+from robot.navigation.unmapped import SHEET, WALKING, Tuning
 from robot.run.arguments import parse_seed
 from tests.figures.barn_run import Backend, Ended, Outcome, run
 from tests.figures.barn_worlds import BarnWorld, find_worlds

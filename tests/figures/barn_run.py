@@ -15,13 +15,13 @@ from typing import Literal
 import numpy as np
 
 from robot.control.gait_controller import GaitController
-from robot.control.motion import Motion, State
-from robot.control.unmapped import SHEET, WALKING, Tuning, unmapped_navigator
 from robot.geometry.angles import yaw_of
 from robot.geometry.planar import Pose2, Twist2
 from robot.model.actuators import MOTOR_DELAY
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
+from robot.navigation.motion import Motion, State
+from robot.navigation.unmapped import SHEET, WALKING, Tuning, unmapped_navigator
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
 from robot.sim.simulation import Simulation

@@ -7,11 +7,11 @@ from typing import Final
 
 import numpy as np
 
-from robot.control.limits import Limits
 from robot.hardware.body import Sample
 from robot.hardware.overdue import SPAN, merged
 from robot.link.firmware import Drives
 from robot.model.modes import ON_ITS_FEET, Mode
+from robot.navigation.limits import Limits
 from robot.nodes.gait import FRESH
 from robot.testing import Trial
 from tests.figures.fidelity import Fidelity

@@ -15,7 +15,7 @@ from typing import Any
 
 from cli.command import UsageError
 from robot.run.arguments import seconds, whole
-from robot.run.errands import checked
+from robot.run.tasks import checked
 from tests.figures.levels import Metric, add_levels, levelled, measure
 from tests.figures.measurement import Measurement, Result
 from tests.figures.rates_run import STREAMS, TIMERS, Punctuality, Run, run_loop, run_robot

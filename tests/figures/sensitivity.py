@@ -20,7 +20,7 @@ from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 
 from cli.command import UsageError
-from robot.control.unmapped import SHEET
+from robot.navigation.unmapped import SHEET
 from robot.run.arguments import whole
 from tests.figures.barn_run import LIMIT, Outcome, run
 from tests.figures.field_worlds import PASSAGE, field_world

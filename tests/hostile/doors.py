@@ -41,7 +41,7 @@ from actors.supervision.reasons import Failed
 from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.tokens import parse_token
-from robot.planning.map_files import InvalidMap, read_map
+from robot.nodes.map_files import InvalidMap, read_map
 from tests.actors.bag.bags import write
 
 NUMBERS = Topic(Int32, "numbers")

@@ -1,6 +1,6 @@
 """Numbers without a name: `python -m tests.project.literals [ROOT]` lists each float literal inside a function of the robot's algorithms, and counts them.
 
-Of the rooms `control`, `planning` and `estimation`. Not counted are 0, 0.5, 1 and 2; what stands in a class or at the top of a module,
+Of the rooms `control`, `navigation`, `planning` and `estimation`. Not counted are 0, 0.5, 1 and 2; what stands in a class or at the top of a module,
 where it has a name and a place for its unit and reason; and the constants of a formula, on lines that end in ``# formula: NAME``.
 """
 
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2] / "robot"
-ROOMS = ("control", "planning", "estimation")
+ROOMS = ("control", "navigation", "planning", "estimation")
 PLAIN = frozenset({0.0, 0.5, 1.0, 2.0})
 FORMULA = re.compile(r"# formula: \S+")
 

@@ -18,9 +18,11 @@ FLOORS = (
     "testing",
     "assembly",
     "tree",
+    "urdf",
     "nodes",
     "link",
     "sim",
+    "navigation",
     "control",
     "estimation",
     "planning",
@@ -35,7 +37,7 @@ FLOORS = (
 )
 """The rooms from top to bottom. The face, ``robot/__init__.py``, stands above all of them, and nothing imports it."""
 
-PURE = ("geometry", "model", "scenes", "planning", "estimation", "control", "sim")
+PURE = ("geometry", "model", "scenes", "planning", "estimation", "control", "navigation", "sim")
 """Rooms of values and algorithms: they know nothing of nodes and messages."""
 
 MESSAGES = frozenset({"robot.geometry.messages"})
@@ -94,14 +96,14 @@ def test_worlds_can_be_named_without_numpy() -> None:
 
 def test_what_controls_a_robot_knows_nothing_of_the_simulation() -> None:
     """A real robot brings hardware and devices of its own, and changes nothing else."""
-    rooms = ("nodes", "control", "estimation", "planning", "hardware", "model")
+    rooms = ("nodes", "control", "navigation", "estimation", "planning", "hardware", "model")
     assert [edge for edge in edges(ROBOT) if room_of(edge.source) in rooms and room_of(edge.target) == "sim"] == []
 
 
 def test_controllers_and_estimators_take_the_robots_figures_from_its_model() -> None:
     """What they import of the reference body would be wrong for another one; gravity is the same for all."""
     for name, path in modules(ROBOT).items():
-        if room_of(name) in ("control", "estimation"):
+        if room_of(name) in ("control", "navigation", "estimation"):
             taken = re.findall(
                 r"^from robot\.model\.(?:parameters|stance) import (.*)$",
                 path.read_text(encoding="utf-8"),

@@ -10,7 +10,7 @@ import pytest
 
 from cli.entry import main
 from robot.commands import checks
-from robot.planning.map_files import Occupancy, write_map
+from robot.nodes.map_files import Occupancy, write_map
 
 
 def hall(*, door: float, cell: float = 0.05) -> Occupancy:

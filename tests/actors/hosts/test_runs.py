@@ -20,7 +20,7 @@ from actors.interfaces.std_msgs.msg import UInt64
 from actors.runtime.placement import HERE, Placement
 from actors.time.virtual_loop import VirtualLoop
 from actors.transport.simulated.network import Network
-from robot.control.fence import Fence
+from robot.link.fence import Fence
 from tests.actors.supervision.kit import virtual
 from tests.actors.transport.security.fleet import Fleet
 

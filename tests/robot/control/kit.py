@@ -11,9 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from robot.control.walk_law import Step
 from robot.estimation.leg_odometry import Estimator
-from robot.estimation.local_field import LocalField
 from robot.estimation.predict import PredictedState
-from robot.estimation.surroundings import Surroundings
 from robot.estimation.terrain import TerrainPlane
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats, Rows, Triple, Vector, to_ground
@@ -24,6 +22,8 @@ from robot.model.legs import LegState, leg_state
 from robot.model.mass import standing_mass
 from robot.model.parameters import GRAVITY
 from robot.model.stance import nominal_feet
+from robot.navigation.local_costmap import LocalCostmap
+from robot.navigation.local_field import LocalField
 from robot.planning.grid import Grid
 from robot.planning.path import Path
 from robot.scenes.scene import Obstacle
@@ -122,7 +122,7 @@ def turned_about_z(vector: Sequence[float], yaw: float) -> Vector:
 
 def field(*obstacles: Obstacle, at: Pose2 | None = None, footprint: Footprint | None = None) -> LocalField:
     """The distances around a robot at the origin (or elsewhere) among these things."""
-    return Surroundings(Grid.from_scene(floor(*obstacles, half=10.0)), footprint or Footprint()).local_field(
+    return LocalCostmap(Grid.from_scene(floor(*obstacles, half=10.0)), footprint or Footprint()).local_field(
         at or Pose2(0.0, 0.0)
     )
 

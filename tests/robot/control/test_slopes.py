@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robot.control.navigator import Navigator
-from robot.control.navigator_config import NavigatorConfig
 from robot.geometry.planar import Pose2
 from robot.hardware.sensors import Sensors
 from robot.model.actuators import ActuatorDesign
+from robot.navigation.navigator import Navigator
+from robot.navigation.navigator_config import NavigatorConfig
 from robot.planning.grid import Grid
 from robot.scenes.ramps import ramps
 from robot.scenes.scene import Scene

@@ -8,14 +8,14 @@ import math
 import numpy as np
 import pytest
 
-from robot.control.caution import cautious_speed
-from robot.control.limits import Limits
-from robot.control.navigator_config import NavigatorConfig
 from robot.estimation.elevation import FREE, HIDDEN, LOW, UNSEEN, UPRIGHT, WALL, Relief
 from robot.estimation.footing import Footing
 from robot.estimation.movers import Mover
 from robot.geometry.planar import Pose2
 from robot.model.footprint import Footprint
+from robot.navigation.caution import cautious_speed
+from robot.navigation.limits import Limits
+from robot.navigation.navigator_config import NavigatorConfig
 from robot.planning.grid import Grid
 
 BODY, HERE = Footprint(), Pose2(0.0, 0.0)

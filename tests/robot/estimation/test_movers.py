@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from robot.control.navigator import Navigator
 from robot.estimation.movers import Movers
-from robot.estimation.surroundings import Surroundings
 from robot.geometry.planar import Pose2
+from robot.navigation.local_costmap import LocalCostmap
+from robot.navigation.navigator import Navigator
 from robot.planning.grid import Grid
 from robot.scenes.scene import Cylinder, Scene
 from robot.scenes.worlds import get_world
@@ -93,7 +93,7 @@ def test_what_left_is_forgotten_when_scans_stop_coming() -> None:
 
 
 def test_the_surroundings_forget_a_pedestrian_who_vanishes_from_an_otherwise_empty_view() -> None:
-    around = Surroundings(Grid.from_scene(EMPTY))
+    around = LocalCostmap(Grid.from_scene(EMPTY))
     for scan in range(WALK):
         around.integrate_scan(0.1 * scan, HERE, cast(pedestrian(0.1 * scan), 0.0, 0.0, 0.0))
     assert len(around.movers.moving) == 1
@@ -104,7 +104,7 @@ def test_the_surroundings_forget_a_pedestrian_who_vanishes_from_an_otherwise_emp
 
 
 def test_somebody_who_comes_nearer_leaves_no_marks_in_the_shadow_behind() -> None:
-    around, marks = Surroundings(Grid.from_scene(EMPTY)), []
+    around, marks = LocalCostmap(Grid.from_scene(EMPTY)), []
     for scan in range(60):
         x = 4.5 - 0.06 * scan
         here = dataclasses.replace(EMPTY, obstacles=(Cylinder(x, 0.1, 0.25),))
@@ -116,7 +116,7 @@ def test_somebody_who_comes_nearer_leaves_no_marks_in_the_shadow_behind() -> Non
 
 
 def test_what_stood_there_before_somebody_walked_past_it_stays_in_the_shadow() -> None:
-    around = Surroundings(Grid.from_scene(EMPTY))
+    around = LocalCostmap(Grid.from_scene(EMPTY))
     post = Cylinder(3.0, 0.0, 0.1)
     for scan in range(60):
         person = Cylinder(1.5, -1.5 + 0.05 * max(0, scan - 25), 0.25)  # passes before the post at last

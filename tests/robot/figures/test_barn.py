@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from cli.command import UsageError
-from robot.control.motion import State
-from robot.control.unmapped import unmapped_grid
 from robot.geometry.planar import Pose2
+from robot.navigation.motion import State
+from robot.navigation.unmapped import unmapped_grid
 from tests.figures.__main__ import main
 from tests.figures.barn_run import Walk, run, score
 from tests.figures.barn_worlds import find_worlds, read_world

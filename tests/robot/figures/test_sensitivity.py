@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robot.control.follow_config import FollowerConfig
-from robot.control.navigator_config import NavigatorConfig
-from robot.control.unmapped import SHEET
+from robot.navigation.follow_config import FollowerConfig
+from robot.navigation.navigator_config import NavigatorConfig
+from robot.navigation.unmapped import SHEET
 from tests.figures import sensitivity
 from tests.figures.__main__ import main
 from tests.figures.barn_run import Ended, Outcome, Walk

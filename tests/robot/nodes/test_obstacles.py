@@ -15,7 +15,7 @@ from robot.geometry.planar import Pose2
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.kinematic import KinematicBody
-from tests.robot.control.navigation_sim import body_clearance
+from tests.robot.navigation.navigation_sim import body_clearance
 from tests.robot.stage import Legs, drop, humanoid, navigate, speed, standing_robot, true_pose
 
 ROOM = Scene(

@@ -50,7 +50,7 @@ from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus
 from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.nodes.safety import SafetyMonitor
-from robot.nodes.teleop import RobotController
+from robot.nodes.twist_mux import RobotController
 from robot.planning.errors import ErrorCode
 from robot.run.choice import only
 from robot.scenes.worlds import get_world

@@ -38,7 +38,7 @@ from robot.nodes.compressed import compressed_topic
 from robot.nodes.diagnostics import Diagnostics
 from robot.nodes.markers import Markers
 from robot.nodes.robot_state_publisher import RobotStatePublisher
-from robot.sim.urdf import write_urdf
+from robot.urdf import write_urdf
 from tests.robot.stage import Eyes, robot
 
 LEGS = ("fl", "fr", "rl", "rr")

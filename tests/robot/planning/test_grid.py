@@ -12,9 +12,9 @@ from hypothesis.extra.numpy import arrays
 
 from robot.geometry.planar import Pose2
 from robot.model.footprint import Footprint
-from robot.planning.costmap import Inflation
 from robot.planning.errors import InvalidPose
 from robot.planning.grid import Grid, distance_to
+from robot.planning.inflation import Inflation
 from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import WORLDS, get_world
 

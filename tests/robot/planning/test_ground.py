@@ -7,8 +7,8 @@ from math import cos, pi, radians, sin, tan
 import numpy as np
 import pytest
 
-from robot.estimation.surroundings import Surroundings
 from robot.geometry.planar import Pose2
+from robot.navigation.local_costmap import LocalCostmap
 from robot.planning.errors import NavigationError
 from robot.planning.grid import Grid
 from robot.planning.planner import Planner
@@ -94,13 +94,13 @@ def test_a_ramp_that_the_map_shows_is_no_obstacle_to_a_lidar_that_it_rises_befor
     rays = np.column_stack((np.cos(angles), np.sin(angles), np.zeros(360)))
     met = sight((), (), np.array((0.0, 0.0, 0.5)), rays, 10.0, scene.terrain)
     assert np.isfinite(met).sum() > 30
-    around = Surroundings(grid)
+    around = LocalCostmap(grid)
     around.integrate_scan(0.0, HERE, np.minimum(met, 10.0))
     assert around.marked.any() != mapped
 
 
 def test_somebody_on_the_floor_before_a_ramp_is_seen() -> None:
-    grid, around = Grid.from_scene(world(*slope(20.0))), Surroundings(Grid.from_scene(world(*slope(20.0))))
+    grid, around = Grid.from_scene(world(*slope(20.0))), LocalCostmap(Grid.from_scene(world(*slope(20.0))))
     ranges = np.full(360, 10.0)
     ranges[175:186] = 1.2
     around.integrate_scan(0.0, HERE, ranges)

@@ -15,9 +15,9 @@ from scipy.sparse.csgraph import dijkstra
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
-from robot.planning.costmap import Inflation
 from robot.planning.errors import GoalBlocked, InvalidPose, NavigationError, StartBlocked, Unreachable
 from robot.planning.grid import Cell, Grid
+from robot.planning.inflation import Inflation
 from robot.planning.path import Path
 from robot.planning.planner import Margins, Planner, check_finite
 from robot.scenes.scene import Box, Cylinder, Scene

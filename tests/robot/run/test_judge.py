@@ -18,11 +18,11 @@ from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus, GoalRepo
 from robot.planning.errors import ErrorCode
 from robot.run.command import Session
 from robot.run.crashes import check_crashes
-from robot.run.errands import Crash, Fetch
 from robot.run.judge import Judge, SafetyStop, Score, ScoredGoal
 from robot.run.mission import failure, get_mission
 from robot.run.options import parse
 from robot.run.report import last_sample, make_report
+from robot.run.tasks import Crash, Fetch
 from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world
 from robot.sim.kinematic import KinematicBody

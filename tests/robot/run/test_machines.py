@@ -20,9 +20,9 @@ from robot import Robot
 from robot.contracts import GOAL_REPORT
 from robot.geometry.planar import Pose2
 from robot.run.crashes import with_hangs
-from robot.run.errands import Hang
 from robot.run.machines import Machines, parse_machines, tls_hosts
 from robot.run.options import parse
+from robot.run.tasks import Hang
 from tests.actors.hosts.kit import AgentProgram, Fleet, fleet, free_port, until
 from tests.robot.run.test_run import ENVIRONMENT, ROOT
 

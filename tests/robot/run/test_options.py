@@ -11,9 +11,9 @@ import pytest
 from cli.command import UsageError
 from robot.model.actuators import ActuatorDesign
 from robot.run.arguments import parse_seed, seconds, whole, within
-from robot.run.errands import Crash, Fetch, parse_fetch, parse_goal
 from robot.run.hardships import Push
 from robot.run.options import RealRobot, Web, parse
+from robot.run.tasks import Crash, Fetch, parse_fetch, parse_goal
 from robot.sim.ground import Ground
 
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
+from robot.nodes.map_files import Occupancy, write_map
 from robot.planning.grid import Grid
-from robot.planning.map_files import Occupancy, write_map
 from robot.scenes.worlds import get_world
 
 ROOT = Path(__file__).parents[3]

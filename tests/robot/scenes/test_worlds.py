@@ -14,7 +14,7 @@ from robot.planning.grid import Grid
 from robot.planning.planner import Planner
 from robot.scenes.scene import Cylinder, Pit, Walker
 from robot.scenes.worlds import WORLDS, UnknownWorld, get_world
-from tests.robot.control.navigation_sim import body_clearance
+from tests.robot.navigation.navigation_sim import body_clearance
 from tests.robot.stage import apart
 
 TURNING = math.hypot(1.1, 0.5) / 2

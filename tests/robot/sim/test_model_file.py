@@ -16,7 +16,7 @@ from robot.sim.ground import Ground
 from robot.sim.mjcf import write_model
 from robot.sim.model_file import read_model
 from robot.sim.model_text import MOST_BYTES
-from robot.sim.urdf import write_urdf
+from robot.urdf import write_urdf
 
 NOWHERE = Scene("nowhere", (-1.0, -1.0, 1.0, 1.0), (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
 DRIVES = {"knee_torque", "torque_limit"}
