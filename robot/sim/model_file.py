@@ -174,7 +174,7 @@ class _Reader:
                 body = int(self._model.body_parentid[body])
                 line.append(body)
             lines.append(line[::-1])
-        return max(same[0] for same in zip(*lines, strict=False) if len(set(same)) == 1)
+        return max(int(same[0]) for same in zip(*lines, strict=False) if len(set(same)) == 1)
 
     def _straighten(self, chains: Sequence[_Chain]) -> None:
         """Turn the trunk level, and each leg straight down: there all of our angles are zero."""
