@@ -187,12 +187,10 @@ def test_spans_ask_for_what_makes_them(monkeypatch: pytest.MonkeyPatch) -> None:
         parse(["--spans"])
 
 
-@pytest.mark.parametrize("also", [["--backend", "kinematic"], ["--arm"], ["--fetch", "cup"], ["--sight"]])
+@pytest.mark.parametrize("also", [["--arm"], ["--fetch", "cup"], ["--sight"]])
 def test_another_robot_has_none_of_what_only_the_reference_body_has(also: list[str]) -> None:
     assert parse(["--robot", "go2"]).robot == "go2"
-    with pytest.raises(
-        UsageError, match="--robot: the kinematic body, the arm and the depth cameras are those of spot"
-    ):
+    with pytest.raises(UsageError, match="--robot: the arm and the depth cameras are those of spot"):
         parse(["--robot", "go2", *also])
 
 
