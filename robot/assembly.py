@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from robot.geometry.planar import Pose2
 from robot.model.actuators import MOTOR_DELAY
+from robot.model.battery import PackDesign
 from robot.model.robot import SPOT, RobotModel
 from robot.nodes.carrier import Delivery
 from robot.scenes.scene import Scene
@@ -50,7 +51,7 @@ class Robot:
     ``{"navigation": ["base", "spare"]}``, and `run(hosts=...)` then where those are. With `sight` it has depth cameras and an elevation map,
     and heeds what stands, hangs or is missing on its way and is not in the LiDAR's plane.
 
-    `model` is the robot whose figures the body has; the kinematic body, an arm and `sight` are those of the reference body, `SPOT`.
+    `model` is the robot whose figures the body has; an arm and `sight` are those of the reference body, `SPOT`.
 
     A robot holds one body, which grows older as it runs: make a new `Robot` for each test and each trial.
 
@@ -96,7 +97,7 @@ class Robot:
         try:
             tree = robot_tree(
                 self.body,
-                Pack(battery),
+                Pack(battery, design=PackDesign.of(model)),
                 _waypoints(mission, self.scene),
                 laps=0 if mission == "patrol" else 1, motor_delay=motor_delay,
                 publish_clock=publish_clock,
@@ -132,8 +133,8 @@ def _check(scene: Scene, body: BodyKind, model: RobotModel, *, processes: bool, 
     """Raise `ValueError` for a robot that cannot be; `others` says that it has an arm or depth cameras."""
     if scene.walkers and (processes or body != "physics"):
         raise ValueError(f"the world {scene.name!r} has walkers: only the physics body in this process meets them")
-    if model is not SPOT and (others or body != "physics"):
-        raise ValueError(f"the robot {model.name!r} has a physics body, no arm and no depth cameras: leave those out")
+    if model is not SPOT and others:
+        raise ValueError(f"the robot {model.name!r} has no arm and no depth cameras: leave those out")
 
 
 def _body_process(
@@ -183,7 +184,7 @@ def make_body(
             raise ValueError("A kinematic body has no torques to limit; leave out `actuators`, or make it physical.")
         from robot.sim.kinematic import KinematicBody
 
-        return KinematicBody(scene, seed=seed, arm=arm, sensors=sensors)
+        return KinematicBody(scene, seed=seed, arm=arm, sensors=sensors, model=model)
     from robot.sim.physics import PhysicsBody
 
     return PhysicsBody(

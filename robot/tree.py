@@ -184,9 +184,9 @@ def tree_of(
         raise ValueError("waypoints or a delivery need a robot that finds its way: give it a site and a LiDAR")
     concerns = [
         _control(robot, motor_delay),
-        _safety(robot.battery),
+        _safety(robot),
         _perception(robot, site),
-        *(_navigation(site, robot.depth is not None) if site is not None and navigates else ()),
+        *(_navigation(site, robot) if site is not None and navigates else ()),
         *_handling(robot, site),
         _mission(site, waypoints, laps, delivery),
     ]
@@ -257,12 +257,12 @@ def _control(robot: Equipment, motor_delay: float) -> Supervisor:
     )
 
 
-def _safety(battery: BatteryDevice) -> Supervisor:
+def _safety(robot: Equipment) -> Supervisor:
     return _concern(
         "safety",
-        Child(Battery, args=(battery,)),
+        Child(Battery, args=(robot.battery, robot.model)),
         Child(SafetyMonitor),
-        Child(RobotController, parameters={"enabled": True, "safety_timeout": 0.3}),
+        Child(RobotController, args=(robot.model,), parameters={"enabled": True, "safety_timeout": 0.3}),
     )
 
 
@@ -276,8 +276,8 @@ def in_sight(scene: Scene, model: RobotModel = SPOT) -> Scene:
 def _perception(robot: Equipment, site: Site | None) -> Supervisor:
     return _concern(
         "perception",
-        *(_lidar(robot.lidar, site) if robot.lidar is not None else ()),
-        Child(Frames),
+        *(_lidar(robot.lidar, site, robot.model) if robot.lidar is not None else ()),
+        Child(Frames, args=(robot.model,)),
         Child(RobotStatePublisher, args=(write_urdf(arm=robot.arm is not None, model=robot.model),)),
         *(_camera(robot.camera) if robot.camera is not None else ()),
         Child(Calibration),
@@ -285,11 +285,11 @@ def _perception(robot: Equipment, site: Site | None) -> Supervisor:
     )
 
 
-def _lidar(lidar: LidarDevice, site: Site | None) -> list[Child]:
+def _lidar(lidar: LidarDevice, site: Site | None, model: RobotModel) -> list[Child]:
     """The driver of the LiDAR that it has, and those who find out by it where the robot is."""
     driver = [Child(Lidar, args=(lidar,))]
     if lidar.fixed:  # what it sees in a moving body is corrected
-        driver = [Child(TurningLidar, name="lidar", args=(lidar,)), Child(ScanCorrection)]
+        driver = [Child(TurningLidar, name="lidar", args=(lidar,)), Child(ScanCorrection, args=(model,))]
     if site is None:
         return driver
     scanned = site.grid if site.scanned is None else site.scanned
@@ -309,11 +309,11 @@ def _depth(cameras: DepthDevice) -> list[Child]:
     return [Child(DepthCameras, args=(cameras,)), Child(Elevation)]
 
 
-def _navigation(site: Site, sight: bool) -> list[Supervisor]:
+def _navigation(site: Site, robot: Equipment) -> list[Supervisor]:
     return [
         _concern(
             "navigation",
-            Child(Navigation, args=(site.grid, site.dock, sight)),
+            Child(Navigation, args=(site.grid, site.dock, robot.depth is not None, robot.model)),
             Child(Docking, args=(site.dock, site.station)),
             Child(TutorialWalks),
         )

@@ -26,6 +26,10 @@ STRIDES: Final = 2.0
 of a bound in place stand still for up to 1.04 s."""
 LED_LITTLE: Final = 0.01
 """So far its drive must have been told to turn it then, rad; farther, where dry friction holds it."""
+HELD: Final = 8e-4
+"""So far a swinging leg's spring is bent by the dry friction of the reference body's joints, rad,"""
+STICKING: Final = 4.0
+"""and so many times what it is bent farther the drive must have been told more; measured: 2.1 at a joint with five times the friction."""
 DOUBT: Final = 0.03
 """Seconds after which a shoulder or knee that does not move is doubted: the foot may seem to slide for it."""
 LATE: Final = 6
@@ -121,7 +125,7 @@ class StuckWatch:
         if kp[joint] > 0.0:
             self._near[joint] = min(self._near[joint], position[joint])
             self._far[joint] = max(self._far[joint], position[joint])
-            self._led[joint] = max(LED_LITTLE, 2.0 * (NOISE + self._friction / kp[joint]))
+            self._led[joint] = LED_LITTLE + STICKING * max(0.0, self._friction / kp[joint] - HELD)
 
     def _idles(self, joint: int, at: float, speed: float, given: float) -> bool:
         """Whether the drive gives less than its law asks for here, by whichever of the latest targets."""

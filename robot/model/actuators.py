@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from robot.model.parameters import KNEE_TORQUE
+from robot.model.power import COPPER_LOSS, copper_loss
 from robot.model.robot import RobotModel
 
 NOMINAL_VOLTAGE = 51.8
@@ -42,6 +43,8 @@ class ActuatorDesign:
     """Of one housing, J/K."""
     housing_resistance: float = 0.7
     """From the housing to the air, K/W."""
+    copper_loss: float = COPPER_LOSS
+    """What a winding turns into heat, W/(N m)^2."""
     derate_from: float = 100.0
     """Winding temperature from which the limit is taken back, C."""
     derate_to: float = 130.0
@@ -59,6 +62,7 @@ class ActuatorDesign:
             no_load=own.no_load / model.speed,
             knee_product=own.knee_product / KNEE * strongest / model.speed,
             bus_current=own.bus_current * power,
+            copper_loss=copper_loss(model),
             winding_capacity=own.winding_capacity * model.force,
             winding_resistance=own.winding_resistance / model.force,
             housing_capacity=own.housing_capacity * model.force,

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot.geometry.vectors import Vector
+from robot.model.robot import RobotModel
 
 NOMINAL_CELL_VOLTAGE = 3.7
 FULL_CELL_VOLTAGE = 4.2
@@ -46,6 +47,12 @@ class PackDesign:
     charger_power: float = 400.0
     """What the dock delivers at the pack's terminals, W."""
 
+    @classmethod
+    def of(cls, model: RobotModel) -> PackDesign:
+        """The pack of a robot: as much energy for its mass as the reference body has, and charged in the same time."""
+        own = cls()
+        return cls(energy_wh=own.energy_wh * model.force, charger_power=own.charger_power * model.force)
+
     def __post_init__(self) -> None:
         if self.series_cells < 1 or not (math.isfinite(self.energy_wh) and self.energy_wh > 0.0):
             raise ValueError(
@@ -65,8 +72,8 @@ class PackDesign:
 
     @property
     def charger_current(self) -> float:
-        """The dock's current limit, A: 7 A into the sheet's 14 cells, and the same power into any other wiring."""
-        return 7.0 * 14.0 / self.series_cells
+        """The dock's current limit, A: 7 A into the sheet's 14 cells for 400 W, and the same power into any other wiring."""
+        return 7.0 * 14.0 / self.series_cells * self.charger_power / 400.0
 
     @property
     def full_voltage(self) -> float:

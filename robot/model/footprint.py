@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from robot.geometry.vectors import Floats
+from robot.model.parameters import ABDUCTION, HIPS
+from robot.model.robot import RobotModel
 
 _SPACING = 0.1
 """Outline points at most this far apart, m: a post of 15 cm that touches the outline between two of them counts as 1.5 cm away."""
@@ -22,6 +24,15 @@ class Footprint:
     width: float = 0.5
     ahead: float = 0.0
     """How far the rectangle's middle lies ahead of the body's origin, m; negative when the body reaches farther back."""
+
+    @classmethod
+    def of(cls, model: RobotModel) -> Footprint:
+        """What a robot keeps clear: the rectangle of its hips and feet, with the reference body's room about it in proportion."""
+        own, (x, y) = cls(), model.nominal[0]
+        room, aside = own.length - 2.0 * HIPS[0][0], own.width - 2.0 * (HIPS[0][1] + ABDUCTION)
+        return cls(
+            max(2.0 * x + room * model.length, model.trunk[0]), max(2.0 * y + aside * model.length, model.trunk[1])
+        )
 
     @property
     def inscribed(self) -> float:

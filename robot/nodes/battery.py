@@ -21,6 +21,7 @@ from robot.interfaces.tutorials.my_robot_interfaces.srv import (
 )
 from robot.model.charge import CRITICAL, ChargeLevel
 from robot.model.power import electrical_power
+from robot.model.robot import SPOT, RobotModel
 
 
 class Battery(Node):
@@ -36,8 +37,8 @@ class Battery(Node):
         "robot_01", read_only=True, description="Whose battery this is; requests for another robot are refused."
     )
 
-    def __init__(self, pack: BatteryDevice) -> None:
-        self._pack = pack
+    def __init__(self, pack: BatteryDevice, model: RobotModel = SPOT) -> None:
+        self._pack, self._model = pack, model
         self._levels = LevelMonitor()
         self._runtime = RuntimeEstimator(pack.design)
         self._motors = 0.0
@@ -61,7 +62,7 @@ class Battery(Node):
         self._motors, self._charger = message.mean, message.charger
         now = self.clock.now()
         dt, self._stepped = now - self._stepped, now
-        power = electrical_power(self._motors)
+        power = electrical_power(self._motors, model=self._model)
         state = self._pack.step(dt, power, self._charger)
         self._runtime.update(dt, power)
         self._connect(state)

@@ -17,6 +17,7 @@ from actors.tf2 import StaticTransformBroadcaster, Transform, TransformBroadcast
 from robot.contracts import ODOMETRY, POSE
 from robot.geometry.angles import yaw_of
 from robot.hardware import mounts
+from robot.model.robot import SPOT, RobotModel
 
 REMEMBERED = 10
 """Odometry messages that wait for the map pose of their instant."""
@@ -28,6 +29,9 @@ class Frames(Node):
     map -> odom is planar: a pose on the map has no roll and no pitch.
     """
 
+    def __init__(self, model: RobotModel = SPOT) -> None:
+        self._model = model
+
     async def on_start(self) -> None:
         self._moving = TransformBroadcaster(self)
         self._fixed = StaticTransformBroadcaster(self)
@@ -37,7 +41,7 @@ class Frames(Node):
             (
                 stamped("base_link", "imu_link", mounts.IMU, now),
                 stamped("gimbal_link", "lidar_link", mounts.LIDAR, now),
-                stamped("gimbal_link", "camera_link", mounts.CAMERA, now),
+                stamped("gimbal_link", "camera_link", mounts.camera_of(self._model), now),
             )
         )
 

@@ -17,7 +17,9 @@ from robot.estimation.history import History, pose_history
 from robot.geometry.messages import seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
 from robot.geometry.vectors import Floats
+from robot.model.footprint import Footprint
 from robot.model.modes import ON_ITS_FEET, Mode
+from robot.model.robot import RobotModel
 from robot.navigation.limits import Limits, Tolerance
 from robot.navigation.motion import Motion, State
 from robot.navigation.navigator import Navigator
@@ -90,6 +92,7 @@ class GoalWalk:
         heard: Heard,
         grid: Grid,
         dock: Pose2 | None,
+        model: RobotModel,
         *,
         cmd: Callable[[Twist], object],
         plan: Callable[[paths.Path | None], object],
@@ -99,9 +102,10 @@ class GoalWalk:
         self._dock = dock
         self._cmd = cmd
         self._plan = plan
-        self.planner = Planner(grid)
-        self.energy = EnergyGuard(TYPICAL_SPEED)
-        self.navigator = Navigator(grid)
+        footprint = Footprint.of(model)
+        self.planner = Planner(grid, footprint)
+        self.energy = EnergyGuard(TYPICAL_SPEED, model)
+        self.navigator = Navigator(grid, footprint=footprint)
         self._motion: Motion | None = None
         self._owner: object | None = None
         self._shown: paths.Path | None = None

@@ -52,6 +52,7 @@ from robot.interfaces.nav2_msgs.msg import WaypointStatus
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath, PlanPath_Request, PlanPath_Response
 from robot.model.charge import ChargeLevel
+from robot.model.robot import SPOT, RobotModel
 from robot.navigation.limits import Limits, Tolerance
 from robot.navigation.motion import Motion
 from robot.navigation.navigator_config import NavigatorConfig
@@ -119,11 +120,12 @@ class Navigation(Node):
         description="How long to wait for something in the way before backing up, turning or another way.",
     )
 
-    def __init__(self, grid: Grid, dock: Pose2 | None = None, sight: bool = False) -> None:
+    def __init__(self, grid: Grid, dock: Pose2 | None = None, sight: bool = False, model: RobotModel = SPOT) -> None:
         """With a `dock`, no walk is made or gone on with that leaves no energy for the way there. With `sight` it takes elevation, too."""
         self._grid = grid
         self._sight = sight
         self._dock = dock
+        self._model = model
 
     async def on_start(self) -> None:
         self._heard = Heard()
@@ -134,6 +136,7 @@ class Navigation(Node):
             self._heard,
             self._grid,
             self._dock,
+            self._model,
             cmd=self.cmd,
             plan=lambda path: self.plan(self._path_message(path)),
         )

@@ -14,6 +14,8 @@ from robot.contracts import ODOMETRY, SCAN, SCAN_RAW
 from robot.estimation.deskew import Deskew
 from robot.estimation.history import begun_anew
 from robot.geometry.messages import seconds
+from robot.model.footprint import Footprint
+from robot.model.robot import SPOT, RobotModel
 
 NANOSECONDS: Final = 1_000_000_000
 SLACK: Final = 0.005
@@ -32,8 +34,8 @@ class ScanCorrection(Node):
 
     scan = publishes(SCAN)
 
-    def __init__(self) -> None:
-        self._deskew = Deskew()
+    def __init__(self, model: RobotModel = SPOT) -> None:
+        self._deskew = Deskew(Footprint.of(model))
         self._waiting: deque[LaserScan] = deque(maxlen=WAITING)
         self._last = (0.0, 0.0)
 

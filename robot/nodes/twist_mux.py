@@ -28,6 +28,8 @@ from robot.contracts import (
 from robot.control.twist_mux import Decision, Source, TwistMux, VelocityLimits, Verdict
 from robot.geometry.planar import ZERO_TWIST, Twist2
 from robot.interfaces.robactor_msgs.msg import DriveStatus, SafetyState
+from robot.model.footprint import Footprint
+from robot.model.robot import SPOT, RobotModel
 from robot.navigation.guard import Guard
 from robot.nodes.voice import interpret
 
@@ -85,7 +87,8 @@ class RobotController(Node):
         description="Slow teleop, joystick and voice down, and stop short of what the LiDAR sees; false: drive on into it.",
     )
 
-    def __init__(self) -> None:
+    def __init__(self, model: RobotModel = SPOT) -> None:
+        self._model = model
         self._kept: bool | None = None
         self._starting = True
 
@@ -98,7 +101,7 @@ class RobotController(Node):
             self.set_parameter("enabled", self._kept)
         self._mux = TwistMux(limits, timeout=self.timeout, enabled=self.enabled)
         self._sent = ZERO_TWIST
-        self._guard, self._slowed = Guard(), ""
+        self._guard, self._slowed = Guard(Footprint.of(self._model)), ""
         self._shown: tuple[bool, str, str] | None = None
         self._ticks = self._unheard = 0
         self._alone = False

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from robot.model.charge import HYSTERESIS, RESERVE
 from robot.model.power import electrical_power, typical_motor_power
+from robot.model.robot import SPOT, RobotModel
 
 MARGIN = 1.5
 """On the typical energy of a walk: for turns, detours and waiting for what is in the way."""
 OVERHEAD = 2.0
-"""Wh for standing up, docking and sitting down: half a minute of it."""
+"""Wh that the reference body takes for standing up, docking and sitting down: half a minute of it."""
 AT_DOCK = 1.5
 """A goal so near to the dock, m, is the way home."""
 
@@ -18,19 +19,19 @@ HOUR = 3600.0
 """s."""
 
 
-def walking_energy(metres: float, speed: float) -> float:
+def walking_energy(metres: float, speed: float, model: RobotModel = SPOT) -> float:
     """What the battery typically gives for a walk of so many metres at `speed` m/s, Wh."""
-    power = electrical_power(typical_motor_power(speed, 0.0, 0.0, walking=True))
+    power = electrical_power(typical_motor_power(speed, 0.0, 0.0, walking=True, model=model), model=model)
     return power * metres / speed / HOUR
 
 
 class EnergyGuard:
     """Follows what the battery says, and judges walks by it. Without a word from a battery, every walk is possible."""
 
-    __slots__ = ("_energy", "_home_only", "_percent", "_speed")
+    __slots__ = ("_energy", "_home_only", "_model", "_percent", "_speed")
 
-    def __init__(self, speed: float) -> None:
-        self._speed = speed
+    def __init__(self, speed: float, model: RobotModel = SPOT) -> None:
+        self._speed, self._model = speed, model
         self._percent = FULL
         self._energy: float | None = None
         self._home_only = False
@@ -54,7 +55,7 @@ class EnergyGuard:
             return ""
         if self._home_only:
             return f"battery critical for new goals ({self._percent:.0f} %): only the way to the dock is open"
-        need = MARGIN * walking_energy(ahead + home, self._speed) + OVERHEAD
+        need = MARGIN * walking_energy(ahead + home, self._speed, self._model) + OVERHEAD * self._model.force
         if need > self._energy:
             return (
                 f"battery too low: {ahead:.0f} m to the goal and {home:.0f} m back to the dock need {need:.1f} Wh, "

@@ -100,6 +100,8 @@ class Session:
         from robot.assembly import Robot
         from robot.hardware.sensors import Sensors
         from robot.link.segment import SharedMemoryMissing
+        from robot.model.actuators import ActuatorDesign
+        from robot.model.bodies import BODIES
         from robot.model.robot import ModelError
         from robot.run.mission import get_mission
         from robot.scenes.worlds import UnknownWorld, get_world
@@ -113,12 +115,13 @@ class Session:
             raise UsageError(f"--world {options.world}: {error.args[0]}") from None
         grid = _grid(options.map, scene)
         try:
-            if options.robot != "spot":
+            if options.robot not in BODIES:
                 check_engine()
             model = find_model(options.robot)
+            drives = ActuatorDesign.of(model) if options.real_drives else None
             return Robot(
-                scene, map=grid, body=options.backend, mission=get_mission(options.goal, options.fetch, scene, grid), seed=options.seed,
-                battery=options.battery, arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, actuators=options.actuators,
+                scene, map=grid, body=options.backend, mission=get_mission(options.goal, options.fetch, scene, grid, model), seed=options.seed,
+                battery=options.battery, arm=options.arm, motor_delay=options.motor_delay, ground=options.ground, actuators=drives,
                 sight=options.sight, sensors=Sensors.of(options.sensors), publish_clock=options.publish_clock, processes=options.processes,
                 hosts=None if options.machines is None else options.machines.hosts, model=model,
             )  # fmt: skip
@@ -320,7 +323,7 @@ class Session:
         options = self.options
         return {
             "backend": self.body.backend, "world": self.robot.scene.name, "clock": options.clock, "seed": options.seed,
-            "motor_delay": options.motor_delay, "actuators": "ideal" if options.actuators is None else "real",
+            "motor_delay": options.motor_delay, "actuators": "real" if options.real_drives else "ideal",
             "ground": None if options.ground is None else asdict(options.ground),
             "sensors": options.sensors, "battery_percent": options.battery, "only": list(options.only),
             "arm": options.arm,

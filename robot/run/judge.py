@@ -91,7 +91,7 @@ class Judge(Node):
         self._on_its_feet = float("-inf")
         self._driver = ""
         self._stopped: tuple[str, ...] = ()
-        self._outline = Footprint().outline
+        self._outline = Footprint.of(body.model).outline
         self._reach = float(np.hypot(*self._outline.T).max())
         self._obstacles = [(one, _frame(one)) for one in body.scene.obstacles]
 

@@ -12,6 +12,8 @@ import numpy as np
 from actors.suggest import did_you_mean
 from cli.command import UsageError
 from robot.geometry.planar import Pose2
+from robot.model.footprint import Footprint
+from robot.model.robot import SPOT, RobotModel
 from robot.navigation.navigator import Navigator
 from robot.nodes.carrier import Delivery
 from robot.planning.errors import NavigationError
@@ -36,13 +38,30 @@ SIDES = 8
 """From how many sides it is tried whether there is a place to stand before the thing's new place."""
 
 
-def get_mission(goal: Goal | None, fetch: Fetch | None, scene: Scene, grid: Grid | None = None) -> Mission:
-    """The patrol, or what `--goal` or `--fetch` ask for. Raises `UsageError` for what cannot be done in this world, or on this map of it."""
+def get_mission(
+    goal: Goal | None, fetch: Fetch | None, scene: Scene, grid: Grid | None = None, model: RobotModel = SPOT
+) -> Mission:
+    """The patrol, or what `--goal` or `--fetch` ask for. Raises `UsageError` for what this robot cannot do in this world, or on this map of it."""
     if goal is not None:
-        return [_goal(goal, scene, grid or Grid.from_scene(scene))]
+        return [_goal(goal, scene, grid or Grid.from_scene(scene), model)]
     if fetch is not None:
         return _delivery(fetch, scene)
+    if model is not SPOT:
+        _check_patrol(scene, grid or Grid.from_scene(scene), model)
     return "patrol"
+
+
+def _check_patrol(scene: Scene, grid: Grid, model: RobotModel) -> None:
+    """Worlds are made for the reference body: refuse one that is too narrow for another."""
+    body = Footprint.of(model)
+    for number, pose in enumerate(scene.patrol, start=1):
+        try:
+            Navigator(grid, footprint=body).set_goal(pose, start=scene.start)
+        except NavigationError as error:
+            raise UsageError(
+                f"--robot {model.name}: with {body.length:.2f} x {body.width:.2f} m it cannot reach patrol_{number} in the world {scene.name!r} "
+                f"({error}); take another --world, or give it a --goal"
+            ) from None
 
 
 def failure(options: Options, score: Score, body: Simulation) -> str | None:
@@ -85,11 +104,11 @@ def _outcome(goal: ScoredGoal) -> str:
     return goal.outcome + (f": {goal.reason}" if goal.reason else "")
 
 
-def _goal(goal: Goal, scene: Scene, grid: Grid) -> Pose2:
+def _goal(goal: Goal, scene: Scene, grid: Grid, model: RobotModel) -> Pose2:
     pose, asked = Pose2(*goal), f"--goal {goal[0]:g} {goal[1]:g}"
     _check_inside(asked, pose.x, pose.y, scene)
     try:
-        Navigator(grid).set_goal(pose, start=scene.start)
+        Navigator(grid, footprint=Footprint.of(model)).set_goal(pose, start=scene.start)
     except NavigationError as error:
         raise UsageError(f"{asked}: {error}") from None
     return pose

@@ -12,7 +12,6 @@ from typing import Literal
 from cli.command import UsageError
 from cli.parsing import Parser
 from robot.hardware.sensors import SensorKind
-from robot.model.actuators import ActuatorDesign
 from robot.run.hardships import Push, parse_ground, parse_push
 from robot.run.machines import Machines, parse_machines
 from robot.run.tasks import Crash, Fetch, Goal, Hang, checked, parse_fault, parse_fetch, parse_goal
@@ -104,8 +103,8 @@ class Options:
     pushes: tuple[Push, ...] = ()
     sight: bool = False
     """Whether it has depth cameras and an elevation map."""
-    actuators: ActuatorDesign | None = None
-    """The drives of the physical body as they are; None: with their torque limit at any speed and temperature."""
+    real_drives: bool = False
+    """Whether the drives of the physical body are as they are; if not, with their torque limit at any speed and temperature."""
     map: str | None = None
     """The map file that the robot is given; None: its map is made of the world."""
     robot: str = "spot"
@@ -170,7 +169,7 @@ def parse(argv: Sequence[str]) -> Options:
         pushes=tuple(parse_push(text, duration) for text in given.push),
         map=given.map,
         sight=given.sight,
-        actuators=ActuatorDesign() if real else None,
+        real_drives=real,
         robot=given.robot,
         sensors=given.sensors,
         web=_web(given),
@@ -198,10 +197,8 @@ def _check_together(given: argparse.Namespace) -> None:
         raise UsageError("--processes: processes live in real time; leave out --clock virtual")
     if given.processes and given.backend == "kinematic":
         raise UsageError("--processes: only the physics body has a process of its own; leave out --backend kinematic")
-    if given.robot != "spot" and (given.backend == "kinematic" or given.arm or given.fetch or given.sight):
-        raise UsageError(
-            "--robot: the kinematic body, the arm and the depth cameras are those of spot; leave out --backend kinematic, --arm, --fetch, --sight"
-        )
+    if given.robot != "spot" and (given.arm or given.fetch or given.sight):
+        raise UsageError("--robot: the arm and the depth cameras are those of spot; leave out --arm, --fetch, --sight")
     if given.replay and (given.processes or given.host):
         other = "--processes" if given.processes else "--host"
         raise UsageError(f"--replay: journals are kept of nodes of this process; leave out {other}")

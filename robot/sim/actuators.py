@@ -6,7 +6,6 @@ import numpy as np
 
 from robot.geometry.vectors import Vector
 from robot.model.actuators import NOMINAL_VOLTAGE, ActuatorDesign
-from robot.model.power import COPPER_LOSS
 
 _KNEES = slice(2, None, 3)
 
@@ -70,14 +69,14 @@ class Actuators:
         design = self._design
         inward = (self._winding - self._housing) / design.winding_resistance
         outward = (self._housing - design.ambient) / design.housing_resistance
-        self._winding += dt / design.winding_capacity * (COPPER_LOSS * torque * torque - inward)
+        self._winding += dt / design.winding_capacity * (design.copper_loss * torque * torque - inward)
         self._housing += dt / design.housing_capacity * (inward - outward)
 
     def _bus_share(self, torque: Vector, speed: Vector) -> float:
         """The largest factor, up to 1, on all of these torques with which the bus carries them: copper loss goes with its square."""
         most = self._design.bus_current * NOMINAL_VOLTAGE * self._voltage
         work = float(np.maximum(torque * speed, 0.0).sum())
-        loss = COPPER_LOSS * float(torque.dot(torque))
+        loss = self._design.copper_loss * float(torque.dot(torque))
         if work + loss <= most:
             return 1.0
         return float(2.0 * most / (work + (work * work + 4.0 * loss * most) ** 0.5))

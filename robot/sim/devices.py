@@ -77,6 +77,7 @@ class SimulatedCamera(_Part):
 
     def __init__(self, body: Simulation) -> None:
         super().__init__(body)
+        self._mount = mounts.camera_of(body.model)
         self._scene: Scene | None = None
         """What the view shows; it is made where the camera is used, which may be another process."""
 
@@ -89,7 +90,7 @@ class SimulatedCamera(_Part):
     def _eye(self) -> Eye:
         truth = self._body.truth()
         px, py, pz = truth.position.tolist()
-        ahead, left, up = mounts.CAMERA.translation
+        ahead, left, up = self._mount.translation
         c, s = cos(truth.yaw), sin(truth.yaw)
         return Eye(px + c * ahead - s * left, py + s * ahead + c * left, pz + up, truth.yaw)
 

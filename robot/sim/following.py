@@ -10,11 +10,12 @@ from robot.geometry.planar import Twist2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import MotorTargets
 from robot.model.legs import foot_velocities, leg_state
+from robot.model.robot import RobotModel
 
 SERVO = 50.0
 """Gain with which joints follow commanded positions, 1/s."""
 STANDING_BAND = 0.004
-"""Feet at most this much above the lowest one stand, m."""
+"""Feet of the reference body at most this much above the lowest one stand, m."""
 
 
 class Pushed(NamedTuple):
@@ -36,13 +37,13 @@ def chase(joints: Vector, targets: MotorTargets) -> Vector:
     return np.where(targets.kp > 0.0, speeds, 0.0)
 
 
-def pushed_body(joints: Vector, speeds: Vector) -> Pushed:
+def pushed_body(joints: Vector, speeds: Vector, model: RobotModel) -> Pushed:
     """The body motion that lets standing feet roll but not slide: v + w x p = roll - J qd for each, by least squares."""
     angles, up = joints.tolist(), (0.0, 0.0, 1.0)
-    now = leg_state(angles, up)
+    now = leg_state(angles, up, model)
     moving, rolling = foot_velocities(now, angles, speeds.tolist(), (0.0, 0.0, 0.0), up)
     lowest = min(z for _, _, z in now.feet)
-    contact = [z < lowest + STANDING_BAND for _, _, z in now.feet]
+    contact = [z < lowest + STANDING_BAND * model.length for _, _, z in now.feet]
     rows: list[tuple[float, float, float]] = []
     wanted: list[float] = []
     for leg, (x, y, _) in enumerate(now.feet):

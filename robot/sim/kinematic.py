@@ -28,8 +28,9 @@ from robot.hardware.sensors import Sensors
 from robot.model.kinematics import feet, inverse, leg_forward, leg_inverse, leg_jacobian, within_limits
 from robot.model.legs import leg_state, torques
 from robot.model.modes import GOALS, Mode
-from robot.model.parameters import FOOT_RADIUS, GRAVITY, HIPS, MASS, SIDES, SIT_HEIGHT, STAND_HEIGHT
-from robot.model.power import STANDING, typical_motor_power
+from robot.model.parameters import GRAVITY
+from robot.model.power import typical_motor_power
+from robot.model.robot import SPOT, RobotModel
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Obstacle, Scene
 from robot.sim.following import chase, pushed_body
@@ -46,11 +47,11 @@ LONGEST = 10
 LAG = 0.15
 """The body follows its slewed command like a first-order system with this time constant, s."""
 CLIMB, SINK = 0.25, 0.40
-"""Fastest rise and descent of the body, m/s: standing up takes about 1.5 s, sitting down about one."""
+"""Fastest rise and descent of the reference body, m/s: standing up takes about 1.5 s, sitting down about one."""
 WALKING_HEIGHT = 0.30
-"""Below this height, m, there is no room to step: the body stands up first."""
+"""Below this height of the reference body, m, there is no room to step: the body stands up first."""
 FASTEST_JOINT = 12.0
-"""rad/s."""
+"""Of the reference body, rad/s."""
 LEVEL: Triple = (0.0, 0.0, 1.0)
 SPELL = 1.0
 """Steps that are not achievable and less than this apart, s, are logged as one."""
@@ -83,11 +84,19 @@ class KinematicBody(BodyShell):
     """
 
     def __init__(
-        self, scene: Scene, *, seed: int, noise: bool = True, arm: bool = False, sensors: Sensors | None = None
+        self,
+        scene: Scene,
+        *,
+        seed: int,
+        noise: bool = True,
+        arm: bool = False,
+        sensors: Sensors | None = None,
+        model: RobotModel = SPOT,
     ) -> None:
-        super().__init__(scene, seed=seed, noise=noise, sensors=sensors)
-        self._outline = Outline(scene)
-        self._footwork, self._shaper = Footwork(), CommandShaper(CommandLimits())
+        super().__init__(scene, seed=seed, noise=noise, sensors=sensors, model=model)
+        self._outline = Outline(scene, model)
+        self._footwork, self._shaper = Footwork(model), CommandShaper(CommandLimits().of(model))
+        self._fastest = FASTEST_JOINT / model.speed
         self._targets: MotorTargets | None = None
         self._arm = KinematicArm(scene, lambda: self.time, self._where) if arm else None
         self.not_achievable: NotAchievable | None = None
@@ -164,14 +173,14 @@ class KinematicBody(BodyShell):
             self._pose.yaw,
             beams=beams,
             max_range=max_range,
-            height=self._height + FOOT_RADIUS,
+            height=self._height + self._figures.foot_radius,
         )
 
     def _exact_rays(self, directions: Floats, max_range: float) -> Vector:
         """To obstacles and floor; its own legs are not seen."""
         c, s = cos(self._pose.yaw), sin(self._pose.yaw)
         turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        eye = np.array([self._pose.x, self._pose.y, self._height + FOOT_RADIUS])
+        eye = np.array([self._pose.x, self._pose.y, self._height + self._figures.foot_radius])
         scene = self._scene
         rays = np.asarray(directions @ turn.T, dtype=np.float64)
         return np.minimum(sight(scene.obstacles, scene.pits, eye, rays, max_range), max_range)
@@ -198,15 +207,18 @@ class KinematicBody(BodyShell):
         The body slides off by impulse / mass and the lag brings it back to its command; it steps after the shove if
         it can.
         """
-        duration = max(duration, TICK)
-        self._shove = (impulse[0] / (MASS * duration), impulse[1] / (MASS * duration), duration)
+        duration, mass = max(duration, TICK), self._figures.mass
+        self._shove = (impulse[0] / (mass * duration), impulse[1] / (mass * duration), duration)
 
     def place(self, pose: Pose2) -> None:
         """Put the robot down in its sitting pose at rest; what it was told before is forgotten."""
         self._pose, self._twist = pose, ZERO_TWIST
-        self._height, self._velocity, self._acceleration = SIT_HEIGHT, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        self._height, self._velocity, self._acceleration = self._figures.sit_height, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         self._shove = (0.0, 0.0, 0.0)
-        self._joints, self._speeds = inverse(nominal_feet(SIT_HEIGHT)).joints, np.zeros(12)
+        self._joints, self._speeds = (
+            inverse(nominal_feet(self._figures.sit_height, self._figures), self._figures).joints,
+            np.zeros(12),
+        )
         self._forget_samples()
         self._stepping = False
         self._shaper.halt()
@@ -222,7 +234,7 @@ class KinematicBody(BodyShell):
         `scene` is a new value with these obstacles; start, dock, places and things stay. A map made of the scene before does not change.
         """
         self._scene = replace(self._scene, obstacles=tuple(obstacles))
-        self._outline = Outline(self._scene)
+        self._outline = Outline(self._scene, self._figures)
 
     def close(self) -> None:
         """Nothing is held that Python would not free."""
@@ -244,19 +256,21 @@ class KinematicBody(BodyShell):
     def _where(self) -> tuple[Vector, Vector]:
         """Position and attitude of the body."""
         x, y, yaw = self._pose.x, self._pose.y, self._pose.yaw
-        return np.array([x, y, self._height + FOOT_RADIUS]), np.array([cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)])
+        return np.array([x, y, self._height + self._figures.foot_radius]), np.array(
+            [cos(yaw / 2), 0.0, 0.0, sin(yaw / 2)]
+        )
 
     def _release(self) -> None:
         """No one commands: stop, lie down, draw nothing."""
         if self._targets is not None:
             self._replant()
         self._shaper.ask(0.0, 0.0, 0.0)
-        self._asked_height, self._mode, self._powered = SIT_HEIGHT, Mode.SIT, False
+        self._asked_height, self._mode, self._powered = self._figures.sit_height, Mode.SIT, False
 
     def _replant(self) -> None:
         """All feet on the floor below where they are, and the legs are ours again."""
         self._targets = None
-        self._footwork.plant([self._to_world(x, y) for x, y, _ in feet(self._joints).tolist()])
+        self._footwork.plant([self._to_world(x, y) for x, y, _ in feet(self._joints, self._figures).tolist()])
         self._contact = self._footwork.contact
 
     def _step(self, dt: float) -> None:
@@ -276,10 +290,10 @@ class KinematicBody(BodyShell):
     def _step_joints(self, dt: float, targets: MotorTargets) -> float:
         """Joints chase their targets and push the body; returns the new height."""
         wanted = chase(self._joints, targets)
-        self._speeds = np.clip(wanted, -FASTEST_JOINT, FASTEST_JOINT)
+        self._speeds = np.clip(wanted, -self._fastest, self._fastest)
         self._judge(wanted, reachable=(True,) * 4)
         self._joints = self._joints + self._speeds * dt
-        pushed = pushed_body(self._joints, self._speeds)
+        pushed = pushed_body(self._joints, self._speeds, self._figures)
         self._contact = pushed.contact
         self._stepping = not all(pushed.contact)
         self._glide(dt, pushed.twist)
@@ -287,7 +301,7 @@ class KinematicBody(BodyShell):
 
     def _step_body(self, dt: float) -> float:
         """The body follows its command and the feet keep up; returns the new height."""
-        high_enough = self._height >= WALKING_HEIGHT
+        high_enough = self._height >= WALKING_HEIGHT * self._figures.length
         walking = self._mode == Mode.WALK and high_enough
         self._glide(dt, Twist2(*self._shaper.advance(dt, walking)))
         twist = self._twist.vx, self._twist.vy, self._twist.wz
@@ -297,8 +311,9 @@ class KinematicBody(BodyShell):
         self._contact = self._footwork.contact
         if self._mode != Mode.WALK and (moving or not self._footwork.standing):
             return self._height
+        speed = self._figures.speed
         rise = (self._asked_height - self._height) * (1.0 - exp(-dt / LAG))
-        return self._height + max(-SINK * dt, min(CLIMB * dt, rise))
+        return self._height + max(-SINK * speed * dt, min(CLIMB * speed * dt, rise))
 
     def _glide(self, dt: float, aim: Twist2) -> None:
         """First-order lag towards the twist `aim`, shoves included; the pose moves with the mean of both twists."""
@@ -321,11 +336,12 @@ class KinematicBody(BodyShell):
         joints: list[float] = []
         speeds: list[float] = []
         reachable: list[bool] = []
-        for leg, (hip_x, hip_y) in enumerate(HIPS):
+        model = self._figures
+        for leg, ((hip_x, hip_y), side) in enumerate(zip(model.hips, model.sides, strict=True)):
             x, y, z = self._to_body(self._footwork.feet[leg])
-            q1, q2, q3, within = leg_inverse(SIDES[leg], x - hip_x, y - hip_y, z)
+            q1, q2, q3, within = leg_inverse(side, x - hip_x, y - hip_y, z, model, model.bends[leg])
             if not within:
-                nearest = leg_forward(SIDES[leg], q1, q2, q3)
+                nearest = leg_forward(side, q1, q2, q3, model)
                 x, y = hip_x + nearest[0], hip_y + nearest[1]
                 if self._contact[leg]:
                     self._footwork.slip(leg, *self._to_world(x, y))
@@ -338,7 +354,8 @@ class KinematicBody(BodyShell):
     def _leg_speeds(self, leg: int, x: float, y: float, angles: Triple) -> Triple:
         """Joint speeds that give one foot its velocity; a standing foot's is that of a ball rolling on its contact point."""
         q1, q2, q3 = angles
-        jacobian = leg_jacobian(SIDES[leg], q1, q2, q3)
+        radius = self._figures.foot_radius
+        jacobian = leg_jacobian(self._figures.sides[leg], q1, q2, q3, self._figures)
         vx, vy, wz = self._twist.vx, self._twist.vy, self._twist.wz
         away = (wz * y - vx, -wz * x - vy, -self._velocity[2])
         if not self._contact[leg]:
@@ -347,9 +364,9 @@ class KinematicBody(BodyShell):
             return joint_speeds(jacobian, away[0] + c * fx + s * fy, away[1] + c * fy - s * fx, away[2] + fz)
         # the centre moves with w_calf x (0, 0, r), w_calf = (q1d, (q2d + q3d) cos q1, ..): linear in the joint speeds as well
         (zero, xb, xc), (ya, yb, yc), below = jacobian
-        lever = FOOT_RADIUS * cos(angles[0])
-        hip, shoulder, knee = joint_speeds(((zero, xb - lever, xc - lever), (ya + FOOT_RADIUS, yb, yc), below), *away)
-        self._footwork.roll(leg, self._pose.yaw, lever * (shoulder + knee), -FOOT_RADIUS * hip)
+        lever = radius * cos(angles[0])
+        hip, shoulder, knee = joint_speeds(((zero, xb - lever, xc - lever), (ya + radius, yb, yc), below), *away)
+        self._footwork.roll(leg, self._pose.yaw, lever * (shoulder + knee), -radius * hip)
         return (hip, shoulder, knee)
 
     def _judge(self, speeds: Vector, reachable: Sequence[bool]) -> None:
@@ -358,9 +375,9 @@ class KinematicBody(BodyShell):
         fastest = int(np.argmax(np.abs(speeds)))
         if not all(reachable):
             reason = f"foot {LEGS[reachable.index(False)]} is out of its leg's reach"
-        elif not within_limits(self._joints.tolist(), margin=-1e-9):
+        elif not within_limits(self._joints.tolist(), margin=-1e-9, model=self._figures):
             reason = "a joint is beyond its limits"
-        elif abs(speeds[fastest]) > FASTEST_JOINT:
+        elif abs(speeds[fastest]) > self._fastest:
             reason = f"joint {JOINT_NAMES[fastest]} would have to turn at {abs(speeds[fastest]):.1f} rad/s"
         if reason is not None:
             last = self.not_achievable
@@ -370,8 +387,8 @@ class KinematicBody(BodyShell):
 
     def _static_torque(self) -> Vector:
         """Torques that hold the robot still: its weight in equal shares on the standing feet, and the links' own."""
-        now = leg_state(self._joints.tolist(), LEVEL)
-        share = MASS * GRAVITY / max(1, sum(self._contact))
+        now = leg_state(self._joints.tolist(), LEVEL, self._figures)
+        share = self._figures.mass * GRAVITY / max(1, sum(self._contact))
         effort = np.array(now.weight)
         for leg, stands in enumerate(self._contact):
             if stands:
@@ -383,9 +400,12 @@ class KinematicBody(BodyShell):
         if not self._powered:
             return 0.0
         if self._stepping:
-            return typical_motor_power(self._twist.vx, self._twist.vy, self._twist.wz, walking=True)
-        upright = (self._height - SIT_HEIGHT) / (STAND_HEIGHT - SIT_HEIGHT)
-        return STANDING * min(1.0, max(0.0, upright))
+            return typical_motor_power(
+                self._twist.vx, self._twist.vy, self._twist.wz, walking=True, model=self._figures
+            )
+        low, high = self._figures.sit_height, self._figures.stand_height
+        standing = typical_motor_power(0.0, 0.0, 0.0, walking=False, model=self._figures)
+        return standing * min(1.0, max(0.0, (self._height - low) / (high - low)))
 
     def _to_world(self, x: float, y: float) -> tuple[float, float]:
         c, s = cos(self._pose.yaw), sin(self._pose.yaw)
@@ -394,4 +414,4 @@ class KinematicBody(BodyShell):
     def _to_body(self, point: Triple) -> Triple:
         c, s = cos(self._pose.yaw), sin(self._pose.yaw)
         dx, dy = point[0] - self._pose.x, point[1] - self._pose.y
-        return (c * dx + s * dy, c * dy - s * dx, point[2] - self._height - FOOT_RADIUS)
+        return (c * dx + s * dy, c * dy - s * dx, point[2] - self._height - self._figures.foot_radius)

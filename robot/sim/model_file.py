@@ -174,7 +174,7 @@ class _Reader:
                 body = int(self._model.body_parentid[body])
                 line.append(body)
             lines.append(line[::-1])
-        return [same[0] for same in zip(*lines, strict=False) if len(set(same)) == 1][-1]
+        return max(int(same[0]) for same in zip(*lines, strict=False) if len(set(same)) == 1)
 
     def _straighten(self, chains: Sequence[_Chain]) -> None:
         """Turn the trunk level, and each leg straight down: there all of our angles are zero."""
@@ -292,18 +292,18 @@ class _Reader:
         )
         torque = [min((leg.torque[joint] or inf) for leg in legs) for joint in range(3)]
         least, most = (share * whole * GRAVITY * (thigh + calf) for share in STRENGTHS)
-        told = all(least < one < most for one in torque)
+        known = all(least < one < most for one in torque)
         own = (SPOT.torque_limit, max(most for _, most in SPOT.knee_torque))
-        weak, strong = (min(torque[:2]), torque[2]) if told else (one * force * length for one in own)
+        weak, strong = (min(torque[:2]), torque[2]) if known else (one * force * length for one in own)
         trunk = self._box(hips, legs, length)
-        referred = (
-            _scaled(SPOT.hip_inertia, links[0][0] / SPOT.hip_mass * length**2),
-            _scaled(SPOT.thigh_inertia, links[1][0] / SPOT.thigh_mass * length**2),
-            _scaled(SPOT.calf_inertia, links[2][0] / SPOT.calf_mass * length**2),
+        usual = (
+            (SPOT.hip_mass, SPOT.hip_inertia),
+            (SPOT.thigh_mass, SPOT.thigh_inertia),
+            (SPOT.calf_mass, SPOT.calf_inertia),
         )
         hip_inertia, thigh_inertia, calf_inertia = (
-            link[2] if _can_be(link[2], link[0], thigh + calf) else own
-            for link, usual in zip(links, referred, strict=True)
+            moments if _can_be(moments, weight, thigh + calf) else _scaled(own_moments, weight / own_weight * length**2)
+            for (weight, _, moments), (own_weight, own_moments) in zip(links, usual, strict=True)
         )
         return RobotModel(
             name=self._name,
@@ -343,7 +343,7 @@ class _Reader:
             damping=damping or SPOT.damping * force * length**1.5,
             armature=armature or SPOT.armature * force * length**2,
             friction=friction or SPOT.friction * force * length,
-            assumed=() if told else ("torque limits",),
+            assumed=() if known else ("torque limits",),
         )
 
     def _alike(self, legs: Sequence[_Leg], index: int) -> tuple[float, Triple, Triple]:

@@ -21,7 +21,7 @@ from robot.hardware.sensors import Sensors
 from robot.model.actuators import MOTOR_DELAY, ActuatorDesign
 from robot.model.kinematics import inverse
 from robot.model.parameters import GRAVITY
-from robot.model.power import motor_power
+from robot.model.power import copper_loss, motor_power
 from robot.model.robot import SPOT, RobotModel
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Obstacle, Scene
@@ -94,16 +94,16 @@ class PhysicsBody(BodyShell):
                 f"A body cannot have a motor delay of {delay!r} s and a timestep of {timestep!r} s: "
                 "give a delay of at least 0 and a timestep from 0.0005 to 0.0025 (longer steps make contacts unstable)."
             )
-        super().__init__(scene, seed=seed, noise=noise, sensors=sensors)
+        super().__init__(scene, seed=seed, noise=noise, sensors=sensors, model=model)
         self._longest = int(timestep / TICK + 1e-6)
         self._delay = ceil(delay / TICK - 1e-6)
-        self._ground, self._figures = ground or Ground(), model
+        self._ground = ground or Ground()
         self._actuators = Actuators(actuators) if actuators is not None else None
         self._model: Any = self._mujoco.MjModel.from_xml_string(
             write_model(scene, self._ground, timestep, arm=arm, model=model)
         )
         self._data: Any = self._mujoco.MjData(self._model)
-        self._walkers = Walkers(scene) if scene.walkers else None
+        self._walkers = Walkers(scene, model) if scene.walkers else None
         self._bind()
         self._arm = PhysicsArm(self._mujoco, self._model, self._data, scene, lambda: self.time) if arm else None
         self.place(scene.start)
@@ -114,11 +114,6 @@ class PhysicsBody(BodyShell):
     @property
     def backend(self) -> str:
         return "physics"
-
-    @property
-    def model(self) -> RobotModel:
-        """The robot whose figures it has."""
-        return self._figures
 
     @property
     def arm(self) -> PhysicsArm | None:
@@ -190,7 +185,7 @@ class PhysicsBody(BodyShell):
     @property
     def power(self) -> float:
         """Of the legs' motors, and of the arm's if there is one."""
-        legs = motor_power(self._torque, self._qvel[6:]) if self._supplied else 0.0
+        legs = motor_power(self._torque, self._qvel[6:], self._loss) if self._supplied else 0.0
         return legs + (self._arm.power if self._arm is not None else 0.0)
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
@@ -256,6 +251,7 @@ class PhysicsBody(BodyShell):
         self._knee_angles, self._knee_torques = (
             np.array(column) for column in zip(*self._figures.knee_torque, strict=True)
         )
+        self._loss = copper_loss(self._figures)
         self._peak = np.full(12, self._figures.torque_limit)
         self._travelling: deque[tuple[int, MotorTargets]] = deque()
         self._accel_window = np.zeros((ACCEL_TICKS, 3))

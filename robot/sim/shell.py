@@ -46,8 +46,10 @@ class BodyShell(Simulated):
 
     no_replay = NO_REPLAY
 
-    def __init__(self, scene: Scene, *, seed: int, noise: bool, sensors: Sensors | None = None) -> None:
-        self._scene, self._noise = scene, noise
+    def __init__(
+        self, scene: Scene, *, seed: int, noise: bool, sensors: Sensors | None = None, model: RobotModel = SPOT
+    ) -> None:
+        self._scene, self._noise, self._figures = scene, noise, model
         self._sensors = sensors or Sensors.ideal()
         self._imu_noise = ImuNoise(seed, errors=self._sensors.imu)
         self._encoder_noise = EncoderNoise(seed, self._sensors.encoders)
@@ -67,8 +69,8 @@ class BodyShell(Simulated):
 
     @property
     def model(self) -> RobotModel:
-        """Those of the reference body."""
-        return SPOT
+        """The robot whose figures it has."""
+        return self._figures
 
     @property
     def sensors(self) -> Sensors:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from math import cos, hypot, sin
 
-from robot.control.gaits import GAITS, GaitClock
+from robot.control.gaits import GaitClock, gaits_of
 from robot.control.swing import swing_path
 from robot.geometry.planar import Pose2, Twist2
 from robot.geometry.vectors import Triple
-from robot.model.parameters import FOOT_RADIUS
-from robot.model.stance import NOMINAL
+from robot.model.robot import RobotModel
 
 
 class Footwork:
@@ -18,13 +17,14 @@ class Footwork:
     Footholds follow the usual rule: below the hip where the body will be when the foot lands, half a stance ahead.
     """
 
-    __slots__ = ("_active", "_clock", "_lifted", "contact", "feet", "velocity")
+    __slots__ = ("_active", "_clock", "_lifted", "_model", "contact", "feet", "velocity")
 
-    def __init__(self) -> None:
-        self._clock = GaitClock(GAITS["trot"])
+    def __init__(self, model: RobotModel) -> None:
+        self._model = model
+        self._clock = GaitClock(gaits_of(model)["trot"])
         self._active = False
-        self._lifted: list[Triple] = [(0.0, 0.0, FOOT_RADIUS)] * 4
-        self.feet: list[Triple] = [(0.0, 0.0, FOOT_RADIUS)] * 4
+        self._lifted: list[Triple] = [(0.0, 0.0, model.foot_radius)] * 4
+        self.feet: list[Triple] = [(0.0, 0.0, model.foot_radius)] * 4
         """Foot centres in the world, m."""
         self.velocity: list[Triple] = [(0.0, 0.0, 0.0)] * 4
         """Of the foot centres in the world, m/s; of a standing foot what `roll` said last."""
@@ -79,7 +79,7 @@ class Footwork:
         duration, clearance = self._clock.swing_time, self._clock.gait.clearance
         x, y = self._foothold(leg, (1.0 - progress) * duration, pose, twist)
         self.feet[leg], self.velocity[leg] = swing_path(
-            self._lifted[leg], (x, y, FOOT_RADIUS), progress, duration, clearance
+            self._lifted[leg], (x, y, self._model.foot_radius), progress, duration, clearance
         )
 
     def _foothold(self, leg: int, ahead: float, pose: Pose2, twist: Twist2) -> tuple[float, float]:
@@ -88,11 +88,11 @@ class Footwork:
         x = pose.x + (cos(yaw) * twist.vx - sin(yaw) * twist.vy) * ahead
         y = pose.y + (sin(yaw) * twist.vx + cos(yaw) * twist.vy) * ahead
         yaw, half = pose.yaw + twist.wz * ahead, self._clock.stance_time / 2
-        px, py = NOMINAL[leg]
+        px, py = self._model.nominal[leg]
         fx, fy = px + (twist.vx - twist.wz * py) * half, py + (twist.vy + twist.wz * px) * half
         return x + cos(yaw) * fx - sin(yaw) * fy, y + sin(yaw) * fx + cos(yaw) * fy
 
     def _land(self, leg: int, x: float, y: float) -> None:
-        self.feet[leg] = (x, y, FOOT_RADIUS)
+        self.feet[leg] = (x, y, self._model.foot_radius)
         self.velocity[leg] = (0.0, 0.0, 0.0)
         self.contact[leg] = True

@@ -8,18 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot.model.footprint import Footprint
+from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.sim.mjcf import obstacle_names
-
-LENGTH, WIDTH = Footprint().length, Footprint().width
 
 
 class Outline:
     """The robot's rectangle among the obstacles of one scene. Heights are not looked at."""
 
-    __slots__ = ("_box_names", "_boxes", "_cylinder_names", "_cylinders", "_order")
+    __slots__ = ("_box_names", "_boxes", "_cylinder_names", "_cylinders", "_length", "_order", "_width")
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, model: RobotModel = SPOT) -> None:
+        footprint = Footprint.of(model)
+        self._length, self._width = footprint.length, footprint.width
         named = list(zip(obstacle_names(scene), scene.obstacles, strict=True))
         boxes = [(name, o) for name, o in named if isinstance(o, Box)]
         cylinders = [(name, o) for name, o in named if isinstance(o, Cylinder)]
@@ -44,8 +45,8 @@ class Outline:
         c, s = math.cos(yaw), math.sin(yaw)
         cx, cy, radius = self._cylinders
         dx, dy = cx - x, cy - y
-        ahead = np.maximum(np.abs(c * dx + s * dy) - LENGTH / 2, 0.0)
-        aside = np.maximum(np.abs(c * dy - s * dx) - WIDTH / 2, 0.0)
+        ahead = np.maximum(np.abs(c * dx + s * dy) - self._length / 2, 0.0)
+        aside = np.maximum(np.abs(c * dy - s * dx) - self._width / 2, 0.0)
         return np.asarray(ahead * ahead + aside * aside < radius * radius, dtype=np.bool_)
 
     def _on_boxes(self, x: float, y: float, yaw: float) -> NDArray[np.bool_]:
@@ -55,9 +56,9 @@ class Outline:
         dx, dy = bx - x, by - y
         along, across = np.abs(bc * c + bs * s), np.abs(bs * c - bc * s)
         return np.asarray(
-            (np.abs(c * dx + s * dy) < LENGTH / 2 + half_l * along + half_w * across)
-            & (np.abs(c * dy - s * dx) < WIDTH / 2 + half_l * across + half_w * along)
-            & (np.abs(bc * dx + bs * dy) < half_l + LENGTH / 2 * along + WIDTH / 2 * across)
-            & (np.abs(bc * dy - bs * dx) < half_w + LENGTH / 2 * across + WIDTH / 2 * along),
+            (np.abs(c * dx + s * dy) < self._length / 2 + half_l * along + half_w * across)
+            & (np.abs(c * dy - s * dx) < self._width / 2 + half_l * across + half_w * along)
+            & (np.abs(bc * dx + bs * dy) < half_l + self._length / 2 * along + self._width / 2 * across)
+            & (np.abs(bc * dy - bs * dx) < half_w + self._length / 2 * across + self._width / 2 * along),
             dtype=np.bool_,
         )

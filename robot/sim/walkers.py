@@ -10,6 +10,7 @@ import numpy as np
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
+from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Box, Obstacle, Scene
 
 _PATIENT = 2.0
@@ -23,7 +24,7 @@ _NOWHERE = -100.0
 class Walkers:
     """The walkers of a scene. Each goes straight from place to place, and stops for the robot if it is one who does."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, model: RobotModel = SPOT) -> None:
         self._walkers = scene.walkers
         self._places: Floats = np.array(
             [(one.shape.x, one.shape.y) for one in scene.walkers], dtype=np.float64
@@ -31,7 +32,7 @@ class Walkers:
         self._next = [0] * len(scene.walkers)
         self._stood = [0.0] * len(scene.walkers)
         self._time = 0.0
-        self._footprint = Footprint()
+        self._footprint = Footprint.of(model)
 
     @property
     def places(self) -> Floats:

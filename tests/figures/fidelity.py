@@ -8,6 +8,7 @@ from typing import Any
 
 from robot.hardware.sensors import SensorKind, Sensors
 from robot.model.actuators import ActuatorDesign
+from robot.model.robot import SPOT, RobotModel
 from robot.testing import Conditions
 
 
@@ -42,9 +43,10 @@ class Fidelity:
     def __str__(self) -> str:
         return f"sensors {self.sensors}, actuators {self.actuators}"
 
-    def conditions(self, delay: float, **more: Any) -> Conditions:
-        """Those of a trial with a motor delay in s; `more` are further fields of `Conditions`."""
-        return Conditions(delay=delay, sensors=self.errors, actuators=self.drives, **more)
+    def conditions(self, delay: float, model: RobotModel = SPOT, **more: Any) -> Conditions:
+        """Those of a trial of this robot with a motor delay in s; `more` are further fields of `Conditions`."""
+        drives = ActuatorDesign.of(model) if self.actuators == "real" else None
+        return Conditions(delay=delay, sensors=self.errors, actuators=drives, **more)
 
 
 IDEAL = Fidelity("ideal", "ideal")

@@ -8,12 +8,16 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterator
 
+from cli.command import UsageError
+from robot.model.robot import ModelError
 from robot.run.arguments import within
+from robot.sim.model_file import find_model
 from robot.testing import FAULTS, Conditions
 from tests.figures import walk_gaits as gaits
 from tests.figures import walk_measures as take
 from tests.figures.fidelity import Fidelity, add_fidelity
 from tests.figures.levels import Metric, of_metrics
+from tests.figures.walk_ladder import ladder
 
 
 def metrics(given: Conditions, minutes: float) -> tuple[Metric, ...]:
@@ -134,13 +138,29 @@ def _gaits(given: Conditions) -> Iterator[Metric]:
 
 
 def _metrics(asked: Namespace) -> tuple[Metric, ...]:
-    return metrics(Fidelity.of(asked).conditions(asked.delay / 1000.0), asked.minutes)
+    if asked.robot is None:
+        return metrics(Fidelity.of(asked).conditions(asked.delay / 1000.0), asked.minutes)
+    try:
+        model = find_model(asked.robot)
+    except ModelError as error:
+        raise UsageError(f"--robot: {error}") from None
+    return tuple(ladder(Fidelity.of(asked).conditions(asked.delay / 1000.0, model), asked.minutes, model))
+
+
+def _title(asked: Namespace) -> str:
+    whose = "walking" if asked.robot is None else f"walking of {asked.robot}"
+    return f"{whose}, motor delay {asked.delay:g} ms, {Fidelity.of(asked)}"
 
 
 def _arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--delay", type=within(0.0, 20.0, "milliseconds"), default=8.0, help="motor delay, ms")
     parser.add_argument(
         "--minutes", type=within(0.1, 600.0, "minutes"), default=2.0, help="length of each endurance run"
+    )
+    parser.add_argument(
+        "--robot",
+        metavar="NAME|FILE",
+        help="measure this robot, spot, go2 or a MJCF or URDF file, by what does not depend on size and mass",
     )
     add_fidelity(parser)
 
@@ -150,7 +170,7 @@ MEASUREMENT = of_metrics(
     "speed, pushes, endurance, top speed, energy and odometry of the gait, in physics",
     "half an hour on an idle machine",
     _metrics,
-    lambda asked: f"walking, motor delay {asked.delay:g} ms, {Fidelity.of(asked)}",
-    settings=lambda asked: {"delay_ms": asked.delay, **Fidelity.of(asked).told},
+    _title,
+    settings=lambda asked: {"delay_ms": asked.delay, "robot": asked.robot, **Fidelity.of(asked).told},
     arguments=_arguments,
 )

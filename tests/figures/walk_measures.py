@@ -1,7 +1,8 @@
 """The measurements behind `tests.figures walk`, each for one seed on the physics back end. Seconds of simulation, not of your time.
 
-`given` is what every robot has to cope with: motor delay, sensors, drives. What is largest or highest is found by bisection: nothing smaller
-was seen to fail, though something larger may succeed, too.
+`given` is what every robot has to cope with: motor delay, sensors, drives. Speeds, pushes and heights that are given as numbers are those of the
+reference body; for another `model` they are those that are alike for its size and mass (docs/concepts/control.md#other-bodies). What is largest
+or highest is found by bisection: nothing smaller was seen to fail, though something larger may succeed, too.
 """
 
 from __future__ import annotations
@@ -18,8 +19,10 @@ from robot.control.command import CommandLimits
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.model.kinematics import leg_forward, leg_inverse, leg_jacobian
-from robot.model.parameters import GRAVITY, JOINT_LIMITS, MASS
-from robot.model.power import HOTEL_LOAD
+from robot.model.modes import Mode
+from robot.model.parameters import GRAVITY, JOINT_LIMITS
+from robot.model.power import electrical_power
+from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Box, Scene
 from robot.testing import PERIOD, Conditions, Trial
 
@@ -30,6 +33,8 @@ Place: TypeAlias = tuple[float, float, float]
 
 WINDOW = 0.5
 """Speeds are averaged over one gait period before they are compared, s."""
+LAIN = 0.3
+"""A trial's robot lies for so long before it is asked to stand, s."""
 HELD = 2.0
 """A speed is held that is not missed by more than a tenth over any such time, s: four strides."""
 YARD = 4.0
@@ -39,51 +44,67 @@ HOMEWARD = 0.7
 FAST = CommandLimits(forward=6.0, backward=1.5, sideways=1.2, turn=3.2)
 
 
-def _walking(seed: int, given: Conditions, command: Command) -> Trial:
+def _walking(seed: int, given: Conditions, command: Command, model: RobotModel = SPOT) -> Trial:
     """A robot that walks at `command` and has settled."""
-    trial = Trial(seed, conditions=given, limits=FAST)
+    trial = Trial(seed, conditions=given, limits=FAST.of(model), model=model)
     trial.stand_up()
     trial.run(2.0 + hypot(command[0], command[1]) / 1.5, command)
     return trial
 
 
-def speed_error(seed: int, given: Conditions, command: Command) -> float:
+def rise(seed: int, given: Conditions, model: RobotModel = SPOT) -> float:
+    """Seconds from the request until a robot that lay stands at its height, within 2 %; infinite if it does not."""
+    trial = Trial(seed, conditions=given, model=model)
+    trial.stand_up()
+    seconds = trial.body.time - LAIN
+    height = trial.run(1.0).height
+    wanted = model.stand_height + model.foot_radius
+    if trial.fallen or trial.gait.mode is not Mode.STAND or abs(float(height[-1]) / wanted - 1.0) > 0.02:
+        return float("inf")
+    return seconds
+
+
+def speed_error(seed: int, given: Conditions, command: Command, model: RobotModel = SPOT) -> float:
     """Root mean square error of the gait-averaged true speed along the commanded axis, over 7 s; infinite after a fall."""
-    trial = _walking(seed, given, command)
+    trial = _walking(seed, given, command, model)
     record = trial.run(7.0, command)
     if trial.fallen:
         return float("inf")
     axis = int(np.argmax(np.abs(command)))
-    error = record.averaged(WINDOW)[:, axis] - command[axis]
+    error = record.averaged(WINDOW * model.speed)[:, axis] - command[axis]
     return float(np.sqrt((error * error).mean()))
 
 
-def largest_push(seed: int, given: Conditions, direction: tuple[float, float], most: int = 200) -> float:
-    """The largest impulse (whole N s up to `most`, within 0.1 s, at the body) survived at each of four gait phases of a trot in place."""
+def largest_push(
+    seed: int, given: Conditions, direction: tuple[float, float], most: int = 200, model: RobotModel = SPOT
+) -> float:
+    """The largest impulse (N s, in steps of 1 N s up to `most`, within 0.1 s, at the body) survived at each of four gait phases of a trot in place."""
+    unit = model.force * model.speed
 
     def survives(impulse: int) -> bool:
         for quarter in range(4):
-            trial = Trial(seed, conditions=given)
+            trial = Trial(seed, conditions=given, model=model)
             trial.stand_up()
-            trial.run(1.0 + quarter * WINDOW / 4, (0.0, 0.0, 0.0))
-            trial.body.push((direction[0] * impulse, direction[1] * impulse, 0.0))
+            trial.run(1.0 + quarter * WINDOW * model.speed / 4, (0.0, 0.0, 0.0))
+            trial.body.push((direction[0] * impulse * unit, direction[1] * impulse * unit, 0.0))
             trial.run(2.5, (0.0, 0.0, 0.0))
             if trial.fallen:
                 return False
         return True
 
-    return float(_largest(most, survives))
+    return _largest(most, survives) * unit
 
 
-def falls(seed: int, given: Conditions, seconds: float, push: float = 0.0) -> float:
+def falls(seed: int, given: Conditions, seconds: float, push: float = 0.0, model: RobotModel = SPOT) -> float:
     """Falls while random commands change every 4 s; with `push` (N s) in a random direction every 10 s. The robot is put up again."""
     random = np.random.default_rng([seed, 77])
     fallen, left = 0, seconds
-    trial = Trial(seed, conditions=given)
+    trial = Trial(seed, conditions=given, model=model)
     trial.stand_up()
-    until_push = 10.0
+    until_push, fast = 10.0, model.speed
     while left > 0.0:
-        command = (random.uniform(-0.5, 1.2), random.uniform(-0.3, 0.3), random.uniform(-1.0, 1.0))
+        ahead, aside, turn = random.uniform(-0.5, 1.2), random.uniform(-0.3, 0.3), random.uniform(-1.0, 1.0)
+        command = (ahead * fast, aside * fast, turn / fast)
         for _ in range(4):
             trial.run(1.0, command)
             until_push -= 1.0
@@ -94,34 +115,34 @@ def falls(seed: int, given: Conditions, seconds: float, push: float = 0.0) -> fl
         left -= 4.0
         if trial.fallen:
             fallen += 1
-            trial = Trial(seed + 1000 * fallen, conditions=given)
+            trial = Trial(seed + 1000 * fallen, conditions=given, model=model)
             trial.stand_up()
     return float(fallen)
 
 
-def steepest(seed: int, given: Conditions, direction: str, most: int = 44) -> float:
+def steepest(seed: int, given: Conditions, direction: str, most: int = 44, model: RobotModel = SPOT) -> float:
     """The steepest slope (whole degrees up to `most`) walked for 8 s at 0.4 m/s, `up`, `down` or `across`; friction 1.0, started aligned with it."""
 
     def walks(degrees: int) -> bool:
         rise = tan(radians(degrees))
         slope = {"up": (rise, 0.0), "down": (-rise, 0.0), "across": (0.0, rise)}[direction]
-        trial = Trial(seed, conditions=replace(given, slope=slope, friction=1.0))
+        trial, speed = Trial(seed, conditions=replace(given, slope=slope, friction=1.0), model=model), 0.4 * model.speed
         trial.stand_up()
         trial.run(1.5, (0.0, 0.0, 0.0))
-        record = trial.run(8.0, (0.4, 0.0, 0.0))
-        return not trial.fallen and record.distance > 0.6 * 0.4 * 8.0
+        record = trial.run(8.0, (speed, 0.0, 0.0))
+        return not trial.fallen and record.distance > 0.6 * speed * 8.0
 
     return float(_largest(most, walks))
 
 
-def step_up(seed: int, given: Conditions, most: int = 40) -> float:
-    """The highest single step (m, in whole cm up to `most`) climbed blind at 0.4 m/s."""
+def step_up(seed: int, given: Conditions, most: int = 40, model: RobotModel = SPOT) -> float:
+    """The highest single step (m, in steps of 1 cm up to `most`) climbed blind at 0.4 m/s."""
 
     def climbs(centimetres: int) -> bool:
-        step = Box(4.0, 0.0, 4.0, 4.0, height=centimetres / 100)
-        return _reaches(seed, given, (step,), 0.4, 3.5)
+        step = Box(4.0, 0.0, 4.0, 4.0, height=centimetres / 100 * model.length)
+        return _reaches(seed, given, (step,), 0.4 * model.speed, 3.5, model)
 
-    return _largest(most, climbs) / 100
+    return _largest(most, climbs) / 100 * model.length
 
 
 def box_field(seed: int, given: Conditions, most: int = 30) -> float:
@@ -155,9 +176,11 @@ def _rough(boxes: tuple[Box, ...]) -> Scene:
     return Scene("rough", (-20.0, -20.0, 20.0, 20.0), boxes, Pose2(0.0, 0.0), Pose2(0.0, 0.0))
 
 
-def _reaches(seed: int, given: Conditions, boxes: tuple[Box, ...], speed: float, distance: float) -> bool:
+def _reaches(
+    seed: int, given: Conditions, boxes: tuple[Box, ...], speed: float, distance: float, model: RobotModel = SPOT
+) -> bool:
     """Whether a robot that is steered back to y = 0 walks `distance` m over `boxes` within twice the nominal time."""
-    trial = Trial(seed, _rough(boxes), given)
+    trial = Trial(seed, _rough(boxes), given, model=model)
     trial.stand_up()
     for _ in range(int(2.0 * distance / speed / 0.2)):
         x, y, yaw = trial.pose()
@@ -170,25 +193,28 @@ def _reaches(seed: int, given: Conditions, boxes: tuple[Box, ...], speed: float,
     return False
 
 
-def top_speed(seed: int, given: Conditions, most: int = 60) -> float:
+def top_speed(seed: int, given: Conditions, most: int = 60, model: RobotModel = SPOT) -> float:
     """The largest speed (m/s, in tenths, of up to `most` of them) that is held for 20 s: within a tenth, over any four strides."""
 
     def holds(tenths: int) -> bool:
-        speed = tenths / 10
-        trial = _walking(seed, given, (speed, 0.0, 0.0))
+        speed = tenths / 10 * model.speed
+        trial = _walking(seed, given, (speed, 0.0, 0.0), model)
         record = trial.run(20.0, (speed, 0.0, 0.0))
-        return not trial.fallen and float(np.abs(record.averaged(HELD)[:, 0] - speed).max()) <= 0.1 * speed
+        return (
+            not trial.fallen and float(np.abs(record.averaged(HELD * model.speed)[:, 0] - speed).max()) <= 0.1 * speed
+        )
 
-    return _largest(most, holds) / 10
+    return _largest(most, holds) / 10 * model.speed
 
 
-def cost_of_transport(seed: int, given: Conditions, speed: float) -> float:
+def cost_of_transport(seed: int, given: Conditions, speed: float, model: RobotModel = SPOT) -> float:
     """Electrical power, hotel load included, per weight and true speed, over 7 s."""
-    trial = _walking(seed, given, (speed, 0.0, 0.0))
+    trial = _walking(seed, given, (speed, 0.0, 0.0), model)
     record = trial.run(7.0, (speed, 0.0, 0.0))
     if trial.fallen:
         return float("inf")
-    return float((record.power.mean() + HOTEL_LOAD) / (MASS * GRAVITY * record.velocity[:, 0].mean()))
+    power = electrical_power(float(record.power.mean()), model=model)
+    return float(power / (model.mass * GRAVITY * record.velocity[:, 0].mean()))
 
 
 def odometry_error(seed: int, given: Conditions, distance: float = 100.0) -> float:

@@ -11,7 +11,12 @@ from hypothesis import strategies as st
 from scipy.spatial import distance
 from scipy.spatial.transform import Rotation
 
+from robot.model.actuators import ActuatorDesign
+from robot.model.battery import PackDesign
+from robot.model.bodies import B2, GO2
 from robot.model.footprint import Footprint
+from robot.model.power import typical_motor_power
+from robot.model.robot import SPOT
 
 bodies = st.builds(Footprint, st.floats(0.3, 2.0), st.floats(0.2, 1.0), st.floats(-0.3, 0.3))
 coordinate = st.floats(-3.0, 3.0)
@@ -97,3 +102,23 @@ def test_a_footprint_that_reaches_farther_back_is_a_rectangle_about_another_midd
     assert footprint.circumscribed == pytest.approx(math.hypot(0.63, 0.23))
     near = footprint.distances(np.array([0.5, -0.7, 0.0]), np.array([0.0, 0.0, 0.33]))
     assert near == pytest.approx([0.03, 0.07, 0.10])
+
+
+def test_a_robots_rectangle_is_that_of_the_reference_body_for_its_size() -> None:
+    assert Footprint.of(SPOT) == Footprint()
+    small = Footprint.of(GO2)
+    assert (small.length, small.width) == pytest.approx((0.713, 0.393), abs=1e-3)
+    assert Footprint.of(B2).width > Footprint().width
+
+
+def test_batteries_and_drives_are_as_strong_for_a_robots_mass_as_the_reference_bodys() -> None:
+    assert (PackDesign.of(SPOT), ActuatorDesign.of(SPOT)) == (PackDesign(), ActuatorDesign())
+    pack, drives = PackDesign.of(GO2), ActuatorDesign.of(GO2)
+    assert pack.energy_wh / GO2.mass == pytest.approx(PackDesign().energy_wh / SPOT.mass)
+    assert pack.charger_current / PackDesign().charger_current == pytest.approx(GO2.mass / SPOT.mass)
+    alike = typical_motor_power(SPOT.froude(0.3), 0.0, 0.0, walking=True) / (SPOT.mass * SPOT.froude(0.3))
+    assert typical_motor_power(GO2.froude(0.3), 0.0, 0.0, walking=True, model=GO2) / (
+        GO2.mass * GO2.froude(0.3)
+    ) == pytest.approx(alike)
+    assert drives.no_load > ActuatorDesign().no_load
+    assert drives.bus_current < ActuatorDesign().bus_current

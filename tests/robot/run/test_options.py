@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from cli.command import UsageError
-from robot.model.actuators import ActuatorDesign
 from robot.run.arguments import parse_seed, seconds, whole, within
 from robot.run.hardships import Push
 from robot.run.options import RealRobot, Web, parse
@@ -24,7 +23,7 @@ def test_without_a_word_it_is_the_patrol_in_physics_on_the_real_clock() -> None:
         "goal": None, "params": None, "log_format": "console", "log_level": "info", "report": None, "motor_delay": 0.004,
         "flight_record": None, "trace": False, "publish_clock": None, "only": (), "arm": False, "fetch": None,
         "listen": (), "connect": (), "processes": False, "machines": None, "hangs": (), "security": None,
-        "replay": (), "journals": None, "spans": False, "ground": None, "pushes": (), "web": Web(), "actuators": ActuatorDesign(), "map": None,
+        "replay": (), "journals": None, "spans": False, "ground": None, "pushes": (), "web": Web(), "real_drives": True, "map": None,
         "sensors": "real", "sight": False, "robot": "spot", "hardware": None,
     }  # fmt: skip
 
@@ -174,9 +173,9 @@ def test_a_seed_is_a_whole_number_and_seconds_are_positive() -> None:
 
 
 def test_the_drives_are_real_in_physics_unless_ideal_ones_are_asked_for() -> None:
-    assert parse([]).actuators == ActuatorDesign()
-    assert parse(["--actuators", "ideal"]).actuators is None
-    assert parse(["--backend", "kinematic"]).actuators is None
+    assert parse([]).real_drives
+    assert not parse(["--actuators", "ideal"]).real_drives
+    assert not parse(["--backend", "kinematic"]).real_drives
     with pytest.raises(UsageError, match="--actuators real: the kinematic body has no torques to limit"):
         parse(["--backend", "kinematic", "--actuators", "real"])
 
@@ -188,12 +187,10 @@ def test_spans_ask_for_what_makes_them(monkeypatch: pytest.MonkeyPatch) -> None:
         parse(["--spans"])
 
 
-@pytest.mark.parametrize("also", [["--backend", "kinematic"], ["--arm"], ["--fetch", "cup"], ["--sight"]])
+@pytest.mark.parametrize("also", [["--arm"], ["--fetch", "cup"], ["--sight"]])
 def test_another_robot_has_none_of_what_only_the_reference_body_has(also: list[str]) -> None:
     assert parse(["--robot", "go2"]).robot == "go2"
-    with pytest.raises(
-        UsageError, match="--robot: the kinematic body, the arm and the depth cameras are those of spot"
-    ):
+    with pytest.raises(UsageError, match="--robot: the arm and the depth cameras are those of spot"):
         parse(["--robot", "go2", *also])
 
 

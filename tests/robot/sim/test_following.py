@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from robot.hardware.body import MotorTargets
+from robot.model.robot import SPOT
 from robot.sim.following import chase, pushed_body
 from tests.robot.estimation.stance import HEIGHT, Swaying
 
@@ -47,7 +48,7 @@ def test_feet_that_roll_push_the_body_as_it_must_have_moved(vx: float, vy: float
     """The joint speeds are those of a body that goes there over feet that roll and do not slide."""
     truth = Swaying()
     truth.velocity, truth.turn = np.array((vx, vy, 0.0)), np.array((0.0, 0.0, wz))
-    pushed = pushed_body(truth.angles, truth.speeds)
+    pushed = pushed_body(truth.angles, truth.speeds, SPOT)
     assert (pushed.twist.vx, pushed.twist.vy, pushed.twist.wz) == pytest.approx((vx, vy, wz), abs=1e-9)
     assert pushed.height == pytest.approx(HEIGHT)
     assert pushed.contact == [True] * 4
@@ -60,7 +61,7 @@ def test_a_lifted_foot_neither_stands_nor_pushes(lift: float, foot: int) -> None
     speeds, angles = truth.speeds, truth.angles.copy()
     angles[3 * foot + 2] -= 8 * lift
     speeds[3 * foot : 3 * foot + 3] = (5.0, -7.0, 3.0)
-    pushed = pushed_body(angles, speeds)
+    pushed = pushed_body(angles, speeds, SPOT)
     assert pushed.contact == [leg != foot for leg in range(4)]
     assert (pushed.twist.vx, pushed.twist.vy, pushed.twist.wz) == pytest.approx((0.3, 0.1, 0.0), abs=1e-9)
 
@@ -71,7 +72,7 @@ def test_feet_that_disagree_push_by_least_squares() -> None:
         truth.velocity = np.array((vx, 0.0, 0.0))
         parts.append(truth.speeds)
     mixed = np.where(np.repeat([True, False, True, False], 3), *parts)
-    pushed = pushed_body(truth.angles, mixed)
+    pushed = pushed_body(truth.angles, mixed, SPOT)
     left = np.array([y for _, y in ((0.29785, 0.1658), (0.29785, -0.1658))])
     arms = 0.29785**2 + left[0] ** 2
     assert pushed.twist.vx == pytest.approx(0.3)
@@ -82,4 +83,4 @@ def test_a_body_that_leans_is_none_of_its_business() -> None:
     """It takes the body as level: the feet's places alone say which of them stand."""
     truth = Swaying()
     truth.rotation = Rotation.from_euler("x", 0.2)
-    assert pushed_body(truth.angles, np.zeros(12)).twist.vx == 0.0
+    assert pushed_body(truth.angles, np.zeros(12), SPOT).twist.vx == 0.0

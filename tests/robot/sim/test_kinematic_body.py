@@ -17,14 +17,17 @@ from robot.control.swing import swing_path
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Vector
 from robot.hardware.body import MotorTargets
+from robot.model.bodies import B2, GO2
 from robot.model.kinematics import feet, inverse
 from robot.model.legs import foot_velocities, leg_state
 from robot.model.modes import Mode
 from robot.model.parameters import FOOT_RADIUS, GRAVITY, MASS, SIT_HEIGHT, STAND_HEIGHT
+from robot.model.robot import RobotModel
 from robot.model.stance import NOMINAL, nominal_feet
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.sim.kinematic import KinematicBody
 from robot.sim.simulation import Simulation
+from tests.robot.control.test_other_bodies import X_LEGS
 from tests.robot.stage import floor
 
 EMPTY = floor(start=Pose2(1.0, -2.0, 0.5))
@@ -490,3 +493,19 @@ def test_obstacles_that_are_set_are_seen_and_touched_from_that_instant_and_nothi
     body.set_obstacles(())
     assert body.lidar()[ahead] == 10.0
     assert body.truth().touching == ()
+
+
+@pytest.mark.parametrize("model", [GO2, B2, X_LEGS], ids=lambda model: model.name)
+def test_another_robot_stands_at_its_height_and_walks_within_its_joint_limits(model: RobotModel) -> None:
+    body = KinematicBody(EMPTY, seed=1, noise=False, model=model)
+    assert body.truth().position[2] == pytest.approx(model.sit_height + model.foot_radius)
+    walk(body, 3.0, mode="stand", height=model.stand_height)
+    assert body.truth().position[2] == pytest.approx(model.stand_height + model.foot_radius, abs=1e-3)
+    speed = model.froude(0.1)
+    walk(body, 4.0, (speed, 0.0, 0.0), height=model.stand_height)
+    truth = body.truth()
+    assert hypot(truth.position[0] - EMPTY.start.x, truth.position[1] - EMPTY.start.y) == pytest.approx(
+        4.0 * speed, rel=0.1
+    )
+    assert body.not_achievable is None
+    assert feet(truth.joints, model)[:, 2].min() == pytest.approx(-model.stand_height, abs=1e-3)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose
 from robot.model.parameters import FOOT_RADIUS
+from robot.model.robot import SPOT
 from robot.model.stance import NOMINAL
 from robot.sim.stepping import Footwork
 
@@ -21,7 +22,7 @@ twists = st.builds(Twist2, st.floats(-0.4, 0.6), st.floats(-0.3, 0.3), st.floats
 
 
 def planted(pose: Pose2 = ORIGIN) -> Footwork:
-    feet = Footwork()
+    feet = Footwork(SPOT)
     feet.plant([(lambda p: (p.x, p.y))(compose(pose, Pose2(x, y))) for x, y in NOMINAL])
     return feet
 
