@@ -59,6 +59,7 @@ class Wakeup:
 
     def go_on(self, call: Callable[[Any], None], argument: Any) -> None:
         """Have `call(argument)` made before all calls that wait, in the next turn. To be called from within a call."""
+        self.end = 0.0
         self._waiting.appendleft((call, argument))
 
     def be_patient(self, patience: float) -> None:
@@ -105,14 +106,14 @@ class Wakeup:
     def _make_calls(self) -> None:
         # Cleared before the first call is taken: what is appended from here on either is seen below, or wakes the loop again.
         self._scheduled = False
-        self.end = end = time.perf_counter() + _SECONDS
+        self.end = time.perf_counter() + _SECONDS
         try:
             for _ in range(_CALLS):
                 if self._closed or not self._waiting:
                     return
                 call, argument = self._waiting.popleft()
                 call(argument)
-                if time.perf_counter() > end:
+                if time.perf_counter() > self.end:
                     return
         finally:  # also after a call that raised, which the loop reports
             if self._waiting and not self._closed:

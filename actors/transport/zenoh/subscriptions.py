@@ -14,6 +14,7 @@ from actors.transport.wakeup import Wakeup
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Contacts, Source
 from actors.transport.zenoh.library import keep_thread_state
+from actors.transport.zenoh.memory import LARGE
 from actors.transport.zenoh.traffic import Traffic
 
 _KEEP_ALL: Final = 1000
@@ -64,6 +65,8 @@ class Subscription:
         self._most = max(delivery.depth, _KEEP_ALL) if delivery.keep_all else 2 * delivery.depth + delivery.history
         self._room = threading.Event()
         self._hangs = False
+        self._large = False
+        """Whether the last sample was: it is handled before the next one is copied, so that its memory is still in the processor's cache then."""
         self._held = False
         """Whether a thread waits for room, or has given it up."""
         self._closed = False
@@ -133,7 +136,7 @@ class Subscription:
                     self._pass(sample, since)
                 else:
                     self._contacts.take(sample)
-                if perf_counter() > end:
+                if self._large or perf_counter() > end:
                     break
         finally:  # also after a `take` that raised, which the loop reports
             if left:
@@ -143,6 +146,7 @@ class Subscription:
         if self._closed:
             return
         payload = sample.payload.to_bytes()
+        self._large = len(payload) >= LARGE
         attached = sample.attachment
         attachment = b"" if attached is None else attached.to_bytes()
         self._traffic.received(sample, attachment, len(payload))
