@@ -70,6 +70,27 @@ def decode(cls: type[M], data: Bytes, *, wstrings: WStrings = "zenoh") -> M:
         raise CdrError(str(error)) from None
 
 
+def encoder(cls: type[M]) -> Callable[[M], bytes]:
+    """What `encode` does for messages of one type, but for the errors: it raises UnicodeEncodeError, where `encode` says which field it is."""
+    return _encoder(cls, "zenoh")
+
+
+def decoder(cls: type[M]) -> Callable[[bytes], M | None]:
+    """What `decode` does for messages of one type as they usually come. It returns None for all others, of which `decode` says what they are."""
+    read = _decoder(cls, "zenoh", "<")
+
+    def decoded(data: bytes) -> M | None:
+        if data.startswith(b"\x00\x01"):
+            try:
+                message: M = read(data, len(data))
+                return message
+            except (CdrError, struct.error, InterfaceError):
+                pass
+        return None
+
+    return decoded
+
+
 def _check_header(cls: type[Message], data: bytes) -> None:
     if len(data) < 4:
         raise CdrError(f"{cls.__ros_type__}: {len(data)} bytes are too few for a CDR header (4 bytes)")

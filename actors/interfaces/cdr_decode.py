@@ -164,7 +164,7 @@ class _Decoder:
         self.line(f"    j = i + {count}")
         self.line(f"    if j > e: TOO_LONG({where!r}, {count}, i, e)")
         # Others have been seen to leave out the NUL, and to send what is not UTF-8; rclpy reads both the same way.
-        self.line(f"    {text} = (d[i : j - 1] if d[j - 1] == 0 else d[i:j]).decode('utf-8', 'replace')")
+        self.line(f"    {text} = str(d[i : j - 1] if d[j - 1] == 0 else d[i:j], 'utf-8', 'replace')")
         self.line("    i = j")
         self.at = UNKNOWN
         return text

@@ -43,6 +43,7 @@ class _Encoder:
         self.size: int = 0  # of the run that is being collected, without the header
         self.listed = has_loop(cls)  # parts go to a list; without loops their number is known, and they are variables
         self.parts: list[str] = []
+        self.has_arrays = False
         self.count = 0
 
     def text(self, cls: type[Message]) -> str:
@@ -53,9 +54,11 @@ class _Encoder:
             self.line("add = parts.append")
         self.message(cls, "m")
         self.flush()
-        self.line("return JOIN(parts)" if self.listed else f"return JOIN(({', '.join(self.parts)},))")
-        if not self.listed and len(self.parts) == 1:
-            self.lines[-1] = f"    return {self.parts[0]}"
+        few = len(self.parts) < 3 and not self.has_arrays  # they have a sum of their own
+        together = " + ".join(self.parts) if few else f"JOIN(({', '.join(self.parts)},))"
+        self.line("return JOIN(parts)" if self.listed else f"return {together}")
+        if not any("-n &" in line for line in self.lines):  # nothing is aligned by the position
+            self.lines = [line for line in self.lines if not line.lstrip().startswith("n ")]
         return "\n".join(["def encode(m):", *self.lines])
 
     def line(self, text: str) -> None:
@@ -164,6 +167,7 @@ class _Encoder:
 
     def numbers(self, field: Field, value: str) -> None:
         """The elements of a numeric array: its memory as it is."""
+        self.has_arrays = True
         size = SIZES[CODES[field.type.base]]
         if field.type.array == "fixed":
             self.align(size)

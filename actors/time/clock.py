@@ -25,7 +25,7 @@ class Clock:
     It has no public constructor: `Node.clock` and `System.clock` are one.
     """
 
-    __slots__ = ("_epoch", "_has_cheap_sleep", "_loop", "_origin", "virtual")
+    __slots__ = ("_epoch", "_epoch_ns", "_has_cheap_sleep", "_loop", "_origin", "virtual")
 
     def __init__(self, loop: asyncio.AbstractEventLoop, *, virtual: bool) -> None:
         self._loop = loop
@@ -33,6 +33,7 @@ class Clock:
         self._origin = loop.time()
         epoch: float | None = getattr(loop, "epoch", None)
         self._epoch = epoch if epoch is not None else 0.0 if virtual else time.time()
+        self._epoch_ns = round(self._epoch * 1e9)
         self.virtual = virtual
 
     def __repr__(self) -> str:
@@ -62,15 +63,18 @@ class Clock:
 
     def wall_ns(self) -> int:
         """`wall()` in whole nanoseconds."""
-        return round(self._epoch * 1e9) + self.now_ns()
+        return self._epoch_ns + round(
+            (self._loop.time() - self._origin) * 1e9
+        )  # a message of another process costs one
 
     def wall_ns_at(self, now: float) -> int:
         """What `wall_ns()` was or will be when `now()` is `now`."""
-        return round(self._epoch * 1e9) + round(now * 1e9)
+        return self._epoch_ns + round(now * 1e9)
 
     def shift_wall(self, seconds: float) -> None:
         """Change the time of day by `seconds`, as a person or NTP does. `wall()` and stamps jump, `now()` does not."""
         self._epoch += seconds
+        self._epoch_ns = round(self._epoch * 1e9)
 
     def stamp(self, now: float | None = None) -> TimeMessage:
         """`wall()` as a ``builtin_interfaces/msg/Time`` for message headers; with `now`, the stamp of that instant."""

@@ -34,6 +34,10 @@ class Arrival:
         arrival._message, arrival._kind, arrival._cdr, arrival.sent_ns, arrival.since = None, kind, cdr, sent_ns, since
         return arrival
 
+    def decoded_as(self, message: Message) -> None:
+        """Take note of the object that somebody has made of it."""
+        self._message = message
+
     @property
     def message(self) -> Any:
         """The message as an object, always the same one. Raises `CdrError` if what was received is none."""

@@ -76,7 +76,7 @@ class HandlerSubscription(Subscription[M]):
             inbox.waiter = None
             if not waiter.done():
                 waiter.set_result(None)
-        elif inbox.watch is None:
+        elif inbox.watch is None and inbox.current is not None:
             inbox.wake()
 
     def take_over(self, node: Participant, handler: Handler[M]) -> None:

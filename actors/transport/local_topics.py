@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from actors.interfaces.cdr import encode
+from actors.interfaces.cdr import encode, encoder
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.qos import DEFAULT
@@ -18,6 +18,8 @@ from actors.transport.remote_topics import RemotePublisher, RemoteSubscription
 from actors.transport.types_here import type_info
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from actors.qos.policies import QoS
     from actors.topics.peers import SubscriptionPeer
     from actors.transport.local_side import LocalSide
@@ -48,6 +50,8 @@ class _Sender:
         self.endpoint = endpoint
         self._wall_ns = side.wall_ns
         self._put = endpoint.put
+        self._encode: Callable[[Any], bytes] | None = None
+        """Made for the first message: many publishers never send one."""
         self._sent = 0
         self.sent_bytes = 0
         self._unnumbered = publisher.count
@@ -63,16 +67,25 @@ class _Sender:
 
     def send(self, sent: Any) -> None:
         """The publisher's target. A message that cannot be encoded is lost, and its node says so."""
-        publisher = self.publisher
+        message = sent.message if self._expires else sent
+        if self._encode is None:
+            self._encode = encoder(type(message))
         try:
-            payload = encode(sent.message if self._expires else sent)
-        except CdrError as error:
-            publisher.node.warn("a message cannot be encoded", topic=publisher.entry.name, error=str(error))
+            payload = self._encode(message)
+        except UnicodeEncodeError:
+            self._unencodable(message)
             return
         # Messages that were not sent have numbers, too. The first term is for those kept from before, and for one published meanwhile.
-        self._sent = max(self._sent + 1, publisher.count - self._unnumbered)
+        self._sent = max(self._sent + 1, self.publisher.count - self._unnumbered)
         self.sent_bytes += len(payload)
         self._put(payload, self._sent, self._wall_ns())
+
+    def _unencodable(self, message: Any) -> None:
+        publisher = self.publisher
+        try:
+            encode(message)
+        except CdrError as error:
+            publisher.node.warn("a message cannot be encoded", topic=publisher.entry.name, error=str(error))
 
     def listen(self, wanted: bool) -> None:
         """Take note whether somebody listens, perhaps without being shown."""
@@ -113,7 +126,8 @@ class Topics:
         """(node, topic) -> a standard publisher that is shown and not open."""
         self._fed_by: dict[SubscriptionPeer, EndpointHere] = {}
         self._remote: dict[bytes, RemotePublisher | RemoteSubscription] = {}
-        """By GID."""
+        self._publishers: dict[bytes, RemotePublisher] = {}
+        """Those of other processes, by GID: all of them, and the publishers."""
         self._left: dict[bytes, dict[SubscriptionPeer, int]] = {}
         """By the GID of a publisher that is not there any more, and may only be out of reach: what each subscription had received last."""
 
@@ -200,8 +214,7 @@ class Topics:
         since: float | None,
     ) -> None:
         """See `protocol.Take`."""
-        found = self._remote.get(gid)
-        publisher = found if isinstance(found, RemotePublisher) else self._stranger(takers)
+        publisher = self._publishers.get(gid) or self._stranger(takers)
         publisher.arrived(number, source_time, payload, takers, since)
 
     def lost(self, subscription: SubscriptionPeer, messages: int) -> None:
@@ -227,7 +240,7 @@ class Topics:
             publisher = RemotePublisher(
                 node, entry, type, endpoint.qos, self._side, known, checks_qos=checks, judged=endpoint.alive
             )
-            self._remote[gid] = publisher
+            self._remote[gid] = self._publishers[gid] = publisher
             entry.add_publisher(publisher)
         else:
             subscription = RemoteSubscription(
@@ -241,6 +254,7 @@ class Topics:
         gid, entry = endpoint.gid, self._graph.topic(endpoint.name)
         peer = self._remote.pop(gid)
         if isinstance(peer, RemotePublisher):
+            del self._publishers[gid]
             if received := peer.received:
                 self._left[gid] = received
                 if len(self._left) > _MOST_LEFT:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.inbox.expiring import ExpiringMessage
+from actors.interfaces.cdr import decoder
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.qos.policies import Liveliness
@@ -28,12 +29,17 @@ _MOST_KEPT: Final = 10_000
 """So many messages of one publisher are kept at most, whatever it says of itself."""
 
 
+def _never(payload: bytes) -> None:
+    """What a publisher decodes with before it has an only match."""
+
+
 class _Match:
     """A matched subscription of this process, with what it has received of one publisher."""
 
-    __slots__ = ("numbers", "target", "undecoded", "unread")
+    __slots__ = ("numbers", "subscription", "target", "undecoded", "unread")
 
-    def __init__(self, target: Target, last: int | None) -> None:
+    def __init__(self, subscription: SubscriptionPeer, target: Target, last: int | None) -> None:
+        self.subscription = subscription
         self.numbers = Numbers(last)
         """Those of the messages that it has received."""
         self.target = target
@@ -58,6 +64,7 @@ class RemotePublisher:
       the same object.
     * `count` is the number of the newest message that has arrived, `carried_bytes` the size of all that has, and `missed` how many numbers
       were skipped since the first.
+    * `_only` is the match of the only subscription, if messages need nothing but to be decoded for it. It has the number of the newest message.
     """
 
     def __init__(
@@ -81,7 +88,8 @@ class RemotePublisher:
         self._known = known or {}
         self.carried_bytes = 0
         self.missed = 0
-        self.arrival: Arrival | None = None
+        self._passing: Arrival | tuple[bytes, MessageType, int, float | None, Any] | None = None
+        """What is being passed on: its object, or what it is made of."""
         self.kept: dict[int, Arrival] = {}
         self._order: list[int] = []
         """The numbers of `kept`, ascending."""
@@ -95,6 +103,9 @@ class RemotePublisher:
         self._shown_ns = self._now_ns()
         self._matched: dict[SubscriptionPeer, _Match | None] = {}
         self._taps: tuple[Callable[[Any], None], ...] = ()
+        self._only: _Match | None = None
+        self._plain = self._lifespan is None and not qos.transient_local
+        self._decode: Callable[[bytes], Any] = _never
 
     def __repr__(self) -> str:
         return f"<publisher of {self.entry.name} [{self.type.__ros_type__}] in {self.node.fqn}, elsewhere: {self.count} arrived>"
@@ -131,6 +142,20 @@ class RemotePublisher:
         self.carried_bytes += len(payload)
         if self._shows_itself:
             self._show_alive()
+        only = self._only
+        if (
+            only is not None
+            and number - 1 == (numbers := only.numbers).last
+            and len(subscriptions) == 1
+            and subscriptions[0] is only.subscription
+            and (decoded := self._decode(payload)) is not None  # else it is written in an unusual way, or is none
+        ):
+            numbers.last = self._numbers.last = number
+            only.unread = 0
+            self._passing = payload, only.subscription.type, source_time, since, decoded
+            only.target(decoded)
+            self._passing = None
+            return
         takers = [
             (each, match)
             for each in subscriptions
@@ -150,7 +175,7 @@ class RemotePublisher:
                 if not takers:
                     return
         wrapped = message if self._lifespan is None else self._expiring(message, source_time)
-        self.arrival = arrival
+        self._passing = arrival
         for subscription, match in takers:
             if (lost := match.numbers.take(number)) > match.unread:
                 subscription.count_lost(lost - match.unread)
@@ -159,12 +184,34 @@ class RemotePublisher:
                 match.target(wrapped)
             else:
                 match.undecoded(arrival)
-        self.arrival = None
+        self._passing = None
         if self._numbers.is_new(number):
             self.missed += self._numbers.take(number)
             if message is not None:
                 for tap in self._taps:
                     tap(message)
+        self._only = self._only_match(takers, number)
+
+    def _only_match(self, takers: list[tuple[SubscriptionPeer, _Match]], number: int) -> _Match | None:
+        """The match whose subscription alone takes the next message, after one with this number, and takes it as an object."""
+        _, match = takers[0]
+        if not self._plain or self._taps or len(self._matched) > 1 or match.undecoded is not None:
+            return None
+        if self._numbers.last != number:
+            return None
+        self._decode = decoder(match.subscription.type)
+        self.kept.clear()
+        self._order.clear()
+        return match
+
+    @property
+    def arrival(self) -> Arrival | None:
+        passing = self._passing
+        if isinstance(passing, tuple):
+            *received, message = passing
+            passing = self._passing = Arrival.received(*received)
+            passing.decoded_as(message)
+        return passing
 
     def _not_decoded(
         self, takers: list[tuple[SubscriptionPeer, _Match]], error: CdrError
@@ -186,7 +233,7 @@ class RemotePublisher:
         match = self._matched[subscription]
         if match is None:
             target = self.entry.target(self, subscription)
-            match = self._matched[subscription] = _Match(target, self._known.get(subscription))
+            match = self._matched[subscription] = _Match(subscription, target, self._known.get(subscription))
         return match
 
     def _arrival(self, number: int, payload: bytes, kind: MessageType, sent_ns: int, since: float | None) -> Arrival:
@@ -257,17 +304,20 @@ class RemotePublisher:
         """Do nothing, for the same reason."""
 
     def join(self, subscription: SubscriptionPeer) -> None:
-        self._matched[subscription] = None
+        self._matched[subscription] = self._only = None
 
     def part(self, subscription: SubscriptionPeer) -> None:
         self._matched.pop(subscription, None)
+        self._only = None
 
     def leave(self) -> tuple[SubscriptionPeer, ...]:
         subscriptions, self._matched = tuple(self._matched), {}
+        self._only = None
         return subscriptions
 
     def add_tap(self, tap: Callable[[Any], None]) -> None:
         self._taps += (tap,)
+        self._only = None
 
 
 class RemoteSubscription:

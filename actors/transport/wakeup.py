@@ -34,6 +34,8 @@ class Wakeup:
         self._loop = loop
         self.time = loop.time
         """The loop's clock, in seconds. From any thread."""
+        self.end = 0.0
+        """When a call that does many things has to leave the rest to `go_on`, in seconds of `time.perf_counter`."""
         self._waiting: deque[tuple[Callable[[Any], None], Any]] = deque()
         self._scheduled = False
         self._closed = False
@@ -54,6 +56,11 @@ class Wakeup:
     def post_patiently(self, call: Callable[[Any], None], argument: Any) -> None:
         """Like `post`, but the loop is not woken for it: somebody will look, by `look` or as between `be_patient` and `cease`."""
         self._waiting.append((call, argument))
+
+    def go_on(self, call: Callable[[Any], None], argument: Any) -> None:
+        """Have `call(argument)` made before all calls that wait, in the next turn. To be called from within a call."""
+        self.end = 0.0
+        self._waiting.appendleft((call, argument))
 
     def be_patient(self, patience: float) -> None:
         """Look for calls that wait, at the times of `next_look`, until `cease` is called with the same. On the loop's thread."""
@@ -99,14 +106,14 @@ class Wakeup:
     def _make_calls(self) -> None:
         # Cleared before the first call is taken: what is appended from here on either is seen below, or wakes the loop again.
         self._scheduled = False
-        end = time.perf_counter() + _SECONDS
+        self.end = time.perf_counter() + _SECONDS
         try:
             for _ in range(_CALLS):
                 if self._closed or not self._waiting:
                     return
                 call, argument = self._waiting.popleft()
                 call(argument)
-                if time.perf_counter() > end:
+                if time.perf_counter() > self.end:
                     return
         finally:  # also after a call that raised, which the loop reports
             if self._waiting and not self._closed:

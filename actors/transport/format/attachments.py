@@ -24,7 +24,7 @@ from actors.transport.format.gids import GID_SIZE
 
 _LAYOUT: Final = struct.Struct("<qqB16s")
 _NUMBERS: Final = struct.Struct("<qq")
-_WITHOUT_SIZE: Final = struct.Struct("<qqx16s")
+_unpack: Final = _LAYOUT.unpack_from
 ATTACHMENT_SIZE: Final = _LAYOUT.size
 """The size of an attachment without extension, in bytes."""
 
@@ -77,11 +77,13 @@ def attaching(gid: bytes, put: Callable[[bytes, bytes], None]) -> Callable[[byte
 
 def attached(data: bytes) -> tuple[int, int, bytes]:
     """The sequence number, the source time and the GID in the attachment of a message. Raises WireFormatError."""
-    if len(data) < ATTACHMENT_SIZE or data[16] != GID_SIZE:
-        raise refuse(
-            data, "an attachment", f"it has at least {ATTACHMENT_SIZE} bytes, of which number 16 is {GID_SIZE}"
-        )
-    return _WITHOUT_SIZE.unpack_from(data)
+    try:
+        number, time, size, gid = _unpack(data)
+        if size == GID_SIZE:
+            return number, time, gid
+    except struct.error:
+        pass
+    raise refuse(data, "an attachment", f"it has at least {ATTACHMENT_SIZE} bytes, of which number 16 is {GID_SIZE}")
 
 
 def parse_attachment(data: bytes) -> Attachment:

@@ -315,12 +315,13 @@ class KeyedParticipant:
 
     def _arriving(self, receiver: _Receiver, take: Take) -> Callable[[Sample], None]:
         def arrived(sample: Sample) -> None:
+            key, payload, attachment, since = sample
             try:
-                number, source_time, gid = attached(sample.attachment)
+                number, source_time, gid = attached(attachment)
             except WireFormatError as error:  # dropped, as in ROS 2
-                self._events.unreadable("an attachment cannot be read", sample.key, error, key=sample.key)
+                self._events.unreadable("an attachment cannot be read", key, error, key=key)
                 return
-            take(receiver.takers, gid, number, source_time, sample.payload, sample.since)
+            take(receiver.takers, gid, number, source_time, payload, since)
 
         return arrived
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 from actors.transport.keyed.protocol import BULK, Delivery
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Source
-from actors.transport.zenoh.library import direct, import_ext, import_zenoh
+from actors.transport.zenoh.library import bare, direct, import_ext, import_zenoh
 from actors.transport.zenoh.outlets import Publishers
 
 _PATIENCE: Final = 5.0
@@ -64,12 +64,12 @@ def declare_subscriber(
     zenoh, ext = import_zenoh(), import_ext()
     remote = zenoh.Locality.REMOTE
     if not delivery.history:
-        return session.declare_subscriber(key, direct(arrived), allowed_origin=remote)
+        return session.declare_subscriber(key, bare(arrived), allowed_origin=remote)
     recovery = ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
     subscriber: objects.Declared = ext.declare_advanced_subscriber(
         session,
         key,
-        direct(arrived),
+        bare(arrived),
         allowed_origin=remote,
         history=ext.HistoryConfig(detect_late_publishers=True, max_samples=delivery.history),
         recovery=recovery if delivery.reliable else None,

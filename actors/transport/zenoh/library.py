@@ -24,7 +24,13 @@ _CAUSES: Final = {
     "Network is unreachable": "no network leads there",
 }
 
-_thread = threading.local()
+
+class _Thread(threading.local):
+    kept = False
+    """Whether its Python state is kept."""
+
+
+_thread = _Thread()
 
 
 @cache  # it is asked for by every call
@@ -56,21 +62,27 @@ def direct(call: Callable[[Any], None], end: Callable[[], None] | None = None) -
     """
 
     def called(item: Any) -> None:
-        _keep_thread_state()
+        keep_thread_state()
         call(item)
 
     def ended() -> None:
-        _keep_thread_state()
+        keep_thread_state()
         if end is not None:
             end()
 
-    return import_zenoh().handlers.Callback(called, ended, indirect=False)
+    return bare(called, ended)
 
 
-def _keep_thread_state() -> None:
-    if not getattr(_thread, "kept", False):
+def bare(call: Callable[[Any], None], end: Callable[[], None] | None = None) -> Any:
+    """A `direct` handler whose `call` has to see to `keep_thread_state` itself, so that what is called often need not do so each time."""
+    return import_zenoh().handlers.Callback(call, end, indirect=False)
+
+
+def keep_thread_state() -> None:
+    """Let this thread of Zenoh have its Python state for as long as it lives."""
+    if not _thread.kept:
         _thread.kept = True
-        ctypes.pythonapi.PyGILState_Ensure()  # never released: from now on the thread has its state
+        ctypes.pythonapi.PyGILState_Ensure()  # never released
 
 
 def cannot_listen(endpoints: Sequence[str], error: BaseException) -> WireUnavailable:

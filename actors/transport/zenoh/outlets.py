@@ -34,7 +34,8 @@ class Outlet:
     Zenoh waits for a receiver that does not read if the payload is large, up to 50 ms, or if nothing may be dropped. Such samples go by way of a queue.
     KEEP_LAST drops the oldest of more samples than its depth.
 
-    Invariants: samples are put in their order: none directly while one is with the worker, `_handed != _done`. The loop alone writes
+    Invariants: `_direct` while samples are wanted and small ones need not wait. Samples are put in their order: none directly while one is with
+    the worker, `_handed != _done`. The loop alone writes
     `_handed`, the worker alone `_done`; they count bytes, and one for each sample.
     """
 
@@ -54,6 +55,7 @@ class Outlet:
         `soon` calls what it is given when the loss of a process, if that is why nobody listens, has been reported.
         """
         self._publishers = publishers
+        self._send = publishers.sends.put
         self._worker = worker
         self._traffic = traffic
         self._tell = wanted
@@ -68,6 +70,7 @@ class Outlet:
         self._closed = False
         self._matching: bool = publishers.plain.matching_status.matching
         self._wanted: bool = self._matching
+        self._direct = self._wanted and not self._waits
         handler = direct(lambda status: wakeup.post(self._matched, status.matching))
         self._listener = publishers.plain.declare_matching_listener(handler)
 
@@ -78,6 +81,13 @@ class Outlet:
 
     def put(self, payload: bytes, attachment: bytes) -> None:
         """Send one sample to all subscriptions of the key in other processes, and keep it if the outlet has history."""
+        if self._direct and self._handed == self._done and len(payload) < LARGE:
+            self._traffic.sent += len(payload)
+            try:
+                self._send(payload, attachment=attachment)
+            except import_zenoh().ZError:
+                self._traffic.unsent += 1
+            return
         if self._closed:
             return
         may_wait = False
@@ -93,6 +103,7 @@ class Outlet:
         """Put no more samples. Those that wait for the worker are sent."""
         if not self._closed:
             self._closed = True
+            self._direct = False
             self._listener.undeclare()
             self._worker.do(self._undeclare)
             self._forget(self)
@@ -107,6 +118,7 @@ class Outlet:
     def _show(self) -> None:
         if self._wanted != self._matching and not self._closed:
             self._wanted = self._matching
+            self._direct = self._wanted and not self._waits
             self._tell(self)
 
     def _hand_over(self, payload: bytes, attachment: bytes) -> None:
@@ -136,7 +148,7 @@ class Outlet:
 
     def _put(self, payload: bytes, attachment: bytes) -> None:
         try:
-            self._publishers.sends.put(payload, attachment=attachment)
+            self._send(payload, attachment=attachment)
         except import_zenoh().ZError:  # the session has been closed, or a limit of the user's access control forbids it
             self._traffic.unsent += 1
 

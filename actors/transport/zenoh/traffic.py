@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from typing import Final
 
 from actors.transport.protocol import Link
@@ -28,21 +28,25 @@ class Traffic:
         self.sent = 0
         self.unsent = 0
         """Samples that outlets have dropped."""
-        self._received: Counter[str] = Counter()
+        self._received: defaultdict[str, list[int]] = defaultdict(lambda: [0])
+        """The bytes of each session, in a list of one, which is shared with `_senders`."""
         self._lost: Counter[str] = Counter()
         self._before: dict[str, tuple[int, int]] = {}
-        self._senders: dict[bytes, str] = {}
+        self._senders: dict[bytes, list[int]] = {}
+        """By the identity of a sender, what has been received from its session."""
 
     def begin(self, session: str) -> None:
         """A link has come up."""
         self._before[session] = self.sent, self.unsent
-        self._received.pop(session, None)
+        self._received[session][0] = 0
         self._lost.pop(session, None)
 
     def received(self, sample: objects.Sample, attachment: bytes, size: int) -> None:
         """A sample of `size` bytes has arrived."""
-        sender = self._senders.get(attachment[_GID])  # asking the sample takes ten times as long
-        self._received[sender if sender is not None else self._learn(sample, attachment[_GID])] += size
+        try:
+            self._senders[attachment[_GID]][0] += size  # asking the sample takes ten times as long
+        except KeyError:
+            self._learn(sample, attachment[_GID])[0] += size
 
     def lost(self, sample: objects.Sample) -> None:
         """A sample that had arrived was dropped. From any thread."""
@@ -59,17 +63,17 @@ class Traffic:
             process.host if process else "",
             process.process if process else 0,
             self.sent - sent,
-            self._received[session],
+            self._received[session][0],
             self._lost[session] + self.unsent - unsent,
         )
 
-    def _learn(self, sample: objects.Sample, gid: bytes) -> str:
-        sender = _sender(sample)
+    def _learn(self, sample: objects.Sample, gid: bytes) -> list[int]:
+        received = self._received[_sender(sample)]
         if len(gid) == _GID.stop - _GID.start:
             if len(self._senders) >= _KNOWN:
                 self._senders.clear()
-            self._senders[gid] = sender
-        return sender
+            self._senders[gid] = received
+        return received
 
 
 def _sender(sample: objects.Sample) -> str:

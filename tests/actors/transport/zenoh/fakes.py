@@ -69,6 +69,7 @@ class FakePublisher:
     payloads: list[bytes] = field(default_factory=list[bytes])
     undeclared: int = 0
     handler: Any = None
+    refusal: Exception | None = None
 
     @property
     def matching_status(self) -> FakePublisher:
@@ -79,6 +80,8 @@ class FakePublisher:
         return FakePublisher()
 
     def put(self, payload: bytes, *, attachment: bytes | None = None) -> None:
+        if self.refusal is not None:
+            raise self.refusal
         self.payloads.append(payload)
 
     def undeclare(self) -> None:

@@ -118,11 +118,7 @@ async def test_what_may_not_be_dropped_is_dropped_when_64_megabytes_wait(monkeyp
 
 async def test_what_zenoh_refuses_is_counted() -> None:
     one = Sender(Delivery())
-
-    def refuse(payload: bytes, *, attachment: bytes | None = None) -> None:
-        raise zenoh.ZError("closed")
-
-    one.publisher.put = refuse  # type: ignore[method-assign]
+    one.publisher.refusal = zenoh.ZError("closed")
     one.put(b"1", LARGE)
     await one.finish()
 
