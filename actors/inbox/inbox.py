@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from actors.inbox.load import Load, Meter
 
 HOLDING_SECONDS = 0.5
-"""A handler that keeps other items waiting for longer than this, in seconds, is reported once (docs/concepts/concepts.md)."""
+"""A handler that keeps other items waiting for longer than this, in seconds, is reported once (docs/howto/inspect.md)."""
 
 STEP_SECONDS = 0.01
 """An item that runs for at least this long without an await, in seconds, is reported to `on_step`: it may have delayed a timer."""

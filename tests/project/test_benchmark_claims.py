@@ -14,7 +14,7 @@ from tests.benchmarks._claims import callbacks, graphs, latency
 from tests.benchmarks._wire import IMAGE, Work
 
 Figures: TypeAlias = dict[tuple[str, str, str], float]
-CLAIMS = (Path(__file__).parents[2] / "docs" / "reference" / "claims.md").read_text(encoding="utf-8")
+CLAIMS = (Path(__file__).parents[2] / "docs" / "reference" / "performance.md").read_text(encoding="utf-8")
 
 
 def figures(rows: Sequence[Row]) -> Figures:

@@ -29,7 +29,7 @@ SOURCES = {
     "actors": WHEEL["actors"],
     "cli": WHEEL["cli"],
     "robot": WHEEL["robot"],
-    "docs": {".md", ".png", ".svg", ".toml", ".css", ".js", ".json", ".webp"},
+    "docs": {".md", ".py", ".png", ".svg", ".toml", ".css", ".js", ".json", ".webp"},
     "tests": {".py", ".md", ".txt", ".json", ".toml", ".msg", ".srv", ".action", ".mjs", ".map", ".scen"},
     ".ci": {"run", "nightly", "vendor", ".json", ".ts", ".prettierignore"},
     ".": {"README.md", "CHANGELOG.md", "LICENSE", "pyproject.toml", ".gitignore", "PKG-INFO"},
@@ -125,7 +125,7 @@ def test_an_index_shows_a_readme_without_what_it_cannot_show(metadata: Message) 
     assert text.startswith("# robactor\n")
     assert "![" not in text
     assert "](" not in text.replace("](http", "")
-    assert "\n- Concepts: " in text
+    assert "**Concepts**: nodes and actors" in text
     assert "pip install robactor && .venv/bin/python -m robot run" in text
 
 

@@ -1,4 +1,4 @@
-"""The pages of docs/ are run: all Python blocks of a page, in order, as one program; its tests with a rig."""
+"""The pages of docs/ are run: all Python blocks of a page, in order, as one program; its tests with a rig. So are the examples of the reference."""
 
 from __future__ import annotations
 
@@ -24,18 +24,19 @@ START = DOCS / "start"
 PAGES = sorted(
     page.relative_to(DOCS).as_posix()
     for page in DOCS.rglob("*.md")
-    if page.parent != START and "```python" in page.read_text(encoding="utf-8")
-)
+    if page.parent != START and "```python\n" in page.read_text(encoding="utf-8")
+) + sorted(example.relative_to(DOCS).as_posix() for example in DOCS.rglob("*.py"))
 
 
 def program(page: str) -> dict[str, Any]:
-    """The page's blocks, run; line numbers are those of the page."""
+    """The page's blocks, run, or the example as a whole; line numbers are those of the file."""
     text = (DOCS / page).read_text(encoding="utf-8")
+    text = f"```python\n{text}```" if page.endswith(".py") else text
     module = ModuleType(f"docs.{page}")
     sys.modules[module.__name__] = module  # so that its classes can be pickled
     names = vars(module)
     for block in re.finditer(r"```python\n(.*?)```", text, re.DOTALL):
-        line = text[: block.start(1)].count("\n")
+        line = 0 if page.endswith(".py") else text[: block.start(1)].count("\n")
         exec(compile("\n" * line + block[1], str(DOCS / page), "exec"), names)
     return names
 
@@ -61,8 +62,8 @@ def test_the_page_runs_as_printed(page: str, tmp_path: Path) -> None:
 
 def test_the_cells_of_the_notebook_run_as_printed() -> None:
     """As a kernel runs them: one after another in one event loop, each awaited in a task of its own."""
-    text = (DOCS / "howto/how-do-i.md").read_text(encoding="utf-8")
-    names = dict(once("howto/how-do-i.md"))
+    text = (DOCS / "howto/jupyter.md").read_text(encoding="utf-8")
+    names = dict(once("howto/jupyter.md"))
     cells = re.findall(r"```python notebook\n(.*?)```", text, re.DOTALL)
     assert len(cells) == 3
 

@@ -1,4 +1,4 @@
-"""The diagrams of docs/concepts/concepts.md say what the code does: the states of a goal and of a child, and which qualities of service match."""
+"""The diagrams of docs/concepts/ say what the code does: the states of a goal and of a child, and which qualities of service match."""
 
 from __future__ import annotations
 
@@ -28,8 +28,13 @@ from actors.supervision.refs import ChildState
 from actors.testing import Rig
 from tests.site.markdown import blocks
 
-PAGE = Path(__file__).parents[2] / "docs" / "concepts" / "concepts.md"
-GOAL, QUALITY, CHILD = (code for language, code in blocks(PAGE.read_text(encoding="utf-8")) if language == "mermaid")
+CONCEPTS = Path(__file__).parents[2] / "docs" / "concepts"
+GOAL, QUALITY, CHILD = (
+    code
+    for page in ("topics-services-actions.md", "supervision.md")
+    for language, code in blocks((CONCEPTS / page).read_text(encoding="utf-8"))
+    if language == "mermaid"
+)
 ARROW = re.compile(r"^ *(\S+?)(?:\[.*?\])? --> (\w+)(?:\[.*?\])?(?:: (.*))?$", re.MULTILINE)
 
 

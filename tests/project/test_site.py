@@ -63,7 +63,11 @@ def pages_of(nav: Any) -> Iterator[str]:
 
 def test_every_document_has_its_place_in_the_contents_of_the_site() -> None:
     settings = tomllib.loads((ROOT / "docs" / "site.toml").read_text(encoding="utf-8"))["project"]
-    ours = {path.relative_to(ROOT / "docs").as_posix().replace("README.md", "index.md") for path in DOCUMENTS[2:]}
+    documents = [*(ROOT / "docs").rglob("*.md"), *(ROOT / "docs").rglob("*.py")]
+    ours = {
+        path.relative_to(ROOT / "docs").with_suffix(".md").as_posix().replace("README.md", "index.md")
+        for path in documents
+    }
     assert sorted(pages_of(settings["nav"])) == sorted([*ours, "index.md", "changelog.md", "reference/api/"])
 
 
@@ -103,7 +107,7 @@ def test_a_name_is_used_where_the_program_says_it_after_an_import() -> None:
 
 def test_the_sections_whose_examples_use_a_name_are_found() -> None:
     found = {(one.page, one.anchor) for one in examples()[("actors.qos", "COMMANDS")]}
-    assert ("docs/concepts/concepts.md", "contracts-are-typed-names") in found
+    assert ("docs/concepts/nodes.md", "contracts-are-typed-names") in found
 
 
 def test_faults_of_a_built_site_are_found(tmp_path: Path) -> None:

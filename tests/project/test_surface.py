@@ -150,7 +150,7 @@ def is_public(module: str) -> bool:
 
 
 def test_documents_import_from_public_places_only() -> None:
-    for path in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))):
+    for path in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), *(ROOT / "docs").rglob("*.py")):
         for module in re.findall(r"^\s*from (actors[\w.]*) import", path.read_text(encoding="utf-8"), re.MULTILINE):
             assert is_public(module), f"{path.name} imports from {module}"
 

@@ -33,14 +33,25 @@ class Example(NamedTuple):
 def examples() -> Mapping[Name, tuple[Example, ...]]:
     """The sections whose examples use a name, for each name that one uses."""
     found: dict[Name, dict[Example, None]] = {}
-    for path in sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]):
-        text = path.read_text(encoding="utf-8")
+    for path in sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "docs").rglob("*.py")]):
+        text = as_page(path)
         known = Imported()
         for block in BLOCK.finditer(text):
             *_, (_, title, anchor) = headlines(text[: block.start()])
             for name in names_used(block[1], known):
-                found.setdefault(name, {})[Example(path.relative_to(ROOT).as_posix(), title, anchor)] = None
+                place = path.relative_to(ROOT).with_suffix(".md").as_posix()
+                found.setdefault(name, {})[Example(place, title, anchor)] = None
     return {name: tuple(places) for name, places in found.items()}
+
+
+def as_page(path: Path) -> str:
+    """The text of a document. An example, `docs/reference/examples/NAME.py`, is a page whose title and text are its docstring."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".md":
+        return text
+    said = (ast.get_docstring(ast.parse(text)) or "").partition(": ")
+    code = text.partition('"""\n')[2].strip()
+    return f"# Example: {said[0].lower()}\n\n{said[2][:1].upper()}{said[2][1:]}\n\n```python\n{code}\n```\n"
 
 
 class Imported(dict[str, Name]):

@@ -16,7 +16,7 @@ from pathlib import Path
 from latex2mathml.converter import convert
 
 from tests.site.diagrams import THEMES, Diagram
-from tests.site.examples import examples
+from tests.site.examples import as_page, examples
 from tests.site.markdown import anchored, fenced, headlines, in_prose, relinked
 from tests.tools import reference
 from tests.tools.reference import ROBOT, SECTIONS
@@ -31,8 +31,9 @@ REFERENCE = "docs/reference/api.md"
 @cache
 def documents() -> dict[str, str]:
     """The text of every document, by its path from the top level."""
-    paths = [*(ROOT / name for name in FIRST), *sorted((ROOT / "docs").rglob("*.md"))]
-    found = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in paths}
+    docs = ROOT / "docs"
+    paths = [*(ROOT / name for name in FIRST), *sorted(docs.rglob("*.md")), *sorted(docs.rglob("*.py"))]
+    found = {path.relative_to(ROOT).with_suffix(".md").as_posix(): as_page(path) for path in paths}
     return {**found, REFERENCE: reference.page()}
 
 
@@ -70,7 +71,7 @@ class Places:
         elif path in FIRST:
             place = FIRST[path]
         elif path.startswith("docs/"):
-            place = path.removeprefix("docs/").replace("README.md", "index.md")
+            place = re.sub(r"\.py$", ".md", path.removeprefix("docs/")).replace("README.md", "index.md")
         else:
             return None
         return f"{place}#{anchor}" if anchor else place

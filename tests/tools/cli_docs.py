@@ -1,7 +1,7 @@
-"""`python -m tests.tools.cli_docs`: writes the generated parts of docs/reference/cli.md: the verbs, the exit codes, and the terminal of the tutorials.
+"""`python -m tests.tools.cli_docs`: writes the generated parts of the documents: the verbs, the exit codes, and what the doctor says.
 
-The transcript is what the commands of the five tutorials print here, word for word after the command's name, in their order. The nodes run in
-processes of their own. What differs from run to run (ids, times, measured figures) is masked when `tests/cli/test_docs.py` compares.
+It also writes tests/cli/transcript.md: what the commands of ROS 2's tutorials print here, in their order. The nodes run in processes of
+their own. What differs from run to run (ids, times, measured figures) is masked when `tests/cli/test_docs.py` compares.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -25,6 +25,8 @@ from cli.verb import Group
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "reference" / "cli.md"
+DOCTORS = ROOT / "docs" / "howto" / "nothing-arrives.md"
+TRANSCRIPT = ROOT / "tests" / "cli" / "transcript.md"
 WIDEST = 14
 """How many lines of an output are shown."""
 
@@ -48,7 +50,7 @@ class Scene(NamedTuple):
 
 SCENES = (
     Scene(
-        "D0: battery, sensor data, move to position",
+        "battery, sensor data, move to position",
         ("my_first_robot battery_server", "my_first_robot sensor_data_publisher", "my_first_robot move_action_server"),
         ("/battery_service_server", "/sensor_data_publisher", "/move_action_server"),
         (
@@ -71,7 +73,7 @@ SCENES = (
         ),
     ),
     Scene(
-        "D1: temperatures",
+        "temperatures",
         ("communication_demo sensor_simulator", "communication_demo processor"),
         ("/sensor_simulator", "/data_processor"),
         (
@@ -82,7 +84,7 @@ SCENES = (
         ),
     ),
     Scene(
-        "D2: the humanoid lab",
+        "the humanoid lab",
         ("humanoid_control sensor_simulator", "humanoid_control planner", "humanoid_control motor_controller"),
         ("/sensor_simulator", "/planner", "/motor_controller"),
         (
@@ -101,7 +103,7 @@ SCENES = (
         ),
     ),
     Scene(
-        "D2: parameters",
+        "parameters",
         ("control motor_node", "my_package my_node --ros-args -r old_topic:=new_topic"),
         ("/motor_controller", "/minimal_node"),
         (
@@ -111,7 +113,7 @@ SCENES = (
         ),
     ),
     Scene(
-        "D3: services and the arm",
+        "services and the arm",
         ("my_robot_pkg service_server", "robot_arm_control position_service", "robot_arm_control move_arm_server"),
         ("/minimal_service", "/position_service", "/move_arm_server"),
         (
@@ -121,7 +123,7 @@ SCENES = (
         ),
     ),
     Scene(
-        "D4: talker, IMU and robot controller",
+        "talker, IMU and robot controller",
         ("my_robot_controller imu_publisher", "my_robot_controller robot_controller"),
         ("/imu_publisher", "/robot_controller"),
         (
@@ -154,15 +156,17 @@ DOCTOR = Scene(
 
 
 def main() -> None:
-    """Write the generated parts of the page."""
-    page = written(PAGE.read_text(encoding="utf-8"), transcript(), transcript([DOCTOR]))
-    PAGE.write_text(page, encoding="utf-8")
-    print(f"{PAGE.relative_to(ROOT)} is written")
+    """Write them."""
+    generated = {PAGE: {"verbs": verbs(), "exit codes": codes()}, DOCTORS: {"doctor": transcript([DOCTOR])}}
+    for path, parts in generated.items():
+        path.write_text(written(path.read_text(encoding="utf-8"), parts), encoding="utf-8")
+    TRANSCRIPT.write_text(transcript(), encoding="utf-8")
+    print("written: " + ", ".join(path.relative_to(ROOT).as_posix() for path in (*generated, TRANSCRIPT)))
 
 
-def written(page: str, terminal: str, doctor: str) -> str:
+def written(page: str, parts: Mapping[str, str]) -> str:
     """The page with its generated parts."""
-    for name, text in (("verbs", verbs()), ("exit codes", codes()), ("doctor", doctor), ("transcript", terminal)):
+    for name, text in parts.items():
         begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
         before, _, rest = page.partition(begin)
         page = f"{before}{begin}\n{text}\n{end}{rest.partition(end)[2]}"

@@ -19,13 +19,20 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "start"
-PAGES = ("first-node.md", "topics.md", "services-actions-parameters.md", "lifecycle-launch-supervision.md", "robot.md")
+PAGES = (
+    "first-node.md",
+    "first-test.md",
+    "topics.md",
+    "services-actions-parameters.md",
+    "lifecycle-launch-supervision.md",
+    "robot.md",
+)
 PATIENCE = 60.0
 ELSEWHERE = "(another terminal) "
 
@@ -38,10 +45,18 @@ def blocks(text: str) -> list[tuple[str, str]]:
     return _BLOCK.findall(text)
 
 
-def played(text: str) -> str:
-    """The page with what its commands print now."""
+def earlier(page: str) -> Iterator[str]:
+    """The files that a reader has saved on the pages before this one."""
+    for name in PAGES[: PAGES.index(page)]:
+        yield from (body for kind, body in blocks((FOLDER / name).read_text(encoding="utf-8")) if kind != "text")
+
+
+def played(text: str, files: Iterable[str] = ()) -> str:
+    """The page with what its commands print now, in a folder with these files."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         reader = Reader(Path(folder), stack)
+        for body in files:
+            reader.save(body)
 
         def block(match: re.Match[str]) -> str:
             kind, body = match.groups()
@@ -88,7 +103,9 @@ class Reader:
         return "\n".join(lines).rstrip() + "\n"
 
     def _words(self, line: str) -> list[str]:
-        return [sys.executable if word == "python" else word for word in shlex.split(line)]
+        programs = {"python": [sys.executable], "robactor": [sys.executable, "-m", "robot"]}
+        first, *rest = shlex.split(line)
+        return [*programs[first], *rest]
 
     def _start(self, line: str) -> None:
         """Run it beside; go on when the graph has more nodes than before."""
@@ -193,7 +210,7 @@ def main(names: Sequence[str]) -> None:
     """Write the pages."""
     for name in names or PAGES:
         path = FOLDER / name
-        path.write_text(played(path.read_text(encoding="utf-8")), encoding="utf-8")
+        path.write_text(played(path.read_text(encoding="utf-8"), earlier(name)), encoding="utf-8")
         print(f"{path.relative_to(ROOT)} is written", flush=True)
 
 

@@ -324,8 +324,8 @@ def test_a_message_in_itself_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_command_of_the_docs_does_what_the_docs_say(tmp_path: Path) -> None:
-    page = (Path(__file__).parents[3] / "docs/howto/how-do-i.md").read_text(encoding="utf-8")
-    section = page.partition("## Declare messages of my own")[2].partition("\n## ")[0]
+    page = (Path(__file__).parents[3] / "docs/howto/messages.md").read_text(encoding="utf-8")
+    section = page.partition("## From definition files")[2].partition("\n## ")[0]
     layout = re.search(r"```text\n(.*?)```", section, re.DOTALL)
     command = re.search(r"```sh\npython (.*?)\n```", section)
     imported, beside = re.findall(r"`(from \S+ import Reading)`", section)

@@ -21,7 +21,7 @@ from tests.cli.web.browsing import Browsing, browsing, node, until
 
 pytestmark = [pytest.mark.browser]
 
-README = Path(__file__).parents[3] / "README.md"
+WEB = Path(__file__).parents[3] / "docs" / "howto" / "web.md"
 RQT = {"rqt_graph": "graph", "rqt_console": "console", "rqt_plot": "plot", "rqt_reconfigure": "parameters"}
 SPOKEN = Topic(String, "/spoken", qos.SENSOR_DATA)
 HEARD = Topic(String, "/spoken", qos.DEFAULT)
@@ -129,12 +129,12 @@ async def test_a_field_of_200_messages_a_second_is_plotted_without_a_gap() -> No
 async def test_each_of_rqts_tools_has_a_pane_that_says_so_and_a_command_in_the_readme() -> None:
     async with browsing(tree=Supervisor("tree", children=[Child(Driver)])) as visit:
         await visit.open("console")
-        readme = await anyio.Path(README).read_text(encoding="utf-8")
+        page_of_docs = await anyio.Path(WEB).read_text(encoding="utf-8")
         for tool, pane in RQT.items():
             tab = visit.page.get_by_title(f"Instead of {tool}")
             await tab.click()
             await expect(visit.page.locator(f".{pane}")).to_be_visible()
-            assert f"replaces `{tool}`" in readme
+            assert f"replaces `{tool}`" in page_of_docs
 
 
 async def test_a_parameter_is_changed_and_a_value_that_is_none_is_refused_with_the_reason() -> None:

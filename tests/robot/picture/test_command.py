@@ -144,4 +144,4 @@ def test_the_pictures_of_the_documents_are_ours_and_small(name: str) -> None:
     assert len(data) < 400_000
     assert decoded(data).shape == (675, 1200, 3)
     pages = [page.read_text(encoding="utf-8") for page in (*DOCS.rglob("*.md"), DOCS.parent / "README.md")]
-    assert any(f"python -m robot picture docs/{name}" in page for page in pages)
+    assert any(f"robactor picture docs/{name}" in page for page in pages)

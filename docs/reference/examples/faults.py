@@ -1,17 +1,17 @@
-# Faults and failed tests, in full
+"""Faults of scenarios, and what a failed test says."""
 
-The kinds of faults that a scenario may draw, as [A thousand ways it may go](scenarios.md) uses them, and what a failed test says. Every block on this page is run by the test
-suite, from top to bottom.
+import asyncio
+import threading
 
-## Faults are values
-
-`draw` chooses from the kinds that are allowed, by a seed and by what a run without faults has shown to be there; every third seed has none. A fault has a text, which `--scenario-replay` takes:
-
-```python
+from actors import Node, Topic, every
+from actors.interfaces.std_msgs.msg import Int32
+from actors.testing import Deadlock, ExpectedFailure, Leak, Livelock, Probe, Rig, Stalled, UnexpectedFailure, VirtualLoop
 from actors.testing.faults import (
     ALL, KINDS, NETWORK, ClockJump, ClockOffset, Crash, Cut, Delay, Duplicate, Fault, Freeze, HostCrash, Kind, LinkDelay, LinkDuplicate,
     LinkLoss, LinkReorder, Lose, NotANumber, Possible, Profile, Reorder, RouterStop, SlowHandler, SlowStart, SlowStep, draw, parse,
 )
+
+# -- faults are values
 
 (late,) = parse("delay:/scan>/planner#12+0.25")
 assert late == Fault("delay", "/scan>/planner", nth=12, by=0.25) and str(late) == "delay:/scan>/planner#12+0.25"
@@ -27,18 +27,8 @@ assert {type(one) for one in (*messages, *nodes, *network)} == {type(one) for on
 assert draw(messages, 1, seen) == draw(messages, 1, seen)  # the same seed, the same faults
 kinds: set[Kind] = {fault.kind for seed in range(200) for fault in draw(messages, seed, seen)}
 assert kinds == {"lose", "delay", "duplicate", "swap", "freeze", "nan"} <= {*KINDS}
-```
 
-## What a failed test says
-
-A rig fails a test for what the test has not asked about: a node that has failed, something left over, waiting for what will never come.
-
-```python
-import asyncio
-
-from actors import Node, Topic, every
-from actors.interfaces.std_msgs.msg import Int32
-from actors.testing import Deadlock, ExpectedFailure, Livelock, Probe, Rig, UnexpectedFailure, VirtualLoop
+# -- what a failed test says
 
 COUNT = Topic(Int32, "count")
 
@@ -72,13 +62,6 @@ async def test_a_probe_hears_all_that_is_published(rig: Rig) -> None:
     rig.publish(COUNT, Int32(data=1))
     await rig.quiet()
     assert heard.last == Int32(data=1) and len(heard) == 1
-```
-
-What is left when the system has ended fails the test, too; the fixture closes its rig, here the test does it:
-
-```python
-from actors.testing import Leak
-
 
 class Forgetful(Node):
     async def on_start(self) -> None:
@@ -96,13 +79,7 @@ async def test_a_task_that_outlives_its_node_is_found(rig: Rig) -> None:
     else:
         raise AssertionError("it must be told")
     task.cancel()
-```
 
-The virtual loop can be used without a rig. What would hang a test on a real loop raises an error there: `Deadlock` if nothing is left that could end a wait,
-`Livelock` if callbacks, or sockets for a minute of real time, keep time from moving, and `Stalled` if a thread, a process or a socket does not answer within
-`patience` seconds of real time.
-
-```python
 async def waits_for_nobody() -> None:
     await asyncio.get_running_loop().create_future()
 
@@ -123,12 +100,6 @@ for program, error in ((waits_for_nobody, Deadlock), (goes_in_circles, Livelock)
             print(str(told).splitlines()[0])
         else:
             raise AssertionError(error)
-```
-
-```python
-import threading
-
-from actors.testing import Stalled
 
 gate = threading.Event()
 
@@ -150,4 +121,3 @@ with asyncio.Runner(loop_factory=VirtualLoop) as runner:
         assert "thread running Event.wait" in str(told)
     else:
         raise AssertionError("it must be told")
-```
