@@ -95,7 +95,7 @@ class Following(Generic[F]):
 class Goal(Generic[R, F]):
     """One goal, from the side of its client::
 
-        async with self.start(MOVE, MoveToPosition.Goal(target_x=3.0)) as goal:
+        async with self.send_goal(MOVE, MoveToPosition.Goal(target_x=3.0)) as goal:
             async for feedback in goal: ...
             result = await goal
 
@@ -105,7 +105,7 @@ class Goal(Generic[R, F]):
     repeatedly and by several tasks. A goal that has succeeded in another process which did not keep the result until it could be fetched
     raises `GoalAborted`, too, because there is nothing to return; `ended` gives its true status.
 
-    It has no public constructor: `Node.start` gives one.
+    It has no public constructor: `Node.send_goal` gives one.
     """
 
     # Invariant: `_sent` is None until a server has accepted the goal. From then on it is always the same object.

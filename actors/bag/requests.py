@@ -95,7 +95,7 @@ class Requests:
         await self._node.call(service, request, timeout=TIMEOUT)
 
     async def _start(self, action: Action[Any, Any, Any], goal: Any) -> None:
-        async with self._node.start(action, goal, timeout=TIMEOUT) as running:
+        async with self._node.send_goal(action, goal, timeout=TIMEOUT) as running:
             await running.ended()
 
 

@@ -8,7 +8,7 @@
         print(node.call(BATTERY, GetBatteryStatus.Request(robot_id="robot_01")))
         node.publish(CMD_VEL, Twist())
         scan = node.next(SCAN, timeout=2.0)
-        with node.start(MOVE, MoveToPosition.Goal(target_x=3.0)) as goal:
+        with node.send_goal(MOVE, MoveToPosition.Goal(target_x=3.0)) as goal:
             for feedback in goal:
                 print(feedback)
             result = goal.result()

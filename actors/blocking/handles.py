@@ -80,7 +80,7 @@ class BlockingStream(Generic[M]):
 class BlockingGoal(Generic[R, F]):
     """One goal for a thread: enter it, iterate it for feedback, and wait for its `result()`; see `Goal`.
 
-    It has no public constructor: `BlockingNode.start` gives one.
+    It has no public constructor: `BlockingNode.send_goal` gives one.
     """
 
     def __init__(self, do: Do, goal: Goal[R, F]) -> None:
@@ -96,14 +96,14 @@ class BlockingGoal(Generic[R, F]):
         return self._goal.status
 
     def __enter__(self) -> BlockingGoal[R, F]:
-        self._do(lambda _: self._goal.__aenter__(), "`async with node.start(...) as goal`")
+        self._do(lambda _: self._goal.__aenter__(), "`async with node.send_goal(...) as goal`")
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            self._do(lambda _: self._goal.__aexit__(kind, error, trace), "`async with node.start(...) as goal`")
+            self._do(lambda _: self._goal.__aexit__(kind, error, trace), "`async with node.send_goal(...) as goal`")
         except ActorError:
             if error is None:  # else the error of the block is raised
                 raise

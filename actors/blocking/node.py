@@ -21,6 +21,7 @@ from actors.logs import LogSink, structlog_sink
 from actors.running import run as running
 from actors.running.signals import SigtermExit, exit_on_sigterm
 from actors.running.trees import tree_of
+from actors.runtime.habits import Missing
 from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.system import system_here
 
@@ -258,16 +259,19 @@ class BlockingNode:
 
         return self._do(work, "`await node.subscribe(topic).next()`")
 
-    def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> BlockingGoal[R, F]:
+    if not TYPE_CHECKING:
+        start = Missing("start", ": a goal is sent by `with node.send_goal(ACTION, goal) as goal`")
+
+    def send_goal(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> BlockingGoal[R, F]:
         """A goal, to be entered by ``with``. `timeout`, in seconds, limits the wait for its acceptance; its execution has no limit.
 
         Entering raises `ActionUnavailable` and `GoalRejected`. Leaving cancels a goal that still runs, and waits for its clean-up.
         """
 
         async def work(node: Node) -> Goal[R, F]:
-            return node.start(action, goal, timeout=timeout)
+            return node.send_goal(action, goal, timeout=timeout)
 
-        return BlockingGoal(self._do, self._do(work, "`async with node.start(...) as goal`"))
+        return BlockingGoal(self._do, self._do(work, "`async with node.send_goal(...) as goal`"))
 
     def run_goal(
         self,
@@ -286,7 +290,7 @@ class BlockingNode:
         turns: SimpleQueue[tuple[F, Future[None]] | None] = SimpleQueue()
 
         async def work(node: Node) -> R:
-            async with node.start(action, goal, timeout=timeout) as running:
+            async with node.send_goal(action, goal, timeout=timeout) as running:
                 if on_feedback is not None:
                     async for feedback in running:
                         taken: Future[None] = Future()
@@ -294,7 +298,7 @@ class BlockingNode:
                         await asyncio.wrap_future(taken)
                 return await running
 
-        future = self._begin(work, "`async with node.start(...) as goal`")
+        future = self._begin(work, "`async with node.send_goal(...) as goal`")
         future.add_done_callback(lambda _: turns.put(None))
         try:
             while on_feedback is not None and (turn := turns.get()) is not None:

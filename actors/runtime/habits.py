@@ -1,4 +1,4 @@
-"""The names of rclpy's `Node` that are missing here: reading one raises an error that says what to write instead."""
+"""The names of rclpy's `Node` that are missing here, and old names: reading one raises an error that says what to write instead."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _DESTROY: Final = "what a node has ends with it; self.stop() ends the node itsel
 _GRAPH: Final = "graph_of(self) has it; system.snapshot() shows all nodes, topics, services and actions"
 _COUNT: Final = "call it on graph_of(self); self.subscription(TOPIC).publisher_count counts those that match"
 _CALL: Final = "no client is made: `answer = await self.call(SERVICE, request)`"
-_GOAL: Final = "no client is made: `async with self.start(ACTION, goal) as goal`"
+_GOAL: Final = "no client is made: `async with self.send_goal(ACTION, goal) as goal`"
 _GROUPS: Final = "a node's handlers run one after another; write concurrent=n on those that wait"
 _SERVE: Final = "write @SERVICE.serve() above an async method, or call self.serve(SERVICE, handler)"
 
@@ -42,7 +42,6 @@ _REMEDIES: Final[dict[str, str]] = {
     "wait_for_service": "call `await self.wait_for(SERVICE, timeout=5.0)`; a call waits for its server, too",
     "wait_for_server": "call `await self.wait_for(ACTION, timeout=5.0)`; a goal waits for its server, too",
     "call_async": "call `await self.call(SERVICE, request)`",
-    "send_goal": _GOAL,
     "send_goal_async": _GOAL,
     "publish": "publish by the attribute of `cmd = publishes(TOPIC)`: self.cmd(message)",
     "destroy_node": _DESTROY,
@@ -113,30 +112,29 @@ _REMEDIES: Final[dict[str, str]] = {
 
 
 class NotHere(AttributeError):
-    """A name of rclpy that a node does not have; the text says what to write instead."""
+    """A name of rclpy, or an old one, that an object does not have; the text says what to write instead."""
 
 
-class _Missing:
-    """A descriptor for a missing name: reading it raises `NotHere`, ``hasattr`` is False, and a node class may define the name."""
+class Missing:
+    """A descriptor for a missing name: reading it raises `NotHere`, ``hasattr`` is False, and a class below may define the name."""
 
-    __slots__ = ("name",)
+    __slots__ = ("name", "remedy")
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, remedy: str) -> None:
         self.name = name
+        self.remedy = remedy
 
     def __get__(self, instance: object, owner: type) -> NoReturn:
-        raise NotHere(
-            f"{owner.__name__} has no {self.name!r}, which is rclpy's: {_REMEDIES[self.name]}; see docs/start/from-rclpy.md",
-            name=self.name,
-        )
+        raise NotHere(f"{owner.__name__} has no {self.name!r}{self.remedy}", name=self.name)
 
 
 class Habits:
     """The base of `Node` with rclpy's names. Descriptors, because a `__getattr__` would slow down every attribute of every node."""
 
     def __dir__(self) -> list[str]:
-        return [name for name in super().__dir__() if not isinstance(vars(Habits).get(name), _Missing)]
+        return [name for name in super().__dir__() if not isinstance(vars(Habits).get(name), Missing)]
 
 
-for _name in _REMEDIES:
-    setattr(Habits, _name, _Missing(_name))
+for _name, _remedy in _REMEDIES.items():
+    setattr(Habits, _name, Missing(_name, f", which is rclpy's: {_remedy}; see docs/start/from-rclpy.md"))
+setattr(Habits, "start", Missing("start", ": a goal is sent by `async with self.send_goal(ACTION, goal) as goal`"))  # noqa: B010

@@ -250,13 +250,13 @@ class Node(Habits):
         """
         await _life_of(self).endpoints.wait_for(contracts, timeout)
 
-    def start(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
+    def send_goal(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
         """A goal, to be entered with ``async with``; `timeout` (5 s) bounds the wait for its acceptance, nothing its execution.
 
         The timeout, in seconds, is on the event loop's clock, as that of `call`. Entering raises `ActionUnavailable` when the goal has not
         been accepted by then, and `GoalRejected` when it is rejected.
         """
-        check_timeout(f"{self.fqn}.start({action!r})", timeout)
+        check_timeout(f"{self.fqn}.send_goal({action!r})", timeout)
         return _life_of(self).endpoints.goal(action, goal, timeout)
 
     def on(

@@ -87,7 +87,7 @@ async def retry(
     """Call the service, or run the goal to its end, at most `attempts` times, and return the answer of the first attempt that succeeds.
 
     An attempt is repeated only after an error in `on`, and after the delay of `backoff` on the node's clock (its jitter is from the
-    node's `rng`). `timeout`, in seconds, applies to each attempt, as for `Node.call` and `Node.start`. Every failed attempt is logged
+    node's `rng`). `timeout`, in seconds, applies to each attempt, as for `Node.call` and `Node.send_goal`. Every failed attempt is logged
     and given to `on_failure`. The error of the last one is raised, with a note of the number of attempts and their duration. A request
     that timed out may have been served, and an aborted goal may have done a part of its work: use this for work that may be done twice.
 
@@ -124,7 +124,7 @@ async def retry(
 async def _run(
     node: Node, action: Action[G, R, F], goal: G, timeout: float, on_feedback: Callable[[F], object] | None
 ) -> R:
-    async with node.start(action, goal, timeout=timeout) as running:
+    async with node.send_goal(action, goal, timeout=timeout) as running:
         if on_feedback is not None:
             async for feedback in running:
                 on_feedback(feedback)

@@ -28,6 +28,7 @@ from actors.places import awaited_in
 from actors.qos import of
 from actors.running.options import options_of
 from actors.running.trees import tree_of
+from actors.runtime.habits import Missing
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.runtime.placement import HERE, Placement
@@ -318,9 +319,12 @@ class Rig:
         """Call a service and return the response. Raises what `Node.call` raises."""
         return await self.me.call(service, request, timeout=timeout)
 
-    async def start_goal(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
+    if not TYPE_CHECKING:
+        start_goal = Missing("start_goal", ": a goal is sent by `await rig.send_goal(ACTION, goal)`")
+
+    async def send_goal(self, action: Action[G, R, F], goal: G, *, timeout: float = GOAL_TIMEOUT) -> Goal[R, F]:
         """Send a goal and return when it is accepted. Raises `GoalRejected` or `ActionUnavailable`."""
-        handle = self.me.start(action, goal, timeout=timeout)
+        handle = self.me.send_goal(action, goal, timeout=timeout)
         await handle.send()
         return handle
 

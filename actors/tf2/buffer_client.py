@@ -140,7 +140,7 @@ class BufferClient:
         patience = seconds + self._padding
         goal = goal.replace(timeout=Duration(seconds=seconds).to_msg())
         try:
-            async with asyncio.timeout(patience), self._node.start(self._action, goal, timeout=patience) as asked:
+            async with asyncio.timeout(patience), self._node.send_goal(self._action, goal, timeout=patience) as asked:
                 result = await asked
         except (ActionUnavailable, TimeoutError) as error:
             raise TimeoutException(

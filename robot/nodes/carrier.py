@@ -84,7 +84,7 @@ class Carrier(Node):
         delivery, stage = self._delivery, ""
         target = _pose(delivery.about)
         if delivery.to is None:
-            async with self.start(
+            async with self.send_goal(
                 NAVIGATE_AND_GRAB, NavigateAndGrab.Goal(object_name=delivery.name, target_pose=target)
             ) as grabbing:
                 async for told in grabbing:
@@ -92,7 +92,7 @@ class Carrier(Node):
                 await grabbing
             return
         goal = FetchAndCarry.Goal(object_name=delivery.name, target_pose=target, place_pose=_pose(delivery.to))
-        async with self.start(FETCH_AND_CARRY, goal) as carrying:
+        async with self.send_goal(FETCH_AND_CARRY, goal) as carrying:
             async for carried in carrying:
                 stage = self._say(stage, carried.stage)
             await carrying

@@ -300,7 +300,7 @@ class Docking(Node):
         target = compose(self._dock, BEFORE)
         goal = NavigateToPose.Goal(pose=pose_stamped(target, self.clock.stamp()))
         try:
-            async with self.start(NAVIGATE_TO_POSE, goal) as going:
+            async with self.send_goal(NAVIGATE_TO_POSE, goal) as going:
                 async for feedback in going:
                     yield Dock.Feedback(stage=Stage.GOING.value, distance_remaining=feedback.distance_remaining)
                 await going

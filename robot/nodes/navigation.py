@@ -221,7 +221,7 @@ class Navigation(Node):
 
     async def _walk_to(self, pose: PoseStamped) -> None:
         try:
-            async with self.start(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=pose)) as going:
+            async with self.send_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=pose)) as going:
                 await going
         except ActorError as error:
             why = getattr(error, "reason", "") or str(error)

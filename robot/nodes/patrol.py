@@ -138,11 +138,11 @@ class Patrol(Node):
 
     async def _walk(self, goal: Pose2) -> None:
         request = NavigateToPose.Goal(pose=pose_stamped(goal, self.clock.stamp()))
-        async with self.start(NAVIGATE_TO_POSE, request) as handle:
+        async with self.send_goal(NAVIGATE_TO_POSE, request) as handle:
             await handle
 
     async def _onto_dock(self) -> None:
-        async with self.start(DOCK, Dock.Goal()) as handle:
+        async with self.send_goal(DOCK, Dock.Goal()) as handle:
             await handle
 
     async def _try(self, name: str, goal: Pose2, errand: Awaitable[None]) -> bool:
@@ -186,7 +186,7 @@ class Patrol(Node):
             await self.clock.sleep(1.0)
         await self._stand()
         try:
-            async with self.start(UNDOCK, Dock.Goal()) as leaving:
+            async with self.send_goal(UNDOCK, Dock.Goal()) as leaving:
                 await leaving
         except ActorError as error:
             self.log.warning("did not leave the dock", why=str(error))

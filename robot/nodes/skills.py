@@ -135,7 +135,7 @@ class Skills:
         await self.stow()
         request = NavigateToPose.Goal(pose=pose_stamped(goal, self._node.clock.stamp()))
         try:
-            async with self._node.start(NAVIGATE_TO_POSE, request) as handle:
+            async with self._node.send_goal(NAVIGATE_TO_POSE, request) as handle:
                 stalled = Stalled()
                 async for feedback in handle:
                     yield feedback.distance_remaining
@@ -159,7 +159,7 @@ class Skills:
         """Move the arm; returns where its joints really are then, rad."""
         self._stowed = False
         try:
-            async with self._node.start(MOVE_ARM, MoveArm.Goal(target_angles=angles)) as handle:
+            async with self._node.send_goal(MOVE_ARM, MoveArm.Goal(target_angles=angles)) as handle:
                 result = await handle
         except (GoalRejected, GoalAborted, GoalCanceled) as error:
             raise TaskFailed("arm", error.reason) from error

@@ -93,7 +93,7 @@ class TutorialWalks(Node):
         """Walk there, yielding what navigate_to_pose says; leaving it cancels the goal. Raises `ActorError` if it is not reached."""
         pose = pose_stamped(goal, self.clock.stamp())
         asked = NavigateToPose.Goal(pose=pose, behavior_tree=STRAIGHT if straight else "")
-        async with self.start(NAVIGATE_TO_POSE, asked) as going:
+        async with self.send_goal(NAVIGATE_TO_POSE, asked) as going:
             async for feedback in going:
                 yield feedback
             await going

@@ -86,7 +86,7 @@ class FibonacciClient(Errand):
     async def errand(self) -> None:
         await self.wait_in_slices(FIBONACCI, "Waiting for action server...")
         try:
-            async with self.start(FIBONACCI, Fibonacci.Goal(order=self.order)) as computing:
+            async with self.send_goal(FIBONACCI, Fibonacci.Goal(order=self.order)) as computing:
                 self.log.info("Goal accepted")
                 async for feedback in computing:
                     self.log.info(f"Received feedback: {feedback.sequence.tolist()}")

@@ -159,7 +159,7 @@ class HumanoidNavClient(Errand):
         await self.wait_in_slices(HUMANOID_NAVIGATE, "Waiting for action server...")
         goal = HumanoidNav.Goal(target_position=self.target, avoid_obstacles=self.avoid_obstacles)
         try:
-            async with self.start(HUMANOID_NAVIGATE, goal) as walking:
+            async with self.send_goal(HUMANOID_NAVIGATE, goal) as walking:
                 self.log.info("Goal accepted :)")
                 async for feedback in walking:
                     self.log.info(f"Received feedback: {feedback.status_message}")

@@ -88,7 +88,7 @@ class SweepClient(Errand):
         await self.wait_in_slices(SWEEP, "Waiting for action server...")
         told = 0
         try:
-            async with self.start(SWEEP, Sweep.Goal(width=self.width, height=self.height)) as sweeping:
+            async with self.send_goal(SWEEP, Sweep.Goal(width=self.width, height=self.height)) as sweeping:
                 async for feedback in sweeping:
                     if feedback.percent_complete >= told + 10:
                         told = int(feedback.percent_complete // 10) * 10

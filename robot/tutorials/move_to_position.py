@@ -119,7 +119,7 @@ class MoveClient(Errand):
         self.log.info(f"Sending goal: ({self.x}, {self.y})")
         goal = MoveToPosition.Goal(target_x=self.x, target_y=self.y, target_theta=self.theta)
         try:
-            async with self.start(MOVE_TO_POSITION, goal) as moving:
+            async with self.send_goal(MOVE_TO_POSITION, goal) as moving:
                 self.log.info("Goal accepted!")
                 async for now in moving:
                     where = f"({now.current_x:.2f}, {now.current_y:.2f})"

@@ -64,7 +64,7 @@ class NavigationClient(Errand):
         await self.wait_in_slices(NAVIGATE_TO_GOAL, "Waiting for action server...")
         self.log.info("Sending goal...")
         try:
-            async with self.start(NAVIGATE_TO_GOAL, Fibonacci.Goal(order=self.order)) as goal:
+            async with self.send_goal(NAVIGATE_TO_GOAL, Fibonacci.Goal(order=self.order)) as goal:
                 self.log.info("Goal accepted")
                 canceling = self.spawn(self._cancel_later(goal)) if self.cancel_after else None
                 async for feedback in goal:

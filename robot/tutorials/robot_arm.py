@@ -149,7 +149,7 @@ class ArmControlClient(Errand):
         """Move the arm and tell how it goes; the result, of a canceled motion too, or `None` when the goal was rejected."""
         self.log.info(f"Moving arm to position: {list(target)}")
         try:
-            async with self.start(MOVE_ARM, MoveArm.Goal(target_angles=target)) as moving:
+            async with self.send_goal(MOVE_ARM, MoveArm.Goal(target_angles=target)) as moving:
                 self.log.info("Goal accepted, waiting for result...")
                 async for feedback in moving:
                     self.log.info(f"Feedback: {feedback.status}")

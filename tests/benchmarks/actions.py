@@ -58,7 +58,7 @@ class _Counter(Node):
 class _Client(Node):
     async def ask(self) -> int:
         got = 0
-        async with self.start(COUNT, GOAL) as goal:
+        async with self.send_goal(COUNT, GOAL) as goal:
             async for _ in goal:
                 got += 1
             assert (await goal).sequence[0] == FEEDBACKS

@@ -21,7 +21,7 @@ TOLD = {"action_server_configure_introspection": "contents"}
 
 class Client(Node):
     async def ask(self, order: int) -> None:
-        async with self.start(COUNT, Fibonacci.Goal(order=order)) as goal:
+        async with self.send_goal(COUNT, Fibonacci.Goal(order=order)) as goal:
             await goal.ended()
 
 

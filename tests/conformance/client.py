@@ -157,7 +157,7 @@ class Client:
         return await self._node.call(service, request, timeout=timeout)
 
     async def send_goal(self, action: Action[Any, Any, Any], message: Any) -> SentGoal:
-        goal = self._node.start(action, message)
+        goal = self._node.send_goal(action, message)
         untold = goal.status.name.lower()
         try:
             await goal.send()

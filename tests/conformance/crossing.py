@@ -156,7 +156,7 @@ async def send_goal(stage: Stage, action: Action[Any, Any, Any], message: Any) -
     if isinstance(stage, Pair):
         sent = await stage.client.send_goal(action, message)
         return Sent(sent.untold, sent.id, lambda: stage.feedback.get(sent.id, 0))
-    goal = cast("Rig", stage).me.start(action, message)
+    goal = cast("Rig", stage).me.send_goal(action, message)
     untold = goal.status.name.lower()
     with suppress(GoalRejected):
         await goal.send()

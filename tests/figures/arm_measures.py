@@ -245,7 +245,7 @@ async def _carry(seed: int, backend: Backend) -> Errand:
         begun = system.clock.now()
         success = True
         try:
-            async with judge.start(FETCH_AND_CARRY, goal) as handle:
+            async with judge.send_goal(FETCH_AND_CARRY, goal) as handle:
                 await handle
         except GoalFailed as failed:
             print(f"seed {seed}, {backend}: {failed}", file=sys.stderr)

@@ -56,7 +56,7 @@ class Honest(Node):
         self.words(String(data=self.told[-1]))
         answer = await self.call(ADD, AddTwoInts.Request(a=number, b=1), timeout=60.0)
         assert answer == total(number + 1)
-        async with self.start(COUNT, Fibonacci.Goal(order=7)) as goal:
+        async with self.send_goal(COUNT, Fibonacci.Goal(order=7)) as goal:
             assert await goal == result(7)
 
 

@@ -41,7 +41,7 @@ def linked(monkeypatch: pytest.MonkeyPatch) -> None:
 async def test_goals_feedback_and_results_are_other_objects_of_the_same_value(rig: Rig) -> None:
     await rig.start(Server)
     sent = order(1)
-    goal = rig.me.start(COUNT, sent)
+    goal = rig.me.send_goal(COUNT, sent)
     async with goal:
         feedback = [one async for one in goal]
         answer = await goal
@@ -55,8 +55,8 @@ async def test_goals_feedback_and_results_are_other_objects_of_the_same_value(ri
 async def test_the_reasons_of_a_rejection_and_of_a_cancellation_get_lost(rig: Rig) -> None:
     await rig.start(Server)
     with pytest.raises(GoalRejected) as rejected:
-        await rig.start_goal(COUNT, order(-1))
-    goal = await rig.start_goal(COUNT, order(5))
+        await rig.send_goal(COUNT, order(-1))
+    goal = await rig.send_goal(COUNT, order(5))
     assert await goal.cancel("changed my mind")
     with pytest.raises(GoalCanceled) as canceled:
         await goal

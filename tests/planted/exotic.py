@@ -118,7 +118,7 @@ class Guide(Node):
     @every(hz=1)
     async def lead(self) -> None:
         try:
-            async with self.start(CLIMB, Fibonacci.Goal(order=9)) as goal:
+            async with self.send_goal(CLIMB, Fibonacci.Goal(order=9)) as goal:
                 async for feedback in goal:
                     if feedback.sequence[0] == 3:
                         await goal.cancel()

@@ -40,7 +40,7 @@ class Driver(Node):
     @every(hz=1)
     async def drive(self) -> None:
         try:
-            async with self.start(PARK, Fibonacci.Goal(order=1)) as goal:
+            async with self.send_goal(PARK, Fibonacci.Goal(order=1)) as goal:
                 await turns(2)
                 await goal.cancel()
                 await goal

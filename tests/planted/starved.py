@@ -21,7 +21,7 @@ class Routine(Node):
     @every(hz=0.25)
     async def lift(self) -> None:
         try:
-            async with self.start(LIFT, Fibonacci.Goal(order=12)) as goal:
+            async with self.send_goal(LIFT, Fibonacci.Goal(order=12)) as goal:
                 await goal
         except ActorError as error:
             self.log.warning("not lifted", why=str(error))
@@ -38,7 +38,7 @@ class Urgent(Node):
         await self.clock.sleep(1.5)
         while True:
             try:
-                async with self.start(LIFT, Fibonacci.Goal(order=1)) as goal:
+                async with self.send_goal(LIFT, Fibonacci.Goal(order=1)) as goal:
                     await goal
                     return
             except GoalRejected:

@@ -41,7 +41,7 @@ class Boss(Node):
 
     async def one_goal(self) -> None:
         try:
-            async with self.start(DOCK, Fibonacci.Goal(order=1)) as goal:
+            async with self.send_goal(DOCK, Fibonacci.Goal(order=1)) as goal:
                 await goal
         except ActorError as error:
             self.log.warning("not docked", why=str(error))

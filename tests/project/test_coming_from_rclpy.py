@@ -91,12 +91,12 @@ async def test_6_a_callback_asks_and_goes_on(page: Any, rig: Rig) -> None:
 
 async def test_7_a_newer_goal_takes_the_place_of_the_older_one(page: Any, rig: Rig) -> None:
     await rig.start(page.Counter)
-    first = await rig.start_goal(page.COUNT, page.Fibonacci.Goal(order=50))
+    first = await rig.send_goal(page.COUNT, page.Fibonacci.Goal(order=50))
     await rig.advance(0.35)
-    second = await rig.start_goal(page.COUNT, page.Fibonacci.Goal(order=4))
+    second = await rig.send_goal(page.COUNT, page.Fibonacci.Goal(order=4))
     assert (await second).sequence.tolist() == [0, 1, 1, 2, 3]
     assert (await first.ended()).status.name in ("ABORTED", "CANCELED")
-    third = await rig.start_goal(page.COUNT, page.Fibonacci.Goal(order=50))
+    third = await rig.send_goal(page.COUNT, page.Fibonacci.Goal(order=50))
     assert await third.cancel()
 
 

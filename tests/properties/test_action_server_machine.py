@@ -255,7 +255,7 @@ class Actions(RuleBasedStateMachine):
 
     async def stay(self, each: Known, number: int) -> None:
         """A client that stays in its goal's block until it is sent away."""
-        async with self.rig.me.start(COUNT, order(number)) as goal:
+        async with self.rig.me.send_goal(COUNT, order(number)) as goal:
             each.goal = goal
             await asyncio.get_running_loop().create_future()
 

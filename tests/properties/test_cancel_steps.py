@@ -130,13 +130,13 @@ async def calls_many(rig: Rig) -> None:
 
 
 async def follows_a_goal(rig: Rig) -> None:
-    async with rig.me.start(BY_POLICY["reject"], order(3)) as goal:
+    async with rig.me.send_goal(BY_POLICY["reject"], order(3)) as goal:
         assert [feedback async for feedback in goal] == [step(0), step(1), step(2)]
         assert await goal == result(3)
 
 
 async def cancels_its_goal(rig: Rig) -> None:
-    async with rig.me.start(BY_POLICY["reject"], order(3)) as goal:
+    async with rig.me.send_goal(BY_POLICY["reject"], order(3)) as goal:
         await anext(goal)
         await goal.cancel()
         try:
@@ -146,18 +146,18 @@ async def cancels_its_goal(rig: Rig) -> None:
 
 
 async def leaves_a_guarded_goal(rig: Rig) -> None:
-    async with rig.me.start(GUARDED, order(1000)) as goal:  # ten seconds, if nobody cancels it
+    async with rig.me.send_goal(GUARDED, order(1000)) as goal:  # ten seconds, if nobody cancels it
         await anext(goal)
 
 
 async def awaits_a_guarded_goal(rig: Rig) -> None:
-    async with rig.me.start(GUARDED, order(3)) as goal:
+    async with rig.me.send_goal(GUARDED, order(3)) as goal:
         assert await goal == result(3)
 
 
 async def starts_two(policy: str, rig: Rig) -> None:
     action = BY_POLICY[policy]
-    async with rig.me.start(action, order(1)) as first, rig.me.start(action, order(2)) as second:
+    async with rig.me.send_goal(action, order(1)) as first, rig.me.send_goal(action, order(2)) as second:
         await second.ended()
         await first.ended()
 
@@ -192,7 +192,7 @@ async def has_a_node_of_its_own(rig: Rig) -> None:
         async with node.subscribe(COUNTS) as stream:
             await stream.next(timeout=1.0)
         await node.call(PLAIN, two(1, 2))
-        async with node.start(BY_POLICY["reject"], order(1)) as goal:
+        async with node.send_goal(BY_POLICY["reject"], order(1)) as goal:
             await anext(goal)
 
 

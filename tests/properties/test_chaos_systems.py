@@ -249,7 +249,7 @@ async def call_all(node: Node, rng: Random) -> None:
 
 
 async def follow_a_goal(node: Node, rng: Random) -> None:
-    async with node.start(rng.choice(ACTIONS), order(rng.randint(1, 8)), timeout=1.0) as goal:
+    async with node.send_goal(rng.choice(ACTIONS), order(rng.randint(1, 8)), timeout=1.0) as goal:
         enough = rng.randint(1, 8)
         async for _ in goal:
             if goal.feedback_count >= enough:

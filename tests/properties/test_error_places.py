@@ -267,7 +267,7 @@ class Trial:
             (verdict,) = (await me.call(PARAMETERS, request, timeout=30.0)).results
             self.expect(not verdict.successful, "the parameter was set")
             return verdict
-        async with me.start(COUNT, order(1), timeout=30.0) as goal:
+        async with me.send_goal(COUNT, order(1), timeout=30.0) as goal:
             if self.place == "cancels":
                 await me.clock.sleep(0.1)
                 self.expect(not await goal.cancel(), "a goal was canceled whose hook had failed")

@@ -52,7 +52,7 @@ async def test_a_motion_is_canceled_half_way_and_the_position_is_told_quickly(st
 
     seconds: list[float] = []
     with pytest.raises(GoalCanceled) as canceled:
-        async with me.start(MOVE_ARM, MoveArm.Goal(target_angles=(1.0, 0.0, 0.0, 0.0))) as moving:
+        async with me.send_goal(MOVE_ARM, MoveArm.Goal(target_angles=(1.0, 0.0, 0.0, 0.0))) as moving:
             async for feedback in moving:
                 begun = time.perf_counter()
                 told = await position(observer)

@@ -39,7 +39,7 @@ async def test_a_killed_server_ends_a_call_and_a_goal_with_errors_that_name_it(s
     await me.wait_for(COUNT, timeout=20.0)
     call = asyncio.create_task(me.call(SLOW, Trigger.Request(), timeout=60.0))
     with pytest.raises(GoalAborted) as aborted:
-        async with me.start(COUNT, Fibonacci.Goal(order=5)) as goal:
+        async with me.send_goal(COUNT, Fibonacci.Goal(order=5)) as goal:
             await server.says("asked")
             await anext(aiter(goal))
             await server.kill()

@@ -30,7 +30,7 @@ class Operator(Node):
     async def walk(self) -> None:
         await self.call(STAND, Trigger.Request())
         await self.clock.sleep(2.5)
-        async with self.start(DOCK, Dock.Goal()) as goal:
+        async with self.send_goal(DOCK, Dock.Goal()) as goal:
             await goal.ended()
 
 

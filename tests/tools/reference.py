@@ -114,7 +114,7 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "handler", "inbox", "label", "must_unwrap", "run", "stamp", "take_over",
     ),
     "RunningSupervisor": (
-        "below", "incarnation", "leaked", "life", "lives", "name", "phase", "recent_restarts", "run", "statuses", "stop",
+        "ask", "below", "incarnation", "leaked", "life", "lives", "name", "phase", "recent_restarts", "run", "statuses", "stop",
     ),
     "Supervisor": ("check_child",),
     "Timer": ("on_tick",),

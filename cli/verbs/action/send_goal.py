@@ -39,7 +39,7 @@ async def send_goal(options: argparse.Namespace) -> Exit:
         message = goal_values.message(now())
         if not options.json:
             print(f"Sending goal:\n     {message_yaml(message, None)}")
-        goal = graph.node.start(action, message, timeout=options.timeout or DAYS)
+        goal = graph.node.send_goal(action, message, timeout=options.timeout or DAYS)
         try:
             await goal.send()
         except GoalRejected as error:

@@ -86,4 +86,4 @@ class Goals:
         stamp = self._hub.system.clock.stamp()
         message = await self._hub.conversions.message(kind.Goal, request.get("args"), stamp)
         patience = min(optional_number(request, "timeout") or PATIENCE, LONGEST)
-        return self._hub.node.start(Action(kind, name), message, timeout=patience)
+        return self._hub.node.send_goal(Action(kind, name), message, timeout=patience)

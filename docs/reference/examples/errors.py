@@ -115,13 +115,13 @@ async def test_what_does_not_fit_is_refused_where_it_is_said(rig: Rig) -> None:
     with raising(Ended):
         out(Int32(data=1))
     with raising(ActionUnavailable):
-        async with rig.me.start(DIG, Fibonacci.Goal(order=1), timeout=1.0):
+        async with rig.me.send_goal(DIG, Fibonacci.Goal(order=1), timeout=1.0):
             ...
 
 
 async def test_a_goal_that_ends_without_success_raises_a_goal_failed(rig: Rig) -> None:
     await rig.start(Digger)
-    async with rig.me.start(DIG, Fibonacci.Goal(order=1)) as goal:
+    async with rig.me.send_goal(DIG, Fibonacci.Goal(order=1)) as goal:
         with raising(GoalFailed):
             await goal
 

@@ -180,7 +180,7 @@ async def test_every_end_is_reported(rig: Rig) -> None:
 
 async def test_how_a_goal_has_ended_is_asked_without_an_exception(rig: Rig) -> None:
     await rig.start(tree)
-    async with rig.me.start(FILL, Fibonacci.Goal(order=1)) as goal:
+    async with rig.me.send_goal(FILL, Fibonacci.Goal(order=1)) as goal:
         running: Goal[Fibonacci.Result, Fibonacci.Feedback] = goal
         assert running.status is GoalStatus.EXECUTING
         outcome: Outcome[Fibonacci.Result] = await running.ended()

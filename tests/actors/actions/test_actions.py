@@ -107,7 +107,7 @@ def server_of(rig: Rig) -> Any:
 async def test_goal_feedback_result(rig: Rig) -> None:
     await rig.start(Counter)
     seen: list[list[int]] = []
-    async with rig.me.start(COUNT, order(3)) as goal:
+    async with rig.me.send_goal(COUNT, order(3)) as goal:
         async for feedback in goal:
             seen.append(list(feedback.sequence))
         answer = await goal
@@ -121,7 +121,7 @@ async def test_goal_feedback_result(rig: Rig) -> None:
 
 async def test_the_states_come_in_order(rig: Rig) -> None:
     await rig.start(Counter)
-    handle: Handle = rig.me.start(COUNT, order(2))
+    handle: Handle = rig.me.send_goal(COUNT, order(2))
     seen = [handle.status]
     assert repr(handle) == "<goal not sent for /count: UNKNOWN>"
     assert (handle.goal_id, handle.feedback_count, handle.dropped) == (b"", 0, 0)
@@ -141,7 +141,7 @@ async def test_the_states_come_in_order(rig: Rig) -> None:
 
 async def test_a_goal_that_waits_is_accepted_and_one_that_runs_executes(rig: Rig) -> None:
     await rig.start(serving(Counter.count, queue(1), note=lambda self, what: None))
-    first, second = await rig.start_goal(COUNT, order(2)), await rig.start_goal(COUNT, order(1))
+    first, second = await rig.send_goal(COUNT, order(2)), await rig.send_goal(COUNT, order(1))
     assert (first.status, second.status) == (GoalStatus.EXECUTING, GoalStatus.ACCEPTED)
     await rig.advance(2.0)
     assert (first.status, second.status) == (GoalStatus.SUCCEEDED, GoalStatus.EXECUTING)
@@ -151,14 +151,14 @@ async def test_a_goal_that_waits_is_accepted_and_one_that_runs_executes(rig: Rig
 
 async def test_each_feedback_is_a_value_of_its_own(rig: Rig) -> None:
     await rig.start(Counter)
-    goal = await rig.start_goal(COUNT, order(3))
+    goal = await rig.send_goal(COUNT, order(3))
     collected = [feedback async for feedback in goal]
     assert [len(feedback.sequence) for feedback in collected] == [1, 2, 3]
 
 
 async def test_feedback_is_keep_last_ten_and_losses_are_counted(rig: Rig) -> None:
     await rig.start(Counter)
-    goal = await rig.start_goal(COUNT, order(25))
+    goal = await rig.send_goal(COUNT, order(25))
     await rig.advance(30.0)
     assert (goal.feedback_count, goal.dropped) == (25, 15)
     assert [len(feedback.sequence) async for feedback in goal] == list(range(16, 26))
@@ -166,7 +166,7 @@ async def test_feedback_is_keep_last_ten_and_losses_are_counted(rig: Rig) -> Non
 
 async def test_two_tasks_may_await_a_goal_and_a_third_its_feedback(rig: Rig) -> None:
     await rig.start(Counter)
-    goal = await rig.start_goal(COUNT, order(2))
+    goal = await rig.send_goal(COUNT, order(2))
 
     async def watch() -> int:
         return len([feedback async for feedback in goal])
@@ -180,7 +180,7 @@ async def test_two_tasks_may_await_a_goal_and_a_third_its_feedback(rig: Rig) -> 
 
 async def test_an_outcome_can_be_had_as_a_value(rig: Rig) -> None:
     await rig.start(Counter)
-    goal = await rig.start_goal(COUNT, order(5))
+    goal = await rig.send_goal(COUNT, order(5))
     await goal.cancel("changed my mind")
     outcome = await goal.ended()
     assert repr(outcome) == "<CANCELED: changed my mind>"
@@ -194,7 +194,7 @@ async def goal_ids(seed: int, *others: type[Node]) -> list[bytes]:
     class Starter(Node):
         async def on_start(self) -> None:
             for _ in range(3):
-                goal = self.start(COUNT, order(1))
+                goal = self.send_goal(COUNT, order(1))
                 await goal.send()
                 ids.append(goal.goal_id)
 
@@ -206,7 +206,7 @@ async def goal_ids(seed: int, *others: type[Node]) -> list[bytes]:
 async def test_the_goal_ids_of_a_node_come_from_the_seed_and_depend_on_no_other_node() -> None:
     class Eager(Node):
         async def on_start(self) -> None:
-            await self.start(COUNT, order(1)).send()
+            await self.send_goal(COUNT, order(1)).send()
 
     ids = await goal_ids(7)
     assert await goal_ids(7, Eager) == ids
@@ -220,7 +220,7 @@ async def test_a_node_that_is_opened_again_under_its_name_draws_other_ids(rig: R
     await rig.start(Counter)
     ids: list[bytes] = []
     for _ in range(3):
-        async with open_node("client") as node, node.start(COUNT, order(1)) as goal:
+        async with open_node("client") as node, node.send_goal(COUNT, order(1)) as goal:
             await goal
             ids.append(goal.goal_id)
     assert len(set(ids)) == 3
@@ -239,7 +239,7 @@ async def test_while_a_goal_runs_its_node_answers_and_ticks(rig: Rig) -> None:
             return total(request.a + request.b)
 
     await rig.start(Worker)
-    goal = await rig.start_goal(COUNT, order(10))
+    goal = await rig.send_goal(COUNT, order(10))
     await rig.advance(5.0)
     assert (await rig.call(ADD, two(1, 2))).sum == 3
     assert rig.now == 5.0
@@ -259,11 +259,11 @@ async def test_a_server_may_reject_a_goal_with_a_reason_before_it_runs(rig: Rig)
 
     await rig.start(Careful)
     with pytest.raises(GoalRejected, match="/count rejected the goal: order must not be negative, got -1") as caught:
-        async with rig.me.start(COUNT, order(-1)):
+        async with rig.me.send_goal(COUNT, order(-1)):
             raise AssertionError("the block must not be entered")
     assert caught.value.reason == "order must not be negative, got -1"
     assert rig.node(Careful).log_of == []
-    async with rig.me.start(COUNT, order(1)) as goal:
+    async with rig.me.send_goal(COUNT, order(1)) as goal:
         assert await goal == result(1)
 
 
@@ -277,8 +277,8 @@ async def test_an_acceptance_check_may_take_its_time_and_one_that_fails_rejects(
 
     await rig.start(Slow)
     with pytest.raises(GoalRejected, match="the acceptance check failed: LookupError: no such number"):
-        await rig.start_goal(COUNT, order(13))
-    goal = await rig.start_goal(COUNT, order(1))
+        await rig.send_goal(COUNT, order(13))
+    goal = await rig.send_goal(COUNT, order(1))
     assert rig.now == 2.0
     assert await goal == result(1)
 
@@ -294,7 +294,7 @@ async def test_an_acceptance_check_that_returns_a_bool_is_told_to_raise_reject(r
         "the acceptance check failed: TypeError: @.*count.*accepts returned True: return None to accept, raise Reject"
     )
     with pytest.raises(GoalRejected, match=said):
-        await rig.start_goal(COUNT, order(1))
+        await rig.send_goal(COUNT, order(1))
 
 
 async def test_an_async_acceptance_check_that_returns_false_accepts_no_goal(rig: Rig) -> None:
@@ -305,7 +305,7 @@ async def test_an_async_acceptance_check_that_returns_false_accepts_no_goal(rig:
 
     await rig.start(Truthful)
     with pytest.raises(GoalRejected, match="accepts returned False: return None to accept, raise Reject"):
-        await rig.start_goal(COUNT, order(-1))
+        await rig.send_goal(COUNT, order(-1))
     assert rig.node(Truthful).log_of == []
 
 
@@ -316,10 +316,10 @@ async def test_a_server_may_refuse_to_cancel(rig: Rig) -> None:
             return goal.order != 2
 
     await rig.start(Stubborn)
-    async with rig.me.start(COUNT, order(2)) as goal:
+    async with rig.me.send_goal(COUNT, order(2)) as goal:
         assert await goal.cancel() is False
         assert await goal == result(1, 2)
-    async with rig.me.start(COUNT, order(3)) as goal:
+    async with rig.me.send_goal(COUNT, order(3)) as goal:
         assert await goal.cancel() is True
         with pytest.raises(GoalCanceled):
             await goal
@@ -332,7 +332,7 @@ async def test_leaving_the_block_of_a_goal_that_may_not_be_canceled_lets_it_run_
             return False
 
     await rig.start(Stubborn)
-    async with rig.me.start(COUNT, order(2)) as goal:
+    async with rig.me.send_goal(COUNT, order(2)) as goal:
         pass
     assert rig.now == 0.0
     assert await goal == result(1, 2)
@@ -356,7 +356,7 @@ async def test_the_cancel_check_waits_for_its_nodes_turn(rig: Rig) -> None:
             return True
 
     await rig.start(Busy)
-    goal = await rig.start_goal(COUNT, order(9))
+    goal = await rig.send_goal(COUNT, order(9))
     call = asyncio.create_task(rig.call(ADD, two(0, 0), timeout=2.0))
     await rig.quiet()
     assert await goal.cancel() is True
@@ -372,7 +372,7 @@ async def test_a_cancel_check_that_fails_refuses_and_is_logged(rig: Rig) -> None
             raise LookupError("no idea")
 
     await rig.start(Broken)
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     assert await goal.cancel() is False
     assert await goal == result(1)
     (line,) = events(rig.logs, "cancel check failed")
@@ -398,7 +398,7 @@ async def test_a_cancel_check_answers_with_a_bool_or_hears_how(
         may_cancel = COUNT.cancels(later if waits else at_once)
 
     await rig.start(Asked)
-    goal = await rig.start_goal(COUNT, order(2))
+    goal = await rig.send_goal(COUNT, order(2))
     assert await goal.cancel() is bool(agreed)
     if agreed is None:
         (line,) = events(rig.logs, "cancel check failed")
@@ -417,7 +417,7 @@ async def test_a_node_that_cancels_its_own_goal_has_its_turn_already(rig: Rig) -
             self.spawn(self.begin())
 
         async def begin(self) -> None:
-            self.goal = self.start(COUNT, order(9))
+            self.goal = self.send_goal(COUNT, order(9))
             await self.goal.send()
 
         @COUNT.cancels
@@ -443,7 +443,7 @@ async def test_a_cancel_check_that_its_node_does_not_live_to_answer_is_a_no(rig:
             return True
 
     await rig.start(Child(Dying, stop="kill", restart=temporary))
-    goal = await rig.start_goal(COUNT, order(99))
+    goal = await rig.send_goal(COUNT, order(99))
     asking = asyncio.create_task(goal.cancel())
     await rig.advance(1.0)
     await rig.system.supervisor.terminate_child("dying")  # type: ignore[union-attr]
@@ -454,19 +454,19 @@ async def test_a_cancel_check_that_its_node_does_not_live_to_answer_is_a_no(rig:
 async def test_a_goal_of_the_wrong_type_is_refused_where_it_is_made(rig: Rig) -> None:
     await rig.start(Counter)
     with pytest.raises(WrongType, match="/count takes Fibonacci_Goal, not Fibonacci_Result "):
-        rig.me.start(COUNT, result(1))  # type: ignore[misc]
+        rig.me.send_goal(COUNT, result(1))  # type: ignore[misc]
 
 
 async def test_an_action_that_nobody_serves_is_unavailable(rig: Rig) -> None:
     await rig.start(Node)
     with pytest.raises(ActionUnavailable, match="nobody accepted or rejected a goal of /count within 5 s"):
-        await rig.start_goal(COUNT, order(1))
+        await rig.send_goal(COUNT, order(1))
     assert rig.now == 5.0
 
 
 async def test_a_goal_waits_for_its_server_to_appear(rig: Rig) -> None:
     await rig.start(Node)
-    starting = asyncio.create_task(rig.start_goal(COUNT, order(1)))
+    starting = asyncio.create_task(rig.send_goal(COUNT, order(1)))
     await rig.advance(2.0)
     await rig.system.supervisor.start_child(Child(Counter))  # type: ignore[union-attr]
     assert await (await starting) == result(1)
@@ -477,19 +477,19 @@ async def test_a_goal_for_a_server_that_restarts_or_has_stopped_fails_at_once(ri
     rig.crash(Counter)
     await rig.quiet()
     with pytest.raises(NodeRestarting):
-        await rig.start_goal(COUNT, order(1))
+        await rig.send_goal(COUNT, order(1))
     await rig.settled()
     rig.node(Counter).stop()
     await rig.settled()
     with pytest.raises(
         NotRunning, match="/counter, which served /count, has stopped: start it again, or ask another action"
     ):
-        await rig.start_goal(COUNT, order(1))
+        await rig.send_goal(COUNT, order(1))
 
 
 async def test_what_has_not_been_sent_cannot_be_used(rig: Rig) -> None:
     await rig.start(Counter)
-    handle: Handle = rig.me.start(COUNT, order(1))
+    handle: Handle = rig.me.send_goal(COUNT, order(1))
     with pytest.raises(NotStarted, match="there is nothing to cancel"):
         await handle.cancel()
     for use in (handle.ended, handle.__anext__):
@@ -514,7 +514,7 @@ async def test_a_goal_of_another_type_than_is_served_is_refused_with_both_types(
         WrongType,
         match=r"/count is served by /counter as example_interfaces/action/Fibonacci, and asked by .* as tf2_msgs/action/LookupTransform",
     ):
-        await rig.start_goal(look_up, LookupTransform.Goal())
+        await rig.send_goal(look_up, LookupTransform.Goal())
 
 
 # -- cancellation ----------------------------------------------------------------------------------------------------
@@ -522,7 +522,7 @@ async def test_a_goal_of_another_type_than_is_served_is_refused_with_both_types(
 
 async def test_a_cancel_takes_effect_at_the_await_and_no_feedback_follows(rig: Rig) -> None:
     await rig.start(Counter)
-    goal = await rig.start_goal(COUNT, order(10))
+    goal = await rig.send_goal(COUNT, order(10))
     await rig.advance(3.5)
     assert await goal.cancel() is True
     await rig.quiet()
@@ -539,7 +539,7 @@ async def test_a_cancel_takes_effect_at_the_await_and_no_feedback_follows(rig: R
 
 async def test_a_finished_goal_cannot_be_canceled(rig: Rig) -> None:
     await rig.start(Counter)
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     await goal
     assert await goal.cancel() is False
     assert goal.status is GoalStatus.SUCCEEDED
@@ -554,7 +554,7 @@ async def test_a_second_cancel_changes_nothing(rig: Rig) -> None:
         yield Done(result())
 
     await rig.start(serving(body))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     await rig.quiet()
     assert await goal.cancel("first") is True
     await rig.advance(0.5)
@@ -567,19 +567,19 @@ async def test_a_second_cancel_changes_nothing(rig: Rig) -> None:
 
 async def test_a_cancel_belongs_to_its_goal(rig: Rig) -> None:
     await rig.start(serving(Counter.count, "queue", note=lambda self, what: None))
-    first, second, third = [await rig.start_goal(COUNT, order(2)) for _ in range(3)]
+    first, second, third = [await rig.send_goal(COUNT, order(2)) for _ in range(3)]
     assert await third.cancel() is True
     assert third.status is GoalStatus.CANCELED  # it had not begun
     assert await first.cancel() is True
     assert await second == result(1, 2)
     assert await first.cancel() is False
-    fourth = await rig.start_goal(COUNT, order(1))
+    fourth = await rig.send_goal(COUNT, order(1))
     assert await fourth == result(1)
 
 
 async def test_a_goal_that_reached_its_end_in_the_instant_of_the_cancel_has_one_outcome(rig: Rig) -> None:
     await rig.start(Counter)
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     await rig.system.clock.sleep_until(1.0)  # the body's sleep, scheduled before, has ended in this instant
     canceled = await goal.cancel()
     outcome = await goal.ended()
@@ -593,7 +593,7 @@ async def test_a_cancel_after_the_last_word_comes_too_late(rig: Rig) -> None:
         await self.clock.sleep(1.0)  # putting things in order
 
     await rig.start(serving(body))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     await rig.advance(0.5)
     assert goal.status is GoalStatus.EXECUTING
     assert await goal.cancel() is False
@@ -604,18 +604,18 @@ async def test_a_cancel_after_the_last_word_comes_too_late(rig: Rig) -> None:
 @pytest.mark.task_order("an eager goal begins in the moment of its acceptance")
 async def test_a_goal_canceled_in_the_very_moment_of_its_acceptance_is_canceled_and_blocks_nobody(rig: Rig) -> None:
     await rig.start(Counter)
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     running = next(iter(server_of(rig).running))
     assert running.body is None  # its task has not come to its first step
     assert await goal.cancel() is True
     assert (await goal.ended()).status is GoalStatus.CANCELED
     assert rig.node(Counter).log_of == []
-    assert await (await rig.start_goal(COUNT, order(2))) == result(1, 2)
+    assert await (await rig.send_goal(COUNT, order(2))) == result(1, 2)
 
 
 async def test_leaving_the_block_cancels_and_waits_for_the_clean_up(rig: Rig) -> None:
     await rig.start(Counter)
-    async with rig.me.start(COUNT, order(10)) as goal:
+    async with rig.me.send_goal(COUNT, order(10)) as goal:
         await rig.advance(2.5)
     assert goal.status is GoalStatus.CANCELED
     assert (await goal.ended()).reason == "its client left the goal's block"
@@ -626,7 +626,7 @@ async def test_a_client_that_is_canceled_takes_its_goal_with_it(rig: Rig) -> Non
     goals: list[Handle] = []
 
     async def client() -> None:
-        async with rig.me.start(COUNT, order(10)) as goal:
+        async with rig.me.send_goal(COUNT, order(10)) as goal:
             goals.append(goal)
             await goal
 
@@ -642,7 +642,7 @@ async def test_a_client_without_a_block_that_disappears_leaves_its_goal_running(
     await rig.start(Counter)
 
     async def client() -> None:
-        goal = rig.me.start(COUNT, order(3))
+        goal = rig.me.send_goal(COUNT, order(3))
         await goal.send()
         await goal
 
@@ -662,7 +662,7 @@ async def test_leaving_the_block_waits_five_seconds_for_a_clean_up_and_no_longer
         yield Done(result())
 
     await rig.start(serving(body))
-    async with rig.me.start(COUNT, order(1)) as goal:
+    async with rig.me.send_goal(COUNT, order(1)) as goal:
         await rig.quiet()
     assert rig.now == 5.0
     assert goal.status is GoalStatus.CANCELING
@@ -677,8 +677,8 @@ async def test_a_client_that_is_canceled_while_its_goal_is_considered_leaves_not
             await self.clock.sleep(1.0)
 
     await rig.start(Slow)
-    early = asyncio.create_task(rig.start_goal(COUNT, order(1)))
-    late = asyncio.create_task(rig.start_goal(COUNT, order(1)))
+    early = asyncio.create_task(rig.send_goal(COUNT, order(1)))
+    late = asyncio.create_task(rig.send_goal(COUNT, order(1)))
     await rig.advance(0.5)
     early.cancel()
     late.cancel()
@@ -694,8 +694,8 @@ async def test_a_client_that_goes_while_its_goal_is_considered_preempts_nobody(r
                 await self.clock.sleep(1.0)
 
     await rig.start(serving(Counter.count, "preempt", note=lambda self, what: None, check=COUNT.accepts(Slow.check)))
-    first = await rig.start_goal(COUNT, order(5))
-    second = asyncio.create_task(rig.start_goal(COUNT, order(1)))
+    first = await rig.send_goal(COUNT, order(5))
+    second = asyncio.create_task(rig.send_goal(COUNT, order(1)))
     await rig.advance(0.5)
     second.cancel()
     assert await first == result(1, 2, 3, 4, 5)
@@ -704,7 +704,7 @@ async def test_a_client_that_goes_while_its_goal_is_considered_preempts_nobody(r
 @pytest.mark.task_order("the client counts the steps to the acceptance")
 async def test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its_goal(rig: Rig) -> None:
     await rig.start(Counter)
-    starting = asyncio.create_task(rig.start_goal(COUNT, order(5)))
+    starting = asyncio.create_task(rig.send_goal(COUNT, order(5)))
     await asyncio.sleep(0)
     server = server_of(rig)
     (request,) = server.requests
@@ -717,8 +717,8 @@ async def test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its
 @pytest.mark.task_order("the client counts the steps to the rejection")
 async def test_a_client_that_is_canceled_in_the_moment_of_rejection_just_ends(rig: Rig) -> None:
     await rig.start(Counter)
-    await rig.start_goal(COUNT, order(5))
-    starting = asyncio.create_task(rig.start_goal(COUNT, order(1)))
+    await rig.send_goal(COUNT, order(5))
+    starting = asyncio.create_task(rig.send_goal(COUNT, order(1)))
     await asyncio.sleep(0)
     rig.state(Counter).inbox.put_control(Moment(starting.cancel))
     await rig.quiet()
@@ -731,7 +731,7 @@ async def test_a_client_that_is_canceled_in_the_moment_of_rejection_just_ends(ri
 async def ended(rig: Rig, body: Callable[[Node, Fibonacci.Goal], Body], *, cancel_at: float | None = None) -> Any:
     """The outcome of one goal of order 1 served by `body`."""
     await rig.start(serving(body))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     if cancel_at is not None:
         await rig.advance(cancel_at)
         assert await goal.cancel() is True
@@ -773,7 +773,7 @@ async def test_D2_a_timeout_that_fires_between_two_steps_is_the_bodys(rig: Rig, 
         yield Done(result(7))
 
     await rig.start(serving(body))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     assert await goal == result(7)
     assert rig.now == 2.0
     assert [list(feedback.sequence) async for feedback in goal][-1] == [2]
@@ -793,7 +793,7 @@ async def test_D2_a_cancel_between_two_steps_lets_a_shielded_clean_up_complete(r
                 cleaned.append(self.clock.now())
 
     await rig.start(serving(body))
-    async with rig.me.start(COUNT, order(1)) as goal:
+    async with rig.me.send_goal(COUNT, order(1)) as goal:
         await goal.__anext__()  # the driver is between two steps
         assert goal.feedback_count == 1
     assert goal.status is GoalStatus.CANCELED
@@ -858,7 +858,7 @@ async def test_D2_a_body_that_swallows_cancellations_is_closed_and_reported(rig:
                     self.swallowed += 1
 
     await rig.start(Deaf)
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     await rig.advance(0.5)
     await goal.cancel()
     outcome = await goal.ended()
@@ -940,7 +940,7 @@ async def test_D2_a_canceled_body_that_goes_on_is_canceled_again_after_a_thousan
             raise
 
     await rig.start(serving(body))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     await rig.advance(10.0)
     await goal.cancel("enough")
     with pytest.raises(GoalCanceled):
@@ -976,7 +976,7 @@ async def test_D2_a_canceled_body_may_hand_over_what_it_has(rig: Rig) -> None:
             yield Done(result(1, 2))
 
     await rig.start(serving(body))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     await rig.advance(1.0)
     await goal.cancel()
     with pytest.raises(GoalCanceled) as caught:
@@ -990,7 +990,7 @@ async def test_D3_aborted_hands_over_a_result_and_a_reason(rig: Rig) -> None:
         yield Aborted(result(1), "the way is blocked")
 
     await rig.start(serving(body))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     with pytest.raises(GoalAborted, match="/count: goal aborted: the way is blocked") as caught:
         await goal
     assert (caught.value.result, caught.value.reason) == (result(1), "the way is blocked")
@@ -1033,8 +1033,8 @@ async def test_an_exception_in_the_body_aborts_the_goal_and_a_retry_may_succeed(
     await rig.start(Moody)
     for _ in range(2):
         with pytest.raises(GoalAborted, match="OSError: joint stuck"):
-            await (await rig.start_goal(COUNT, order(1)))
-    assert await (await rig.start_goal(COUNT, order(1))) == result(3)
+            await (await rig.send_goal(COUNT, order(1)))
+    assert await (await rig.send_goal(COUNT, order(1))) == result(3)
     assert len(events(rig.logs, "goal failed")) == 2
     assert rig.incarnation(Moody) == 1
 
@@ -1100,7 +1100,7 @@ async def test_on_error_may_let_a_failed_goal_end_its_node(rig: Rig) -> None:
         return "fail"
 
     await rig.start(Child(serving(body, on_error=verdict), name="server"))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     with pytest.raises(GoalAborted):
         await goal
     await rig.settled()
@@ -1114,7 +1114,7 @@ async def test_a_body_may_raise_Stop_to_end_its_node(rig: Rig) -> None:
         yield
 
     await rig.start(Child(serving(body), name="server", restart=transient))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     assert (await goal.ended()).status is GoalStatus.ABORTED
     await rig.settled()
     assert rig.state("server").state == "stopped"
@@ -1125,11 +1125,11 @@ async def test_a_body_may_raise_Stop_to_end_its_node(rig: Rig) -> None:
 
 async def test_arrivals_reject_refuses_while_another_goal_runs(rig: Rig) -> None:
     await rig.start(Counter)
-    first = await rig.start_goal(COUNT, order(2))
+    first = await rig.send_goal(COUNT, order(2))
     with pytest.raises(GoalRejected, match="another goal is running"):
-        await rig.start_goal(COUNT, order(1))
+        await rig.send_goal(COUNT, order(1))
     await first
-    assert await (await rig.start_goal(COUNT, order(1))) == result(1)
+    assert await (await rig.send_goal(COUNT, order(1))) == result(1)
 
 
 async def test_arrivals_preempt_cancels_cleans_up_then_starts(rig: Rig) -> None:
@@ -1149,11 +1149,11 @@ async def test_arrivals_preempt_cancels_cleans_up_then_starts(rig: Rig) -> None:
             yield Done(result(goal.order))
 
     await rig.start(Driver)
-    first = await rig.start_goal(COUNT, order(1))
+    first = await rig.send_goal(COUNT, order(1))
     await rig.advance(1.0)
-    second = await rig.start_goal(COUNT, order(2))
+    second = await rig.send_goal(COUNT, order(2))
     assert (first.status, second.status) == (GoalStatus.CANCELING, GoalStatus.ACCEPTED)
-    third = await rig.start_goal(COUNT, order(3))
+    third = await rig.send_goal(COUNT, order(3))
     assert second.status is GoalStatus.CANCELED  # it never ran
     assert await third == result(3)
     for goal in (first, second):
@@ -1164,7 +1164,7 @@ async def test_arrivals_preempt_cancels_cleans_up_then_starts(rig: Rig) -> None:
 
 async def test_goals_that_arrive_together_preempt_each_other_and_the_last_one_runs(rig: Rig) -> None:
     await rig.start(serving(Counter.count, "preempt", note=lambda self, what: None))
-    goals = await asyncio.gather(*(rig.start_goal(COUNT, order(index)) for index in (3, 2, 1)))
+    goals = await asyncio.gather(*(rig.send_goal(COUNT, order(index)) for index in (3, 2, 1)))
     outcomes = [await goal.ended() for goal in goals]
     assert [outcome.status for outcome in outcomes] == [GoalStatus.CANCELED, GoalStatus.CANCELED, GoalStatus.SUCCEEDED]
     assert rig.now == 1.0
@@ -1172,9 +1172,9 @@ async def test_goals_that_arrive_together_preempt_each_other_and_the_last_one_ru
 
 async def test_arrivals_queue_runs_one_after_another_and_rejects_beyond_its_size(rig: Rig) -> None:
     await rig.start(serving(Counter.count, queue(2), note=lambda self, what: None))
-    goals = [await rig.start_goal(COUNT, order(index)) for index in (1, 2, 3)]
+    goals = [await rig.send_goal(COUNT, order(index)) for index in (1, 2, 3)]
     with pytest.raises(GoalRejected, match="the queue is full: 2 goals wait"):
-        await rig.start_goal(COUNT, order(4))
+        await rig.send_goal(COUNT, order(4))
     ends: list[float] = []
     for goal in goals:
         await goal
@@ -1184,9 +1184,9 @@ async def test_arrivals_queue_runs_one_after_another_and_rejects_beyond_its_size
 
 async def test_arrivals_parallel_runs_at_once_and_rejects_beyond_its_size(rig: Rig) -> None:
     await rig.start(serving(Counter.count, parallel(2), note=lambda self, what: None))
-    goals = [await rig.start_goal(COUNT, order(2)) for _ in range(2)]
+    goals = [await rig.send_goal(COUNT, order(2)) for _ in range(2)]
     with pytest.raises(GoalRejected, match="2 goals run already"):
-        await rig.start_goal(COUNT, order(1))
+        await rig.send_goal(COUNT, order(1))
     assert [await goal for goal in goals] == [result(1, 2)] * 2
     assert rig.now == 2.0
 
@@ -1196,14 +1196,14 @@ async def test_arrivals_parallel_runs_at_once_and_rejects_beyond_its_size(rig: R
 
 async def test_a_restart_of_the_server_aborts_its_goals_after_their_clean_up(rig: Rig) -> None:
     await rig.start(Child(serving(Counter.count, queue(5), note=lambda self, what: None), name="server"))
-    running, waiting = await rig.start_goal(COUNT, order(9)), await rig.start_goal(COUNT, order(9))
+    running, waiting = await rig.send_goal(COUNT, order(9)), await rig.send_goal(COUNT, order(9))
     await rig.advance(1.5)
     rig.crash("server")
     await rig.settled()
     for goal in (running, waiting):
         with pytest.raises(GoalAborted, match="/server stops: it raised RuntimeError: crashed by the rig"):
             await goal
-    assert await (await rig.start_goal(COUNT, order(1))) == result(1)
+    assert await (await rig.send_goal(COUNT, order(1))) == result(1)
 
 
 async def test_a_stop_of_the_server_aborts_its_goals_and_keeps_what_they_hand_over(rig: Rig) -> None:
@@ -1215,7 +1215,7 @@ async def test_a_stop_of_the_server_aborts_its_goals_and_keeps_what_they_hand_ov
             yield Done(result(5))
 
     await rig.start(Child(serving(body), name="server", restart=temporary))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     await rig.advance(1.0)
     await rig.system.supervisor.terminate_child("server")  # type: ignore[union-attr]
     with pytest.raises(GoalAborted, match="/server stops: it stopped: ") as caught:
@@ -1233,7 +1233,7 @@ async def test_a_stop_leaves_the_outcome_of_a_goal_that_was_canceled_or_had_its_
             await self.clock.sleep(1.0)
 
     await rig.start(Child(serving(body, "parallel"), name="server"))
-    finishing, canceled = await rig.start_goal(COUNT, order(1)), await rig.start_goal(COUNT, order(2))
+    finishing, canceled = await rig.send_goal(COUNT, order(1)), await rig.send_goal(COUNT, order(2))
     await rig.advance(1.0)
     await canceled.cancel("not needed")
     await rig.advance(0.5)
@@ -1245,9 +1245,9 @@ async def test_a_stop_leaves_the_outcome_of_a_goal_that_was_canceled_or_had_its_
 
 async def test_a_server_that_is_killed_aborts_its_goals(rig: Rig) -> None:
     await rig.start(Child(Counter, stop="kill"))
-    goal = await rig.start_goal(COUNT, order(9))
+    goal = await rig.send_goal(COUNT, order(9))
     await rig.quiet()
-    arriving = asyncio.create_task(rig.start_goal(COUNT, order(1)))
+    arriving = asyncio.create_task(rig.send_goal(COUNT, order(1)))
     await asyncio.sleep(0)
     await rig.system.supervisor.terminate_child("counter")  # type: ignore[union-attr]
     with pytest.raises(GoalAborted, match="/counter"):
@@ -1277,7 +1277,7 @@ async def test_a_goal_that_a_busy_node_does_not_answer_says_with_what_it_is_busy
         match=r"/sleepy, which serves /count, neither accepted nor rejected the goal within 5 s: it is busy with Sleepy.sleep; "
         "declare a handler that waits concurrent=n, or give the goal more time",
     ):
-        await rig.start_goal(COUNT, order(1))
+        await rig.send_goal(COUNT, order(1))
 
 
 async def test_a_goal_that_a_node_does_not_answer_while_it_starts_says_so(rig: Rig) -> None:
@@ -1290,5 +1290,5 @@ async def test_a_goal_that_a_node_does_not_answer_while_it_starts_says_so(rig: R
     starting = asyncio.ensure_future(rig.system.supervisor.start_child(Child(Slow)))
     await rig.advance(0.1)
     with pytest.raises(ActionUnavailable, match=r"/slow, which serves /count, neither .* it is not ready"):
-        await rig.start_goal(COUNT, order(1))
+        await rig.send_goal(COUNT, order(1))
     starting.cancel()

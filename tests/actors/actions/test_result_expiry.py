@@ -33,7 +33,7 @@ def server_of(rig: Rig) -> ActionServer:
 
 
 async def run_goal(rig: Rig, order: int = 1) -> None:
-    async with rig.me.start(COUNT, Fibonacci.Goal(order=order)) as goal:
+    async with rig.me.send_goal(COUNT, Fibonacci.Goal(order=order)) as goal:
         assert (await goal).sequence.tolist() == [order]
 
 
@@ -84,7 +84,7 @@ async def test_results_may_be_dropped_at_once_or_kept_forever(rig: Rig, timeout:
             yield Done(Fibonacci.Result())
 
     await rig.start(Other)
-    async with rig.me.start(COUNT, Fibonacci.Goal()) as goal:
+    async with rig.me.send_goal(COUNT, Fibonacci.Goal()) as goal:
         await goal
     server = incarnation_of(rig.node(Other)).record.actions["/count"]
     await rig.advance(50.0)
@@ -130,7 +130,7 @@ async def test_under_simulated_time_a_result_waits_for_that_time(rig: Rig) -> No
     await rig.start(Child(Counter, parameters={"use_sim_time": True}))
     server = server_of(rig)
     rig.publish(CLOCK, at(100))
-    goal = await rig.start_goal(COUNT, Fibonacci.Goal(order=3))
+    goal = await rig.send_goal(COUNT, Fibonacci.Goal(order=3))
     await rig.advance(1.0)
     rig.publish(CLOCK, at(101))
     assert (await goal).sequence.tolist() == [3]
@@ -149,7 +149,7 @@ async def test_when_simulated_time_is_switched_off_the_results_go_on_the_system_
     await rig.start(Child(Counter, parameters={"use_sim_time": True}))
     server = server_of(rig)
     rig.publish(CLOCK, at(5))
-    goal = await rig.start_goal(COUNT, Fibonacci.Goal(order=3))
+    goal = await rig.send_goal(COUNT, Fibonacci.Goal(order=3))
     await rig.advance(1.0)
     rig.publish(CLOCK, at(6))
     await goal

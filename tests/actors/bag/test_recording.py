@@ -406,7 +406,7 @@ class Counter(Node):
 async def test_the_feedback_and_status_of_actions_are_recorded(rig: Rig, tmp_path: Path) -> None:
     await rig.start(recorder(tmp_path / "walk", Selection(all_actions=True)), Counter)
     await rig.quiet()
-    async with await rig.start_goal(COUNT, order(1)) as goal:
+    async with await rig.send_goal(COUNT, order(1)) as goal:
         await goal
     await rig.stop()
     found = read(tmp_path / "walk")

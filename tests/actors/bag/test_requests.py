@@ -57,10 +57,10 @@ async def recorded(path: Path) -> Path:
     for on in (True, False):
         await user.call(LIGHT, SetBool.Request(data=on))
         await rig.advance(1.0)
-    async with user.start(COUNT, order(3)) as goal:
+    async with user.send_goal(COUNT, order(3)) as goal:
         await goal
     with pytest.raises(GoalRejected):
-        async with user.start(COUNT, order(11)):
+        async with user.send_goal(COUNT, order(11)):
             pass
     await rig.advance(1.0)
     await rig.close()

@@ -220,7 +220,7 @@ async def test_a_caller_that_gives_up_and_a_server_that_ends_are_told(rig: Rig, 
 async def test_a_goal_is_one_span_from_its_request_to_its_end_with_its_calls_below_it(rig: Rig, store: Store) -> None:
     rig.observe(Spans(store.provider))
     await rig.start(Adder, Counter)
-    async with await rig.start_goal(COUNT, order(3)) as goal:
+    async with await rig.send_goal(COUNT, order(3)) as goal:
         await goal
 
     span = store.one("/count")
@@ -239,8 +239,8 @@ async def test_goals_that_are_rejected_canceled_or_of_a_known_id_have_failed_for
     rig.observe(Spans(store.provider))
     await rig.start(Adder, Counter)
     with pytest.raises(GoalRejected):
-        await rig.start_goal(COUNT, order(0))
-    async with await rig.start_goal(COUNT, order(50)) as goal:
+        await rig.send_goal(COUNT, order(0))
+    async with await rig.send_goal(COUNT, order(50)) as goal:
         server = rig.system.graph.action("/count").local
         assert server is not None
         second = server.submit(goal.goal_id, order(5), None).future

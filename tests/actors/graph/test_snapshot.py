@@ -31,7 +31,7 @@ class Counter(Node):
 async def test_an_action_is_shown_with_its_server_its_clients_and_its_goals(rig: Rig) -> None:
     system = await rig.start(Counter)
     for _ in range(2):
-        await rig.start_goal(COUNT, Fibonacci.Goal(order=3))
+        await rig.send_goal(COUNT, Fibonacci.Goal(order=3))
     (view,) = system.snapshot().services
     assert (view.name, view.type, view.kind, view.server, view.clients, view.calls) == (
         "/count", "example_interfaces/action/Fibonacci", "action", "/counter", ("/rig",), 2,
@@ -44,7 +44,7 @@ async def test_what_is_asked_for_and_served_by_nobody_is_shown_as_that(rig: Rig)
     before = system.snapshot()
     with pytest.raises(ServiceUnavailable):
         await rig.call(RESET, Trigger.Request(), timeout=0.1)
-    rig.me.start(ELSEWHERE, Fibonacci.Goal())  # never sent, but who makes it means to
+    rig.me.send_goal(ELSEWHERE, Fibonacci.Goal())  # never sent, but who makes it means to
     view = system.snapshot()
     assert [(one.name, one.kind, one.server, one.clients) for one in view.services] == [
         ("/count", "action", "/counter", ()),
@@ -74,7 +74,7 @@ async def test_what_nobody_serves_has_a_line_from_its_client_and_none_to_a_serve
 
 async def test_a_client_that_has_left_is_no_longer_drawn(rig: Rig) -> None:
     system = await rig.start(Counter)
-    async with open_node("visitor") as node, node.start(COUNT, Fibonacci.Goal(order=1)):
+    async with open_node("visitor") as node, node.send_goal(COUNT, Fibonacci.Goal(order=1)):
         assert '"node /visitor" -> "service /count"' in system.snapshot().to_dot()
     view = system.snapshot()
     assert "visitor" not in view.to_dot() + view.to_mermaid()
@@ -82,7 +82,7 @@ async def test_a_client_that_has_left_is_no_longer_drawn(rig: Rig) -> None:
 
 async def test_of_a_choice_of_nodes_only_what_concerns_them_is_drawn(rig: Rig) -> None:
     system = await rig.start(Counter)
-    await rig.start_goal(COUNT, Fibonacci.Goal(order=3))
+    await rig.send_goal(COUNT, Fibonacci.Goal(order=3))
     rig.me.publisher(Topic(String, "words"))
     rig.me.subscribe(Topic(String, "words"))
     whole = system.snapshot()

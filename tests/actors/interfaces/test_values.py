@@ -53,8 +53,8 @@ def test_how_many_handlers_run_at_once_is_a_whole_number(concurrent: Any) -> Non
 async def test_a_timeout_is_a_number_of_seconds(rig: Rig, timeout: Any) -> None:
     await rig.start(Node)
     said = re.escape(f"timeout={timeout!r} must be a number of seconds, or math.inf for no limit")
-    with pytest.raises(ValueError, match=r"^/rig\.start\(Action\(Fibonacci, 'count'\)\): " + said):
-        rig.me.start(COUNT, order(1), timeout=timeout)
+    with pytest.raises(ValueError, match=r"^/rig\.send_goal\(Action\(Fibonacci, 'count'\)\): " + said):
+        rig.me.send_goal(COUNT, order(1), timeout=timeout)
     if timeout is not None:  # without limit
         with pytest.raises(ValueError, match=r"^/rig\.wait_for: " + said):
             await rig.me.wait_for(ADD, timeout=timeout)

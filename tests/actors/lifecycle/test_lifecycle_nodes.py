@@ -210,7 +210,7 @@ class Busy(LifecycleNode):
 async def test_a_finalized_node_has_left_the_graph_but_for_its_standard_services(rig: Rig) -> None:
     await rig.start(Busy)
     heard = rig.probe(OUT)
-    goal = await rig.start_goal(Action(Fibonacci, "count"), Fibonacci.Goal(order=1))
+    goal = await rig.send_goal(Action(Fibonacci, "count"), Fibonacci.Goal(order=1))
     await rig.quiet()
     shutdown = ChangeState.Request(transition=Transition(label="shutdown"))
 

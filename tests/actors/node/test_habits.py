@@ -20,6 +20,7 @@ from actors import (
     publishes,
     run,
 )
+from actors.blocking import BlockingNode
 from actors.errors import described
 from actors.interfaces.std_msgs.msg import Int32
 from actors.runtime.habits import Habits
@@ -47,7 +48,7 @@ class Pilot(Node):
         ("create_subscription", "@TOPIC.on()"),
         ("create_service", "@SERVICE.serve()"),
         ("create_client", "await self.call(SERVICE, request)"),
-        ("create_action_client", "async with self.start(ACTION, goal) as goal"),
+        ("create_action_client", "async with self.send_goal(ACTION, goal) as goal"),
         ("create_action_server", "@ACTION.serve()"),
         ("get_logger", "self.log.info("),
         ("declare_parameters", "speed = parameter(0.5)"),
@@ -74,6 +75,20 @@ def test_a_name_of_rclpy_is_refused_with_what_to_write(name: str, written: str) 
     assert said.startswith(f"Pilot has no {name!r}, which is rclpy's: ")
     assert written in said
     assert said.endswith("; see docs/start/from-rclpy.md")
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "written"),
+    [
+        (Pilot(), "start", "`async with self.send_goal(ACTION, goal) as goal`"),
+        (BlockingNode, "start", "`with node.send_goal(ACTION, goal) as goal`"),
+        (Rig, "start_goal", "`await rig.send_goal(ACTION, goal)`"),
+    ],
+)
+def test_the_old_name_for_sending_a_goal_is_refused_with_the_new_one(owner: object, name: str, written: str) -> None:
+    with pytest.raises(AttributeError) as refused:
+        getattr(owner, name)
+    assert str(refused.value).endswith(f"has no {name!r}: a goal is sent by {written}")
 
 
 def test_rclpys_names_are_really_missing_and_not_shown() -> None:

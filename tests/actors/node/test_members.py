@@ -116,14 +116,14 @@ class HidingInInit(Node):
     """Forgets it still earlier."""
 
     def __init__(self) -> None:
-        self.start = 1.0  # type: ignore[assignment,method-assign]
+        self.send_goal = 1.0  # type: ignore[assignment,method-assign]
 
 
 @pytest.mark.parametrize(
     ("kind", "said"),
     [
         (Hiding, 'Hiding: self.on = False hides the method Node.on ("Let `handler` take the topic'),
-        (HidingInInit, 'HidingInInit: self.start = 1.0 hides the method Node.start ("A goal'),
+        (HidingInInit, 'HidingInInit: self.send_goal = 1.0 hides the method Node.send_goal ("A goal'),
     ],
 )
 async def test_C5_an_attribute_of_the_instance_that_hides_a_method_is_refused(

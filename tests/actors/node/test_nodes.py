@@ -92,7 +92,7 @@ async def test_handlers_of_one_node_never_overlap_whatever_calls_for_them(rig: R
     for value in range(10):
         rig.publish(NUMBERS, number(value))
     calls = [asyncio.create_task(rig.call(ADD, two(value, 0), timeout=9.0)) for value in range(10)]
-    goals = [asyncio.create_task(rig.start_goal(COUNT, order(value))) for value in range(10)]
+    goals = [asyncio.create_task(rig.send_goal(COUNT, order(value))) for value in range(10)]
     await asyncio.wait([*calls, *goals])
     await rig.advance(1.0)
     node = rig.node(Exclusive)
@@ -107,7 +107,7 @@ async def test_order_is_the_order_of_arrival_and_control_goes_first(rig: Rig) ->
     call = asyncio.create_task(rig.call(ADD, two(1, 2)))
     await asyncio.sleep(0)
     rig.publish(NUMBERS, number(1))
-    goal = asyncio.create_task(rig.start_goal(COUNT, order(1)))
+    goal = asyncio.create_task(rig.send_goal(COUNT, order(1)))
     await asyncio.wait([call, goal])
     await rig.advance(0.045)
     assert rig.node(Exclusive).story[:4] == ["take", "check", "add", "take"]
@@ -656,7 +656,7 @@ async def test_an_orderly_stop_ends_goals_then_tasks_newest_first_then_on_stop_w
 ) -> None:
     await rig.start(Orderly)
     probe = rig.probe(NUMBERS)
-    await rig.start_goal(COUNT, order(1))
+    await rig.send_goal(COUNT, order(1))
     rig.publish(NUMBERS, number(1))
     await rig.advance(1.0)
     await supervisor_of(rig).terminate_child("orderly")
@@ -667,7 +667,7 @@ async def test_an_orderly_stop_ends_goals_then_tasks_newest_first_then_on_stop_w
 @pytest.mark.task_order("what on_stop publishes is taken at once by the node's own eager handler")
 async def test_a_failure_cleans_up_in_the_same_order(rig: Rig) -> None:
     await rig.start(Child(Orderly, restart=temporary))
-    await rig.start_goal(COUNT, order(1))
+    await rig.send_goal(COUNT, order(1))
     rig.publish(NUMBERS, number(1))
     await rig.advance(1.0)
     rig.crash(Orderly, OSError("bearing seized"))
@@ -677,7 +677,7 @@ async def test_a_failure_cleans_up_in_the_same_order(rig: Rig) -> None:
 
 async def test_after_its_end_a_node_is_gone_from_the_graph(rig: Rig) -> None:
     await rig.start(Child(Orderly, restart=temporary))
-    await rig.start_goal(COUNT, order(1))
+    await rig.send_goal(COUNT, order(1))
     await supervisor_of(rig).terminate_child("orderly")
     topic = rig.system.graph.topic("/numbers")
     assert (topic.publishers, topic.subscriptions) == ([], [])

@@ -137,7 +137,7 @@ async def test_a_goal_goes_over_the_five_endpoints_of_its_action(rig: Rig) -> No
 async def test_a_long_status_list_is_published_at_a_pace_and_its_last_state_is_never_left_out(rig: Rig) -> None:
     await rig.start(Arm)
     status = rig.probe(STATUS)
-    goals = [await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=0)) for _ in range(100)]
+    goals = [await rig.send_goal(FIBONACCI, Fibonacci.Goal(order=0)) for _ in range(100)]
     await rig.advance(0.1)
     for goal in goals:
         await goal
@@ -161,12 +161,12 @@ async def test_goal_ids_are_used_once_and_rejections_have_no_stamp(rig: Rig) -> 
 
 async def test_a_result_is_kept_for_ten_seconds_and_then_unknown(rig: Rig) -> None:
     await rig.start(Arm)
-    async with rig.me.start(FIBONACCI, Fibonacci.Goal(order=1)) as goal:
+    async with rig.me.send_goal(FIBONACCI, Fibonacci.Goal(order=1)) as goal:
         await goal
     ask = GET_RESULT.request(goal_id=UUID(uuid=goal.goal_id))
     assert (await rig.call(GET_RESULT, ask)).status == GoalStatus.SUCCEEDED
     await rig.advance(10.5)
-    async with rig.me.start(FIBONACCI, Fibonacci.Goal(order=0)) as other:
+    async with rig.me.send_goal(FIBONACCI, Fibonacci.Goal(order=0)) as other:
         await other
     late = await rig.call(GET_RESULT, ask)
     assert late.status == GoalStatus.UNKNOWN
@@ -175,8 +175,8 @@ async def test_a_result_is_kept_for_ten_seconds_and_then_unknown(rig: Rig) -> No
 
 async def test_all_goals_are_canceled_by_a_request_without_id(rig: Rig) -> None:
     await rig.start(Arm)
-    first = await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=100))
-    second = await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=100))
+    first = await rig.send_goal(FIBONACCI, Fibonacci.Goal(order=100))
+    second = await rig.send_goal(FIBONACCI, Fibonacci.Goal(order=100))
     await rig.advance(2.5)
     answer = await rig.call(CANCEL, CancelGoal.Request(goal_info=GoalInfo()))
     assert answer.return_code == CancelCode.NONE
@@ -206,7 +206,7 @@ async def test_a_service_that_only_looks_like_a_derived_one_is_not_there(rig: Ri
 async def test_a_topic_that_only_looks_like_a_derived_one_is_silent(rig: Rig, name: str) -> None:
     await rig.start(Arm)
     heard = rig.probe(STATUS, name=name)
-    await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=1))
+    await rig.send_goal(FIBONACCI, Fibonacci.Goal(order=1))
     await rig.advance(2.0)
     assert len(heard) == 0
 
@@ -215,7 +215,7 @@ async def test_many_may_listen_and_each_hears_everything_once(rig: Rig) -> None:
     """The second listener of a derived topic does not open it a second time."""
     await rig.start(Arm)
     probes = [rig.probe(topic) for topic in (FEEDBACK, FEEDBACK, ROSOUT, ROSOUT, STATUS, STATUS)]
-    await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=2))
+    await rig.send_goal(FIBONACCI, Fibonacci.Goal(order=2))
     await rig.advance(2.0)
     assert [len(probe) for probe in probes[:2]] == [2, 2]
     assert [[log.msg for log in probe.messages if log.name == "arm"] for probe in probes[2:4]] == [  # type: ignore[attr-defined]
@@ -245,7 +245,7 @@ async def test_who_listens_to_an_action_hears_its_next_incarnation_as_well(rig: 
     status, feedback = rig.probe(STATUS), rig.probe(FEEDBACK)
     rig.crash(Arm)
     await rig.settled()
-    goal = await rig.start_goal(FIBONACCI, Fibonacci.Goal(order=1))
+    goal = await rig.send_goal(FIBONACCI, Fibonacci.Goal(order=1))
     await rig.advance(1.5)
     assert [message.feedback.sequence.tolist() for message in feedback.messages] == [[0, 1, 1]]  # type: ignore[attr-defined]
     last = status.last

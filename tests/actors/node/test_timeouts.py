@@ -23,7 +23,7 @@ SILENT = Topic(Int32, "silent")
 USES: dict[str, Callable[[Node, Any], Awaitable[Any]]] = {
     "call": lambda me, timeout: me.call(ADD, AddTwoInts.Request(a=1, b=2), timeout=timeout),
     "retry": lambda me, timeout: retry(me, ADD, AddTwoInts.Request(a=1, b=2), timeout=timeout),
-    "start": lambda me, timeout: me.start(COUNT, Fibonacci.Goal(order=1), timeout=timeout).send(),
+    "start": lambda me, timeout: me.send_goal(COUNT, Fibonacci.Goal(order=1), timeout=timeout).send(),
     "wait_for": lambda me, timeout: me.wait_for(ADD, timeout=timeout),
     "next": lambda me, timeout: me.subscribe(SILENT).next(timeout),
     "events of a publisher": lambda me, timeout: me.publisher(SILENT).events().next(timeout),

@@ -40,7 +40,7 @@ class Closed(Node):
     @background
     async def asks(self) -> None:
         answer = await self.call(OWN, Trigger.Request())
-        async with self.start(OWN_GOAL, Fibonacci.Goal(order=2)) as goal:
+        async with self.send_goal(OWN_GOAL, Fibonacci.Goal(order=2)) as goal:
             self.told(String(data=f"{answer.message} {(await goal).sequence.tolist()}"))
 
     @OWN.serve(concurrent=1)

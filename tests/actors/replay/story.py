@@ -122,12 +122,12 @@ class Hero(Node):
     @background
     async def follows(self) -> None:
         with suppress(GoalAborted, GoalCanceled):
-            async with self.start(COUNT, Fibonacci.Goal(order=3)) as goal:
+            async with self.send_goal(COUNT, Fibonacci.Goal(order=3)) as goal:
                 self.say(f"goal {goal.goal_id.hex()}")
                 async for feedback in goal:
                     self.say(f"feedback {feedback.sequence.tolist()}")
                 self.say(f"result {(await goal).sequence.tolist()}")
-        async with self.start(COUNT, Fibonacci.Goal(order=50)) as goal:
+        async with self.send_goal(COUNT, Fibonacci.Goal(order=50)) as goal:
             await self.clock.sleep(0.04)
             await goal.cancel("enough")
             self.say(f"ended {await goal.ended()}")
@@ -217,14 +217,14 @@ class Visitor(Node):
         with suppress(TimeoutError):
             await asyncio.wait_for(self.call(ASK_MANY, Trigger.Request()), 0.005)
         for order in (2, 3):
-            async with self.start(CLIMB, Fibonacci.Goal(order=order)) as goal:
+            async with self.send_goal(CLIMB, Fibonacci.Goal(order=order)) as goal:
                 became.append(repr(await goal.ended()))
-        async with self.start(CLIMB, Fibonacci.Goal(order=50)) as goal:
+        async with self.send_goal(CLIMB, Fibonacci.Goal(order=50)) as goal:
             await self.clock.sleep(0.05)
-            async with self.start(CLIMB, Fibonacci.Goal(order=1)) as second:  # preempts the first
+            async with self.send_goal(CLIMB, Fibonacci.Goal(order=1)) as second:  # preempts the first
                 became.append(repr(await second.ended()))
             became.append(repr(await goal.ended()))
-        async with self.start(CLIMB, Fibonacci.Goal(order=50)) as goal:
+        async with self.send_goal(CLIMB, Fibonacci.Goal(order=50)) as goal:
             await goal.cancel("changed my mind")
             became.append(repr(await goal.ended()))
         return became

@@ -138,7 +138,7 @@ class Starting(Node):
 
     @background
     async def follows(self) -> None:
-        async with self.start(OWN_GOAL, Fibonacci.Goal(order=2), timeout=0.05) as goal:
+        async with self.send_goal(OWN_GOAL, Fibonacci.Goal(order=2), timeout=0.05) as goal:
             self.told(String(data=f"{(await goal).sequence.tolist()}"))
 
 

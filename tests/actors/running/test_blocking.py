@@ -175,7 +175,7 @@ async def test_inside_an_event_loop_it_is_refused_with_advice_to_await(rig: Rig)
         (lambda: node.publish(WORDS, word("x")), r"node\.publisher"),
         (lambda: node.subscribe(WORDS), r"node\.subscribe"),
         (lambda: node.next(WORDS), r"await node\.subscribe"),
-        (lambda: node.run_goal(COUNT, order(1)), r"async with node\.start"),
+        (lambda: node.run_goal(COUNT, order(1)), r"async with node\.send_goal"),
         (lambda: node.run(lambda inner: inner.wait_for(ADD)), "await instead, with the coroutine"),
     ):
         with pytest.raises(InsideEventLoop, match=advice):
@@ -230,7 +230,7 @@ def test_what_goes_wrong_is_raised_in_the_thread_that_asked() -> None:
 
 
 async def start_elsewhere(node: Node) -> None:
-    async with node.start(Action(Fibonacci, "elsewhere"), order(1), timeout=1e-6):
+    async with node.send_goal(Action(Fibonacci, "elsewhere"), order(1), timeout=1e-6):
         pass
 
 
@@ -447,7 +447,7 @@ def test_a_subscription_is_a_stream_to_iterate_to_ask_and_to_close() -> None:
 
 def test_a_goal_is_entered_iterated_and_asked_for_its_result() -> None:
     with blocking.open_node("script", tree=Desk) as node:
-        goal = node.start(COUNT, order(3))
+        goal = node.send_goal(COUNT, order(3))
         assert goal.status is GoalStatus.UNKNOWN
         assert repr(goal) == "<blocking <goal not sent for /count: UNKNOWN>>"
         with goal:
@@ -455,23 +455,23 @@ def test_a_goal_is_entered_iterated_and_asked_for_its_result() -> None:
             assert goal.result() == result(0, 1, 2)
             assert repr(goal).endswith("for /count: SUCCEEDED>>")
             assert goal.cancel() is False
-        with node.start(COUNT, order(100)) as hanging:
+        with node.send_goal(COUNT, order(100)) as hanging:
             assert len(next(hanging).sequence) == 1, "the first, or, where this thread was late, one of the newest ten"
             assert hanging.cancel("enough") is True
             with pytest.raises(GoalCanceled, match="enough"):
                 hanging.result()
-        with pytest.raises(KeyError, match="script"), node.start(COUNT, order(100)) as left:
+        with pytest.raises(KeyError, match="script"), node.send_goal(COUNT, order(100)) as left:
             raise KeyError("script")
         assert left.status is GoalStatus.CANCELED
-        with pytest.raises(GoalRejected, match="cannot count backwards"), node.start(COUNT, order(-1)):
+        with pytest.raises(GoalRejected, match="cannot count backwards"), node.send_goal(COUNT, order(-1)):
             raise AssertionError("it has been accepted")
 
 
 def test_a_goal_that_outlives_its_node_says_so_unless_the_block_has_said_more() -> None:
     with blocking.open_node("script", tree=Desk) as node:
-        goal = node.start(COUNT, order(100))
+        goal = node.send_goal(COUNT, order(100))
         goal.__enter__()
-        failing = node.start(COUNT, order(100))
+        failing = node.send_goal(COUNT, order(100))
         failing.__enter__()
     with pytest.raises(Ended, match="its block has been left"):
         goal.__exit__(None, None, None)

@@ -78,7 +78,7 @@ def test_a_node_that_stops_its_system_does_not_wait_for_its_own_end(where: str) 
             async with quiet_run(Child(Ender)) as system, open_node("me") as me:
                 me.publisher(NUMBERS)(number(1))
                 if where == "goal":
-                    await me.start(COUNT, Fibonacci.Goal()).send()
+                    await me.send_goal(COUNT, Fibonacci.Goal()).send()
                 if where != "on_stop":
                     await system.wait()
         except NotRunning:
@@ -165,7 +165,7 @@ class Undecided(Node):
 def test_a_goals_block_is_left_in_time_though_the_cancels_hook_hangs() -> None:
     async def program() -> float:
         async with quiet_run(Child(Undecided)), open_node("me") as me:
-            async with me.start(COUNT, Fibonacci.Goal()):
+            async with me.send_goal(COUNT, Fibonacci.Goal()):
                 begun = me.clock.now()
             return me.clock.now() - begun
 

@@ -323,7 +323,7 @@ async def test_a_node_whose_code_refuses_to_die_is_given_up_and_said_to_be(rig: 
     Zombie.released = asyncio.Event()
     await rig.start(Child(type("Zombie", (Zombie,), {"where": where}), name="zombie", stop=0.5))
     if where == "goal":
-        goal = await rig.start_goal(COUNT, order(1))
+        goal = await rig.send_goal(COUNT, order(1))
     await rig.advance(1.0)
     supervisor = rig.system.supervisor
     assert supervisor is not None
@@ -487,7 +487,7 @@ async def test_D6_code_that_asks_the_program_to_exit_stops_everything_in_order(p
                         await guest.call(ADD, two(1, 2))
                 elif place == "goal":
                     with pytest.raises(GoalAborted, match="asked the program to exit"):
-                        async with guest.start(COUNT, order(1)) as goal:
+                        async with guest.send_goal(COUNT, order(1)) as goal:
                             await goal
                 elif place == "concurrent handler":
                     guest.publisher(NUMBERS)(number(1))

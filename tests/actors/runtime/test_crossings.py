@@ -69,7 +69,7 @@ def server_of(rig: Rig) -> ActionServer:
 
 async def test_a_goal_that_ends_while_its_server_thinks_about_canceling_it_has_ended(rig: Rig) -> None:
     await rig.start(Worker)
-    goal = await rig.start_goal(COUNT, order(11))
+    goal = await rig.send_goal(COUNT, order(11))
     await rig.advance(0.8)
     assert not await goal.cancel()  # it takes the check until 1.2 s to agree
     assert goal.status is GoalStatus.SUCCEEDED
@@ -77,7 +77,7 @@ async def test_a_goal_that_ends_while_its_server_thinks_about_canceling_it_has_e
 
 async def test_D4_who_no_longer_waits_for_an_answer_to_a_cancellation_has_asked_for_it_all_the_same(rig: Rig) -> None:
     await rig.start(Worker)
-    goal = await rig.start_goal(COUNT, order(3))
+    goal = await rig.send_goal(COUNT, order(3))
     rig.publish(NUMBERS, number(1))
     await rig.advance(0.1)
     asking = asyncio.create_task(goal.cancel())
@@ -90,7 +90,7 @@ async def test_D4_who_no_longer_waits_for_an_answer_to_a_cancellation_has_asked_
 
 async def test_D4_who_goes_while_the_check_is_made_has_its_goal_canceled_if_the_check_agrees(rig: Rig) -> None:
     await rig.start(Worker)
-    goal = await rig.start_goal(COUNT, order(13))
+    goal = await rig.send_goal(COUNT, order(13))
     asking = asyncio.create_task(goal.cancel())
     await rig.advance(0.1)
     asking.cancel()
@@ -101,13 +101,13 @@ async def test_D4_who_goes_while_the_check_is_made_has_its_goal_canceled_if_the_
 
 async def test_who_goes_before_a_goal_is_rejected_hears_nothing_of_it(rig: Rig) -> None:
     await rig.start(Worker)
-    sending = asyncio.create_task(rig.start_goal(COUNT, order(100)))
+    sending = asyncio.create_task(rig.send_goal(COUNT, order(100)))
     await rig.advance(0.1)
     sending.cancel()
     await rig.advance(1.0)
     assert sending.cancelled()
     assert rig.node(Worker).asked == ["accept"]
-    assert (await rig.start_goal(COUNT, order(1))).status is GoalStatus.EXECUTING
+    assert (await rig.send_goal(COUNT, order(1))).status is GoalStatus.EXECUTING
 
 
 async def test_goals_that_wait_at_the_end_of_the_node_are_told_unless_their_clients_have_gone(rig: Rig) -> None:
@@ -115,7 +115,7 @@ async def test_goals_that_wait_at_the_end_of_the_node_are_told_unless_their_clie
     rig.publish(NUMBERS, number(1))
     await rig.advance(0.1)
     rig.crash(Worker)  # once the number has been dealt with, and before the goals are looked at
-    sending, other = (asyncio.create_task(rig.start_goal(COUNT, order(1))) for _ in range(2))
+    sending, other = (asyncio.create_task(rig.send_goal(COUNT, order(1))) for _ in range(2))
     await rig.advance(0.1)
     sending.cancel()
     await rig.settled()
@@ -133,7 +133,7 @@ async def test_cancellations_that_wait_at_the_end_of_the_node_are_refused_unless
         def last_act(self) -> None: ...
 
     await rig.start(Leaving)
-    goal, second = [await rig.start_goal(COUNT, order(3)) for _ in range(2)]
+    goal, second = [await rig.send_goal(COUNT, order(3)) for _ in range(2)]
     rig.publish(NUMBERS, number(1))
     await rig.advance(0.1)
     rig.crash(Leaving)
@@ -148,7 +148,7 @@ async def test_cancellations_that_wait_at_the_end_of_the_node_are_refused_unless
 
 async def test_who_no_longer_waits_for_a_result_does_not_hold_up_the_goals_end(rig: Rig) -> None:
     await rig.start(Worker)
-    goal = await rig.start_goal(COUNT, order(2))
+    goal = await rig.send_goal(COUNT, order(2))
     first, second = (asyncio.create_task(server_of(rig).result_of(goal.goal_id)) for _ in range(2))
     await rig.advance(1.0)
     first.cancel()
@@ -164,7 +164,7 @@ async def test_a_handler_may_start_a_goal_of_another_node_and_wait_for_it(rig: R
 
         @ADD.serve()
         async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
-            async with self.start(COUNT, order(request.a + request.b)) as goal:
+            async with self.send_goal(COUNT, order(request.a + request.b)) as goal:
                 return total(len((await goal).sequence))
 
     await rig.start(Worker, Chief)
@@ -257,7 +257,7 @@ async def test_a_body_that_has_had_its_last_word_does_not_hold_up_the_end_of_its
             await self.clock.sleep(1e6)
 
     system = await rig.start(Tidy)
-    goal = await rig.start_goal(COUNT, order(2))
+    goal = await rig.send_goal(COUNT, order(2))
     await rig.advance(1.0)
     await system.stop()
     assert rig.now == 1.0

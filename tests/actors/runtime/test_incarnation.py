@@ -60,9 +60,9 @@ class Lift(Node):
 async def test_the_check_of_one_action_is_none_of_the_others_business(rig: Rig) -> None:
     await rig.start(Lift)
     with pytest.raises(GoalRejected, match="no such floor"):
-        await rig.start_goal(UP, order(7))
-    assert await (await rig.start_goal(DOWN, order(7))) == result(-7)
-    assert await (await rig.start_goal(UP, order(2))) == result(2)
+        await rig.send_goal(UP, order(7))
+    assert await (await rig.send_goal(DOWN, order(7))) == result(-7)
+    assert await (await rig.send_goal(UP, order(2))) == result(2)
 
 
 async def test_what_serves_and_asks_introduces_itself(rig: Rig) -> None:

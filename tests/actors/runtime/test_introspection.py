@@ -139,7 +139,7 @@ async def test_it_can_be_changed_while_the_node_runs(rig: Rig) -> None:
     assert user.set_parameter(CLIENT, "metadata").successful
     assert rig.node(Counter).set_parameter(ACTION, "contents").successful
     await user.call(ADD, two(1, 2))
-    async with await rig.start_goal(COUNT, order(0)) as goal:
+    async with await rig.send_goal(COUNT, order(0)) as goal:
         await goal
     assert steps(calls) == [(SENT, 2), (RECEIVED, 2), (ANSWERED, 2), (RETURNED, 2)]
     assert steps(goals) == [(RECEIVED, 1), (ANSWERED, 1)]
@@ -148,7 +148,7 @@ async def test_it_can_be_changed_while_the_node_runs(rig: Rig) -> None:
     user.set_parameter(CLIENT, "disabled")
     rig.node(Counter).set_parameter(ACTION, "off")
     await user.call(ADD, two(1, 2))
-    async with await rig.start_goal(COUNT, order(0)) as goal:
+    async with await rig.send_goal(COUNT, order(0)) as goal:
         await goal
     assert (len(calls), len(goals)) == (4, 2)
 
@@ -172,9 +172,9 @@ async def test_a_parameter_file_may_give_it_to_all_nodes() -> None:
 async def test_an_action_tells_of_requests_answers_and_results(rig: Rig) -> None:
     await rig.start(Child(Counter, parameters={ACTION: "contents"}))
     goals, results = rig.probe(GOALS), rig.probe(RESULTS)
-    async with await rig.start_goal(COUNT, order(2)) as goal:
+    async with await rig.send_goal(COUNT, order(2)) as goal:
         await goal
-    async with await rig.start_goal(COUNT, order(50)) as long:
+    async with await rig.send_goal(COUNT, order(50)) as long:
         await long.cancel()
         with pytest.raises(GoalCanceled):
             await long

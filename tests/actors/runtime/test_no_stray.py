@@ -70,7 +70,7 @@ class Gripper(Node):
 
 
 async def holds(rig: Rig, force: int = 0) -> None:
-    async with rig.me.start(GRIP, order(force)) as goal:
+    async with rig.me.send_goal(GRIP, order(force)) as goal:
         await goal
 
 
@@ -166,7 +166,7 @@ class Hesitant(Node):
 
 async def test_D4_a_goal_that_ends_before_the_server_is_asked_is_not_asked_about(rig: Rig) -> None:
     await rig.start(Hesitant)
-    goal = await rig.start_goal(GRIP, order(1))
+    goal = await rig.send_goal(GRIP, order(1))
     rig.publish(READINGS, number(2))
     await rig.advance(0.5)
     asking = asyncio.create_task(goal.cancel())
@@ -179,7 +179,7 @@ async def test_D4_a_goal_that_ends_before_the_server_is_asked_is_not_asked_about
 async def test_D4_who_asks_a_server_that_refuses_to_die_hears_no_when_it_is_given_up(rig: Rig) -> None:
     await rig.start(Child(Hesitant, stop=1.0))
     node = rig.node(Hesitant)
-    goal = await rig.start_goal(GRIP, order(3600))
+    goal = await rig.send_goal(GRIP, order(3600))
     asking = asyncio.create_task(goal.cancel())
     await rig.advance(0.5)
     assert rig.system.supervisor is not None
@@ -194,7 +194,7 @@ async def test_D4_who_asks_a_server_that_refuses_to_die_hears_no_when_it_is_give
 
 async def test_D4_a_goal_whose_server_is_killed_before_it_has_decided_is_answered(rig: Rig) -> None:
     await rig.start(Child(Hesitant, stop="kill"))
-    sending = asyncio.create_task(rig.start_goal(GRIP, order(0), timeout=600.0))
+    sending = asyncio.create_task(rig.send_goal(GRIP, order(0), timeout=600.0))
     await rig.advance(0.5)
     assert rig.system.supervisor is not None
     await rig.system.supervisor.terminate_child("hesitant")
@@ -249,7 +249,7 @@ async def test_D6_who_waits_for_an_answer_hears_of_a_panic_at_once(rig: Rig) -> 
     with pytest.raises(ServiceFailed, match="BaseExceptionGroup: two of them"):
         await rig.call(MANY, two(0, 0), timeout=30.0)
     await rig.advance(0.1)
-    goal = await rig.start_goal(GRIP, order(1))
+    goal = await rig.send_goal(GRIP, order(1))
     with pytest.raises(GoalAborted, match="Panic: overrun"):
         await asyncio.wait_for(goal, 1.0)
     await rig.advance(0.1)
@@ -488,7 +488,7 @@ class Arm(Node):
 
 async def test_feedback_while_cleaning_up_is_heard_and_the_clean_up_comes_to_its_end(rig: Rig) -> None:
     await rig.start(Arm)
-    async with rig.me.start(GRIP, order(1)) as goal:
+    async with rig.me.send_goal(GRIP, order(1)) as goal:
         await anext(goal)
         assert await goal.cancel()
         heard = [feedback async for feedback in goal]
@@ -522,7 +522,7 @@ async def test_a_body_that_ignores_its_cancellation_hears_it_again_and_is_closed
     rig: Rig, period: float, each: float
 ) -> None:
     await rig.start(Child(Deaf, args=(period,)))
-    goal = await rig.start_goal(GRIP, order(1))
+    goal = await rig.send_goal(GRIP, order(1))
     await rig.advance(1.0)
     canceled = rig.now
     assert await goal.cancel()

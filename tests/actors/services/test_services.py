@@ -728,7 +728,7 @@ async def test_a_handler_that_starts_a_goal_of_its_own_node_is_told_so(rig: Rig)
         @NUMBERS.on()
         async def take(self, message: Int32) -> None:
             try:
-                async with self.start(COUNT, order(1)):
+                async with self.send_goal(COUNT, order(1)):
                     pass
             except CallCycle as cycle:
                 self.heard = str(cycle)

@@ -141,7 +141,7 @@ class Boss(Node):
         self.newest = message.data
         if message.data % 10:
             return
-        async with self.start(WORK, Fibonacci.Goal(order=7)) as goal:
+        async with self.send_goal(WORK, Fibonacci.Goal(order=7)) as goal:
             while self.newest < message.data + 2:
                 await self.clock.sleep(0.01)
             await goal.cancel()

@@ -203,10 +203,10 @@ async def test_what_it_publishes_comes_from_one_publisher_for_each_topic(rig: Ri
 async def test_it_calls_services_and_starts_goals(rig: Rig) -> None:
     await rig.start(Counter)
     assert (await rig.call(ADD, two(1, 2))).sum == 3
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     await rig.until(lambda: goal.feedback_count == 1)
     with pytest.raises(GoalRejected):
-        await rig.start_goal(COUNT, order(1), timeout=1.0)
+        await rig.send_goal(COUNT, order(1), timeout=1.0)
     await rig.advance(1.0)
     assert goal.status is GoalStatus.SUCCEEDED
 
@@ -551,7 +551,7 @@ async def test_a_goal_and_a_node_that_refuse_to_end_are_leaks() -> None:
 
     rig = Rig()
     await rig.start(Child(Zombie, stop=1.0))
-    goal = await rig.start_goal(COUNT, order(1))
+    goal = await rig.send_goal(COUNT, order(1))
     await rig.quiet()
     with pytest.raises(Leak, match=r"task /zombie Zombie\.count"):
         await rig.close()
@@ -585,7 +585,7 @@ async def test_a_node_is_found_by_class_name_or_full_name_again(rig: Rig) -> Non
 
 async def test_a_goal_that_the_rig_has_sent_may_be_entered(rig: Rig) -> None:
     await rig.start(Counter)
-    goal = await rig.start_goal(COUNT, order(50))
+    goal = await rig.send_goal(COUNT, order(50))
     sent = goal.goal_id
     async with goal as entered:
         assert entered is goal and goal.goal_id == sent

@@ -222,7 +222,7 @@ def test_a_canceled_goal_that_goes_on_is_a_failure() -> None:
 
     async def body(rig: Rig) -> None:
         await rig.start(Deaf, Source)
-        goal = await rig.start_goal(COUNT, order(1))
+        goal = await rig.send_goal(COUNT, order(1))
         await rig.advance(1.0)
         await goal.cancel()
         await rig.advance(30.0)

@@ -86,7 +86,7 @@ def play(*texts: str, order_too: bool = False) -> Outcome:
         await rig.advance(1.0)
         rig.publish(TICKS, Int32(data=1))
         try:
-            async with rig.me.start(COUNT, order(1)) as goal:
+            async with rig.me.send_goal(COUNT, order(1)) as goal:
                 await rig.advance(1.0)
                 await rig.call(ASK, Trigger.Request(), timeout=2.0)
                 await goal
@@ -232,7 +232,7 @@ def caught_cycle(of: str) -> Outcome:
                 if of == "service":
                     await self.call(ASK, Trigger.Request())
                 else:
-                    async with self.start(COUNT, order(1)):
+                    async with self.send_goal(COUNT, order(1)):
                         pass
             except CallCycle as cycle:
                 self.log.warning("no answer", why=str(cycle))
@@ -257,7 +257,7 @@ def test_calls_and_goals_that_are_answered_are_no_failures() -> None:
         @every(hz=5)
         async def ask(self) -> None:
             await self.call(ASK, Trigger.Request())
-            async with self.start(COUNT, order(1)) as goal:
+            async with self.send_goal(COUNT, order(1)) as goal:
                 await goal
 
     async def body(rig: Rig) -> None:
@@ -298,7 +298,7 @@ class HungGoal(Node):
 
     @background
     async def begin(self) -> None:
-        async with self.start(COUNT, order(1)) as goal:
+        async with self.send_goal(COUNT, order(1)) as goal:
             await goal
 
 

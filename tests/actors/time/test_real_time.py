@@ -153,8 +153,8 @@ class Counter(Node):
 @story
 async def test_actions_feedback_result_and_cancel() -> None:
     async with quiet(Child(Counter)), open_node("client") as me:
-        endless = me.start(COUNT, order(1_000_000), timeout=PATIENCE)
-        short = me.start(COUNT, order(3), timeout=PATIENCE)
+        endless = me.send_goal(COUNT, order(1_000_000), timeout=PATIENCE)
+        short = me.send_goal(COUNT, order(3), timeout=PATIENCE)
         async with endless, short:
             assert [feedback async for feedback in short] == [step(0), step(0, 1), step(0, 1, 2)]
             assert await short == result(0, 1, 2)

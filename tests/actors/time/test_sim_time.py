@@ -250,7 +250,7 @@ async def test_an_action_runs_at_the_pace_of_simulated_time(rig: Rig) -> None:
             yield Done(result(goal.order))
 
     await following(rig, Counter)
-    goal = await rig.start_goal(COUNT, order(3))
+    goal = await rig.send_goal(COUNT, order(3))
     await rig.quiet()
     await show(rig, 1.0, 2.0, every=60.0)
     assert not goal.done

@@ -66,8 +66,8 @@ async def test_a_foreign_thread_is_refused_before_anything_is_done() -> None:
         node, supervisor = robot.node, system.supervisor
         request = AddTwoInts.Request(a=1, b=2)
         await me.call(ADD, request)
-        async with me.start(COUNT, Fibonacci.Goal(order=1000)) as goal:
-            unsent = me.start(COUNT, Fibonacci.Goal(order=1))
+        async with me.send_goal(COUNT, Fibonacci.Goal(order=1000)) as goal:
+            unsent = me.send_goal(COUNT, Fibonacci.Goal(order=1))
             attempts: dict[str, Callable[[], object]] = {
                 "set_parameter": lambda: node.set_parameter("speed", 2.0),
                 "set_parameters": lambda: node.set_parameters({"speed": 2.0}),

@@ -240,7 +240,7 @@ async def test_what_is_there_when_the_transport_is_open_is_shown_and_what_it_tol
     assert (before, other.node(Talker).out.subscription_count) == (0, 2)
     assert rig.node(Listener).numbers.publisher_count == 2
     assert await other.call(ADD, two(1, 0)) == total(1)
-    assert await (await other.start_goal(COUNT, order(1))) == result(1)
+    assert await (await other.send_goal(COUNT, order(1))) == result(1)
     assert "/brief" not in [node.name for node in rig.system.snapshot().nodes]
 
 

@@ -81,7 +81,7 @@ def answer_of(service: Any, answers: list[Answer]) -> Any:
 async def test_a_goal_runs_in_another_process_with_its_feedback_and_result(hosts: Hosts) -> None:
     server, client = await hosts.start(Counter), await hosts.start(Node)
     states: list[GoalStatus] = []
-    async with client.me.start(COUNT, order(3)) as goal:
+    async with client.me.send_goal(COUNT, order(3)) as goal:
         await client.advance(0.5)
         states.append(goal.status)
         views = [view for rig in (server, client) for view in rig.system.snapshot().services if view.name == "/count"]
@@ -100,7 +100,7 @@ async def test_a_goal_runs_in_another_process_with_its_feedback_and_result(hosts
 
 async def test_a_goal_waits_for_a_server_that_is_started_later_and_several_may_run(hosts: Hosts) -> None:
     client = await hosts.start(Node)
-    goals = [asyncio.create_task(client.start_goal(COUNT, order(number))) for number in (1, 2)]
+    goals = [asyncio.create_task(client.send_goal(COUNT, order(number))) for number in (1, 2)]
     await client.advance(1.0)
     await hosts.start(Counter)
     assert [await (await goal) for goal in goals] == [result(1), result(2)]
@@ -110,7 +110,7 @@ async def test_a_rejection_says_why(hosts: Hosts) -> None:
     await hosts.start(Counter)
     client = await hosts.start(Node)
     with pytest.raises(GoalRejected) as rejected:
-        await client.start_goal(COUNT, order(-1))
+        await client.send_goal(COUNT, order(-1))
     assert rejected.value.reason == "too few"
     assert client.system.graph.actions["/count"].server.active == 0  # type: ignore[union-attr]
 
@@ -118,7 +118,7 @@ async def test_a_rejection_says_why(hosts: Hosts) -> None:
 async def test_an_abort_hands_over_its_result_and_reason(hosts: Hosts) -> None:
     await hosts.start(Counter)
     client = await hosts.start(Node)
-    goal = await client.start_goal(COUNT, order(13))
+    goal = await client.send_goal(COUNT, order(13))
     with pytest.raises(GoalAborted) as aborted:
         await goal
     assert (aborted.value.result, aborted.value.reason) == (result(13), "thirteen")
@@ -127,7 +127,7 @@ async def test_an_abort_hands_over_its_result_and_reason(hosts: Hosts) -> None:
 async def test_a_cancellation_takes_effect_and_the_server_hears_its_reason(hosts: Hosts) -> None:
     await hosts.start(Counter)
     client = await hosts.start(Node)
-    goal = await client.start_goal(COUNT, order(5))
+    goal = await client.send_goal(COUNT, order(5))
     await client.advance(1.5)
     assert await goal.cancel("changed my mind")
     with pytest.raises(GoalCanceled) as canceled:
@@ -139,7 +139,7 @@ async def test_a_cancellation_takes_effect_and_the_server_hears_its_reason(hosts
 async def test_a_server_may_refuse_to_cancel(hosts: Hosts) -> None:
     await hosts.start(Counter)
     client = await hosts.start(Node)
-    goal = await client.start_goal(COUNT, order(99))
+    goal = await client.send_goal(COUNT, order(99))
     assert not await goal.cancel()
     await client.advance(1.0)
     assert goal.status is GoalStatus.EXECUTING
@@ -147,7 +147,7 @@ async def test_a_server_may_refuse_to_cancel(hosts: Hosts) -> None:
 
 async def test_leaving_the_block_cancels(hosts: Hosts) -> None:
     server, client = await hosts.start(Counter), await hosts.start(Node)
-    async with client.me.start(COUNT, order(5)) as goal:
+    async with client.me.send_goal(COUNT, order(5)) as goal:
         await client.advance(0.5)
     assert goal.status is GoalStatus.CANCELED
     assert server.state(Counter).actions["/count"].active == 0
@@ -155,7 +155,7 @@ async def test_leaving_the_block_cancels(hosts: Hosts) -> None:
 
 async def test_a_goal_whose_client_gives_up_before_the_answer_is_canceled(hosts: Hosts) -> None:
     server, client = await hosts.start(Counter), await hosts.start(Node)
-    sending = asyncio.create_task(client.start_goal(COUNT, order(5)))
+    sending = asyncio.create_task(client.send_goal(COUNT, order(5)))
     for _ in range(3):
         await asyncio.sleep(0)
     sending.cancel()
@@ -167,21 +167,21 @@ async def test_a_goal_whose_client_gives_up_before_the_answer_is_canceled(hosts:
 
 async def test_a_server_process_that_is_lost_aborts_its_goals_with_a_reason_that_names_it(hosts: Hosts) -> None:
     server, client = await hosts.start(Counter), await hosts.start(Node)
-    goal = await client.start_goal(COUNT, order(5))
+    goal = await client.send_goal(COUNT, order(5))
     await client.advance(1.5)
     hosts.lose(server)
     with pytest.raises(GoalAborted) as aborted:
         await goal
     assert (aborted.value.reason, client.now) == ("/counter ended or was lost while the goal ran", 1.5)
     with pytest.raises(NotRunning, match="/counter, which served /count, has stopped"):
-        await client.start_goal(COUNT, order(1))
+        await client.send_goal(COUNT, order(1))
     assert not [token for token in hosts.network.tokens if "/MS/" in token and "_action" in token]
     assert not await goal.cancel()
 
 
 async def test_a_server_process_that_is_lost_before_it_answers_is_named(hosts: Hosts) -> None:
     server, client = await hosts.start(Counter), await hosts.start(Node)
-    sending = asyncio.create_task(client.start_goal(COUNT, order(5)))
+    sending = asyncio.create_task(client.send_goal(COUNT, order(5)))
     await asyncio.sleep(0)
     hosts.lose(server)
     with pytest.raises(NotRunning, match="/counter, which serves /count, has ended or is lost"):
@@ -190,20 +190,20 @@ async def test_a_server_process_that_is_lost_before_it_answers_is_named(hosts: H
 
 async def test_a_node_that_is_restarted_aborts_its_goals_and_takes_new_ones(hosts: Hosts) -> None:
     server, client = await hosts.start(Child(Counter, backoff=Backoff(5.0, 5.0))), await hosts.start(Node)
-    goal = await client.start_goal(COUNT, order(50))
+    goal = await client.send_goal(COUNT, order(50))
     await client.advance(1.5)
     server.crash(Counter)
     with pytest.raises(GoalAborted, match="/counter"):
         await goal
     with pytest.raises(NodeRestarting, match=r"/counter \(incarnation 1\)"):
-        await client.start_goal(COUNT, order(1))
+        await client.send_goal(COUNT, order(1))
     await server.advance(6.0)
-    assert await (await client.start_goal(COUNT, order(1))) == result(1)
+    assert await (await client.send_goal(COUNT, order(1))) == result(1)
 
 
 async def test_a_client_process_that_is_lost_leaves_its_goals_to_the_server(hosts: Hosts) -> None:
     server, client = await hosts.start(Counter), await hosts.start(Node)
-    await client.start_goal(COUNT, order(3))
+    await client.send_goal(COUNT, order(3))
     hosts.lose(client)
     await server.advance(5.0)
     (goal,) = server.state(Counter).actions["/count"].table.records()
@@ -224,7 +224,7 @@ async def test_an_action_of_another_definition_is_refused_with_both_hashes(hosts
     ]
     await client.quiet()
     with pytest.raises(WrongType, match=r"Fibonacci \(RIHS01_0000.*Fibonacci \(RIHS01_"):
-        await client.start_goal(COUNT, order(1))
+        await client.send_goal(COUNT, order(1))
     for one in shown:
         one.close()
     await client.quiet()
@@ -234,7 +234,7 @@ async def test_an_action_of_another_definition_is_refused_with_both_hashes(hosts
 async def test_the_action_of_ones_own_process_wins_and_both_processes_log_the_other_one(hosts: Hosts) -> None:
     first = await hosts.start(Counter)
     second = await hosts.start(Child(Counter, name="other_counter"))
-    await first.start_goal(COUNT, order(1))
+    await first.send_goal(COUNT, order(1))
 
     assert (first.state(Counter).actions["/count"].goals, second.state(Counter).actions["/count"].goals) == (1, 0)
     for rig, elsewhere in ((first, "/other_counter"), (second, "/counter")):
@@ -245,9 +245,9 @@ async def test_the_action_of_ones_own_process_wins_and_both_processes_log_the_ot
 async def test_a_client_whose_node_ends_is_no_subscriber_any_more(hosts: Hosts) -> None:
     await hosts.start(Counter)
     client = await hosts.start(Node)
-    await (await client.start_goal(COUNT, order(1)))
+    await (await client.send_goal(COUNT, order(1)))
     joined = await client.system.join(Child(Node, name="guest"))
-    async with joined.node.start(COUNT, order(1)) as goal:
+    async with joined.node.send_goal(COUNT, order(1)) as goal:
         await goal
     before = [token for token in hosts.network.tokens if "/guest/" in token and ("/MS/" in token or "/SC/" in token)]
     await client.system.leave(joined)
@@ -338,8 +338,8 @@ async def test_a_result_that_overtakes_the_acceptance_waits_for_it(hosts: Hosts)
 
 async def test_a_client_of_ros_2_asks_for_results_and_cancels_without_reasons(hosts: Hosts) -> None:
     server, client = await hosts.start(Counter), await hosts.start(Node)
-    goal = await server.start_goal(COUNT, order(5))
-    other = await client.start_goal(COUNT, order(5))
+    goal = await server.send_goal(COUNT, order(5))
+    other = await client.send_goal(COUNT, order(5))
     ids = [UUID(uuid=one.goal_id) for one in (goal, other)]
     waiting = [
         asyncio.create_task(client.call(GET_RESULT, GET_RESULT.type.Request(goal_id=one), timeout=99.0)) for one in ids
@@ -372,7 +372,7 @@ async def test_what_is_no_request_of_a_client_of_ros2_is_answered_with_an_error(
 async def test_a_goal_id_that_is_in_use_is_rejected_and_the_first_goal_goes_on(hosts: Hosts) -> None:
     await hosts.start(Counter)
     client = await hosts.start(Node)
-    goal = await client.start_goal(COUNT, order(2))
+    goal = await client.send_goal(COUNT, order(2))
     send: Any = Service(derived.send_goal_service(Fibonacci), "count/_action/send_goal")
     again = await client.call(send, send.type.Request(goal_id=UUID(uuid=goal.goal_id), goal=order(1)))
     assert not again.accepted
@@ -425,18 +425,18 @@ async def test_a_server_that_answers_nonsense_does_not_leave_its_clients_waiting
     server = Server(hosts, other)
     await client.quiet()
     with pytest.raises(ActionUnavailable, match="/odd, which serves /count, neither accepted nor rejected the goal"):
-        await client.start_goal(COUNT, order(1))
+        await client.send_goal(COUNT, order(1))
     server.answers["send_goal"] = b"nonsense"
     with pytest.raises(ServiceFailed, match=r"/odd failed .* its answer to the goal cannot be read"):
-        await client.start_goal(COUNT, order(1))
+        await client.send_goal(COUNT, order(1))
     server.answers["send_goal"] = ACCEPTED
     reasons: list[str] = []
     for answer in (b"nonsense", encode(RESULT(status=0)), encode(RESULT(status=77))):
         server.answers["get_result"] = answer
-        outcome = await (await client.start_goal(COUNT, order(1))).ended()
+        outcome = await (await client.send_goal(COUNT, order(1))).ended()
         reasons.append(outcome.reason)
     server.answers["get_result"] = encode(RESULT(status=5))
-    canceled = await (await client.start_goal(COUNT, order(1))).ended()
+    canceled = await (await client.send_goal(COUNT, order(1))).ended()
 
     assert reasons == [
         "/odd ended while the goal ran",
@@ -448,7 +448,7 @@ async def test_a_server_that_answers_nonsense_does_not_leave_its_clients_waiting
 
 async def test_status_and_feedback_that_are_none_or_of_other_goals_are_ignored(hosts: Hosts) -> None:
     server, client = await hosts.start(Counter), await hosts.start(Node)
-    goal = await client.start_goal(COUNT, order(3))
+    goal = await client.send_goal(COUNT, order(3))
     for part in ("status", "feedback"):
         (key,) = (one.key for one in hosts.ends[client].subscriptions if part in one.key)
         outlet = hosts.ends[server].outlet(key, Delivery())
@@ -478,13 +478,13 @@ async def test_a_server_that_neither_accepts_nor_rejects_is_named(hosts: Hosts) 
     with pytest.raises(
         ActionUnavailable, match="/slow, which serves /count, neither accepted nor rejected the goal within 2 s"
     ):
-        await client.start_goal(COUNT, order(1), timeout=2.0)
+        await client.send_goal(COUNT, order(1), timeout=2.0)
 
 
 async def test_a_client_that_gives_up_on_a_goal_that_is_rejected_later_leaves_nothing_behind(hosts: Hosts) -> None:
     await hosts.start(Counter)
     client = await hosts.start(Node)
-    sending = asyncio.create_task(client.start_goal(COUNT, order(-1)))
+    sending = asyncio.create_task(client.send_goal(COUNT, order(-1)))
     for _ in range(3):
         await asyncio.sleep(0)
     sending.cancel()
@@ -495,7 +495,7 @@ async def test_a_client_that_gives_up_on_a_goal_that_is_rejected_later_leaves_no
 async def test_a_client_that_gives_up_while_it_cancels_drops_the_answer(hosts: Hosts) -> None:
     await hosts.start(Counter)
     client = await hosts.start(Node)
-    goal = await client.start_goal(COUNT, order(5))
+    goal = await client.send_goal(COUNT, order(5))
     canceling = asyncio.create_task(goal.cancel())
     await asyncio.sleep(0)
     canceling.cancel()
@@ -510,7 +510,7 @@ async def test_a_node_that_waits_for_the_acceptance_of_its_goal_elsewhere_is_par
     class Client(Node):
         @ask.serve()
         async def asked(self, request: Trigger.Request) -> Trigger.Response:
-            await self.start(COUNT, order(1)).send()
+            await self.send_goal(COUNT, order(1)).send()
             return Trigger.Response()
 
     class Server(Node):
@@ -550,7 +550,7 @@ async def test_a_goal_whose_result_is_gone_has_ended_as_its_status_says_and_give
         return None
 
     end.ask = slowly  # type: ignore[method-assign]
-    goal = await client.start_goal(COUNT, order(3))
+    goal = await client.send_goal(COUNT, order(3))
     await client.advance(5.0)
     assert goal.status is GoalStatus.EXECUTING
     held[0]()

@@ -168,7 +168,7 @@ class Sender(Node):
     @SECOND.serve()
     async def send(self, request: Trigger.Request) -> Trigger.Response:
         try:
-            await self.start(COUNT, order(1), timeout=20.0).send()
+            await self.send_goal(COUNT, order(1), timeout=20.0).send()
         except (CallCycle, GoalRejected) as error:
             return Trigger.Response(message=str(getattr(error, "nodes", error)))
         return Trigger.Response(message="accepted")

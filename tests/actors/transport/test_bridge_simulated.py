@@ -40,7 +40,7 @@ async def test_topics_services_and_actions_cross_a_simulated_network() -> None:
     await second.advance(1.0)
     for value in range(5):
         first.publish(NUMBERS, number(value))
-    async with first.me.start(COUNT, order(2)) as goal:
+    async with first.me.send_goal(COUNT, order(2)) as goal:
         feedback = [one.sequence.tolist() async for one in goal]
         answer = await goal
 
@@ -57,7 +57,7 @@ async def test_a_cut_link_ends_what_waits_and_after_healing_all_is_as_before() -
     latched = second.probe(NUMBERS, qos=qos.LATCHED)
     out = first.me.publisher(NUMBERS, qos=qos.LATCHED)
     out(number(1))
-    goal = await first.start_goal(COUNT, order(60))
+    goal = await first.send_goal(COUNT, order(60))
     call = asyncio.create_task(second.call(ADD, two(1, 100), timeout=99.0))
     await first.advance(1.0)
     network.cut("host0", "host1")

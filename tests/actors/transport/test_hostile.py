@@ -106,7 +106,7 @@ async def test_each_kind_of_data_is_counted_and_told_at_its_place(hosts: Hosts) 
     await hosts.start(Child(Counter, name="far", remap={"count": "far_count"}))
     stranger = hosts.network.end()
     far = Action(Fibonacci, "far_count")
-    await rig.start_goal(far, order(0))  # from now on feedback and status of the far action are heard
+    await rig.send_goal(far, order(0))  # from now on feedback and status of the far action are heard
     await stranger.open("@ros2_lv/0/**", Tokens())
     await rig.quiet()
     sound = write_attachment(Attachment(1, 0, bytes(16)))

@@ -112,7 +112,7 @@ async def near(work: Work, port: int, far: Far) -> list[float]:
 
 
 async def goal(node: Node) -> None:
-    async with node.start(COUNT, Fibonacci.Goal(order=1)) as running:
+    async with node.send_goal(COUNT, Fibonacci.Goal(order=1)) as running:
         await running
 
 

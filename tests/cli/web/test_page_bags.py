@@ -61,7 +61,7 @@ class Errand(Node):
 
     async def done(self) -> None:
         self.log.info("the walk begins")
-        async with self.start(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=1.5), timeout=10.0) as goal:
+        async with self.send_goal(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=1.5), timeout=10.0) as goal:
             await goal.ended()
         self.log.info("the walk ends")
 

@@ -231,7 +231,7 @@ async def test_the_browser_carries_out_a_goal() -> None:
         await client.say("advertise_action", action="/browser_count", type="example_interfaces/Fibonacci")
         await client.call("/rosapi/get_time")
         action = Action(Fibonacci, "/browser_count")
-        async with stage.talker.start(action, Fibonacci.Goal(order=2)) as goal:
+        async with stage.talker.send_goal(action, Fibonacci.Goal(order=2)) as goal:
             request = await client.find("send_action_goal")
             assert (request["action"], request["args"]) == ("/browser_count", {"order": 2})
             told = {"id": request["id"], "action": "/browser_count"}
@@ -245,7 +245,7 @@ async def test_the_browser_is_asked_to_cancel_a_goal() -> None:
     async with serving() as stage, stage.rosbridge() as client:
         await client.say("advertise_action", action="/browser_count", type="example_interfaces/Fibonacci")
         await client.call("/rosapi/get_time")
-        goal = stage.talker.start(Action(Fibonacci, "/browser_count"), Fibonacci.Goal(order=2))
+        goal = stage.talker.send_goal(Action(Fibonacci, "/browser_count"), Fibonacci.Goal(order=2))
         await goal.send()
         request = await client.find("send_action_goal")
         assert await goal.cancel()

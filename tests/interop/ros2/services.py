@@ -147,7 +147,7 @@ async def _their_server(bench: Bench) -> None:
 
 async def our_goal(bench: Bench) -> None:
     await _their_server(bench)
-    async with bench.ours.node.start(THEIR_COUNT, Fibonacci.Goal(order=6), timeout=30.0) as goal:
+    async with bench.ours.node.send_goal(THEIR_COUNT, Fibonacci.Goal(order=6), timeout=30.0) as goal:
         feedbacks = [feedback.sequence.tolist() async for feedback in goal]
         result = await goal
     assert result.sequence.tolist() == numbers(6)
@@ -158,13 +158,13 @@ async def our_goal_fails(bench: Bench) -> None:
     await _their_server(bench)
     node = bench.ours.node
     try:
-        await node.start(THEIR_COUNT, Fibonacci.Goal(order=50), timeout=30.0).send()
+        await node.send_goal(THEIR_COUNT, Fibonacci.Goal(order=50), timeout=30.0).send()
     except GoalRejected:
         pass
     else:
         raise AssertionError("the goal was not rejected")
     for order, ending in ((13, GoalAborted), (40, GoalCanceled)):
-        async with node.start(THEIR_COUNT, Fibonacci.Goal(order=order), timeout=30.0) as goal:
+        async with node.send_goal(THEIR_COUNT, Fibonacci.Goal(order=order), timeout=30.0) as goal:
             if order == 40:
                 async for _ in goal:
                     break

@@ -81,7 +81,7 @@ def limits_kept(rig_joints: list[np.ndarray], hz: float) -> bool:
 async def test_the_position_service_tells_the_true_angles_before_during_and_after_a_motion(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
     assert await where(rig) == (list(STOWED), "IDLE")
-    moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
+    moving = await rig.send_goal(MOVE_ARM, goal(*FORWARD))
     await rig.advance(0.5)
     angles, status = await where(rig)
     assert status == "MOVING"
@@ -94,7 +94,7 @@ async def test_the_position_service_tells_the_true_angles_before_during_and_afte
 async def test_half_way_the_service_tells_half_the_way_and_the_action_agrees(rig: Rig) -> None:
     body = KinematicBody(SCENE, seed=1, arm=True)
     await rig.start(driver(body))
-    moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
+    moving = await rig.send_goal(MOVE_ARM, goal(*FORWARD))
     await rig.advance(0.1)
     await rig.until(lambda: body.arm is not None and body.arm.state().progress >= 0.5)
     angles, status = await where(rig)
@@ -109,7 +109,7 @@ async def test_half_way_the_service_tells_half_the_way_and_the_action_agrees(rig
 async def test_feedback_comes_ten_times_a_second_never_falls_and_earlier_ones_keep_their_numbers(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
     joints = rig.probe(ARM_JOINT_STATES)
-    moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
+    moving = await rig.send_goal(MOVE_ARM, goal(*FORWARD))
     begun, seen, copies = rig.now, [], []
     async for feedback in moving:
         seen.append(feedback)
@@ -128,7 +128,7 @@ async def test_feedback_comes_ten_times_a_second_never_falls_and_earlier_ones_ke
 async def test_a_cancelled_motion_brakes_within_limits_and_tells_where_it_really_stopped(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
     joints = rig.probe(ARM_JOINT_STATES)
-    moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
+    moving = await rig.send_goal(MOVE_ARM, goal(*FORWARD))
     await rig.advance(0.7)
     asked = rig.now
     assert await moving.cancel()
@@ -145,7 +145,7 @@ async def test_a_cancelled_motion_brakes_within_limits_and_tells_where_it_really
     assert await where(rig) == (angles, "IDLE")
     assert moving.feedback_count == count
     assert limits_kept([message.position for message in joints], 50.0)
-    again = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
+    again = await rig.send_goal(MOVE_ARM, goal(*FORWARD))
     assert (await again).final_angles.tolist() == list(FORWARD)
 
 
@@ -163,7 +163,7 @@ async def test_what_the_arm_cannot_take_is_refused_with_the_reason_and_nothing_m
 ) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
     with pytest.raises(GoalRejected, match=words):
-        await rig.start_goal(MOVE_ARM, MoveArm.Goal(target_angles=angles))
+        await rig.send_goal(MOVE_ARM, MoveArm.Goal(target_angles=angles))
     await rig.advance(0.5)
     assert await where(rig) == (list(STOWED), "IDLE")
 
@@ -171,16 +171,16 @@ async def test_what_the_arm_cannot_take_is_refused_with_the_reason_and_nothing_m
 async def test_a_newer_goal_preempts_and_begins_where_the_first_one_stopped(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
     joints = rig.probe(ARM_JOINT_STATES)
-    first = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
+    first = await rig.send_goal(MOVE_ARM, goal(*FORWARD))
     await rig.advance(0.6)
-    second = await rig.start_goal(MOVE_ARM, goal(-1.0, -1.0, 1.0, 0.0))
+    second = await rig.send_goal(MOVE_ARM, goal(-1.0, -1.0, 1.0, 0.0))
     opening = await anext(aiter(second))
     with pytest.raises(GoalCanceled) as preempted:
         await first
     assert opening.current_angles.tolist() == preempted.value.result.final_angles.tolist()
     assert opening.progress_percentage == 0.0
     assert (await second).final_angles.tolist() == [-1.0, -1.0, 1.0, 0.0]
-    third = await rig.start_goal(MOVE_ARM, goal(*STOWED))
+    third = await rig.send_goal(MOVE_ARM, goal(*STOWED))
     assert (await anext(aiter(third))).current_angles.tolist() == [-1.0, -1.0, 1.0, 0.0]
     await third
     assert limits_kept([message.position for message in joints], 50.0)
@@ -188,20 +188,20 @@ async def test_a_newer_goal_preempts_and_begins_where_the_first_one_stopped(rig:
 
 async def test_a_stop_of_the_robot_brakes_the_arm_and_until_it_is_cleared_nothing_moves(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
-    moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
+    moving = await rig.send_goal(MOVE_ARM, goal(*FORWARD))
     await rig.advance(0.6)
     rig.publish(SAFETY_STATE, SafetyState(stopped=True, reasons=("tilt",)))
     with pytest.raises(GoalAborted, match="tilt") as aborted:
         await moving
     assert aborted.value.result.message == "Movement stopped: tilt"
     with pytest.raises(GoalRejected, match="stopped: tilt"):
-        await rig.start_goal(MOVE_ARM, goal(*STOWED))
+        await rig.send_goal(MOVE_ARM, goal(*STOWED))
     rig.publish(SAFETY_STATE, SafetyState(stopped=False))
     await rig.advance(0.1)
-    await rig.start_goal(MOVE_ARM, goal(*STOWED))
+    await rig.send_goal(MOVE_ARM, goal(*STOWED))
     await rig.advance(1.0)  # and the monitor says no more: who obeys it stops
     with pytest.raises(GoalRejected, match="silent"):
-        await rig.start_goal(MOVE_ARM, goal(*STOWED))
+        await rig.send_goal(MOVE_ARM, goal(*STOWED))
 
 
 class Monitor(Node):
@@ -235,7 +235,7 @@ async def test_a_motion_that_is_aborted_twice_is_sent_again_and_succeeds_the_thi
 
 async def test_an_arm_whose_node_fails_stops_and_the_next_life_knows_where_it_is(rig: Rig) -> None:
     await rig.start(driver(KinematicBody(SCENE, seed=1, arm=True)))
-    moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
+    moving = await rig.send_goal(MOVE_ARM, goal(*FORWARD))
     await rig.advance(0.6)
     rig.crash("arm")
     with pytest.raises(GoalAborted):
@@ -259,7 +259,7 @@ async def test_the_gripper_is_calibrated_and_grips_only_what_is_between_its_jaws
     assert body.arm is not None
     dx, dy, dz = centre(CUP) - body.truth().position - np.array(MOUNT)
     for off, held in ((0.025, None), (0.015, "cup")):
-        await (await rig.start_goal(MOVE_ARM, goal(*inverse(Tip(dx, dy, dz + off, 0.6)))))
+        await (await rig.send_goal(MOVE_ARM, goal(*inverse(Tip(dx, dy, dz + off, 0.6)))))
         reply = await rig.call(GRIPPER, SetBool.Request(data=True))
         assert reply.success is (held is not None)
         assert body.arm.held == held
@@ -270,7 +270,7 @@ async def test_the_gripper_is_calibrated_and_grips_only_what_is_between_its_jaws
     assert told.last.gripping
     assert told.last.opening == pytest.approx(0.07)
     assert not (await rig.call(CALIBRATE_GRIPPER, Trigger.Request())).success
-    await (await rig.start_goal(MOVE_ARM, goal(*inverse(Tip(dx, dy, dz + 0.1, 0.6)))))
+    await (await rig.send_goal(MOVE_ARM, goal(*inverse(Tip(dx, dy, dz + 0.1, 0.6)))))
     assert body.things()[0].z == pytest.approx(CUP.z + 0.085)
     await rig.call(GRIPPER, SetBool.Request(data=False))
     assert body.things()[0].z == CUP.z
@@ -280,7 +280,7 @@ async def test_the_gripper_is_calibrated_and_grips_only_what_is_between_its_jaws
 async def test_the_arm_in_physics_ends_within_a_milliradian_and_its_feedback_does_not_fall(rig: Rig) -> None:
     body = PhysicsBody(SCENE, seed=1, arm=True)
     await rig.start(driver(body))
-    moving = await rig.start_goal(MOVE_ARM, goal(*FORWARD))
+    moving = await rig.send_goal(MOVE_ARM, goal(*FORWARD))
     seen = [feedback async for feedback in moving]
     result = await moving
     assert moving.status is GoalStatus.SUCCEEDED

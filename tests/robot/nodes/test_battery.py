@@ -174,10 +174,10 @@ async def test_with_a_critical_battery_a_goal_is_refused_with_the_reason_and_the
     with pytest.raises(
         GoalAborted, match=r"battery critical for new goals \(18 %\): only the way to the dock is open"
     ) as refused:
-        await (await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0))))
+        await (await rig.send_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0))))
     assert ErrorCode.of(refused.value.result) == ErrorCode.LOW_BATTERY
     home = pose_stamped(get_world("empty").dock, BatteryState().header.stamp)
-    goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=home))
+    goal = await rig.send_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=home))
     await rig.advance(0.5)
     assert not goal.done
     await goal.cancel()
@@ -188,7 +188,7 @@ async def test_a_goal_that_runs_when_the_battery_gets_critical_ends_safely(rig: 
     await rig.start(robot(percent=90.0))
     await rig.call(STAND, Trigger.Request())
     await rig.advance(2.5)
-    goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 5.0)))
+    goal = await rig.send_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 5.0)))
     await rig.advance(1.5)
     cmd = rig.probe(CMD_VEL)
     rig.publish(BATTERY_STATUS, BatteryStatus(level="low", percent=19.0, energy=30.0))

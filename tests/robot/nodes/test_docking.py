@@ -38,7 +38,7 @@ async def mode_after_a_second(rig: Rig) -> str:
 async def test_the_robot_docks_within_centimeters_charges_and_leaves_again(rig: Rig) -> None:
     body = await standing_robot(rig)
     states = rig.probe(DOCK_STATUS)
-    going = await rig.start_goal(DOCK, Dock.Goal())
+    going = await rig.send_goal(DOCK, Dock.Goal())
     stages = list(dict.fromkeys([feedback.stage async for feedback in going]))
     result = await going
     assert (result.success, result.outcome) == (True, "docked")
@@ -46,9 +46,9 @@ async def test_the_robot_docks_within_centimeters_charges_and_leaves_again(rig: 
     away, turned = off_dock(body)
     assert away < 0.05
     assert turned < 0.06
-    again = await (await rig.start_goal(DOCK, Dock.Goal()))
+    again = await (await rig.send_goal(DOCK, Dock.Goal()))
     assert again.message == "already docked and charging"
-    left = await (await rig.start_goal(UNDOCK, Dock.Goal()))
+    left = await (await rig.send_goal(UNDOCK, Dock.Goal()))
     assert (left.success, left.outcome) == (True, "undocked")
     assert off_dock(body)[0] == pytest.approx(0.8, abs=0.1)
     assert await mode_after_a_second(rig) == "stand"
@@ -59,7 +59,7 @@ async def test_the_robot_docks_within_centimeters_charges_and_leaves_again(rig: 
 async def test_a_dock_that_is_away_is_not_found(rig: Rig) -> None:
     body = await standing_robot(rig)
     take_station_away(body)
-    going = await rig.start_goal(DOCK, Dock.Goal())
+    going = await rig.send_goal(DOCK, Dock.Goal())
     with pytest.raises(
         GoalAborted, match="dock not found: no station seen within 3 s where the map has the dock"
     ) as failed:
@@ -69,7 +69,7 @@ async def test_a_dock_that_is_away_is_not_found(rig: Rig) -> None:
 
 async def test_a_dock_that_vanishes_during_the_approach_is_lost_and_the_robot_stops(rig: Rig) -> None:
     body = await standing_robot(rig)
-    going = await rig.start_goal(DOCK, Dock.Goal())
+    going = await rig.send_goal(DOCK, Dock.Goal())
     async for feedback in going:
         if feedback.stage == "approaching" and feedback.distance_remaining < 0.6:
             break
@@ -83,7 +83,7 @@ async def test_a_dock_that_vanishes_during_the_approach_is_lost_and_the_robot_st
 async def test_contacts_that_do_not_close_are_tried_again_and_then_called_misaligned(rig: Rig) -> None:
     await standing_robot(rig)
     rig.node(Legs).charger_works = False
-    going = await rig.start_goal(DOCK, Dock.Goal())
+    going = await rig.send_goal(DOCK, Dock.Goal())
     stages = [feedback.stage async for feedback in going]
     with pytest.raises(GoalAborted, match="misaligned: the charger's contacts did not close in 3 approaches"):
         await going
@@ -93,7 +93,7 @@ async def test_contacts_that_do_not_close_are_tried_again_and_then_called_misali
 async def test_docking_that_takes_too_long_times_out(rig: Rig) -> None:
     await standing_robot(rig)
     begun = rig.now
-    going = await rig.start_goal(DOCK, Dock.Goal(timeout=3.0))
+    going = await rig.send_goal(DOCK, Dock.Goal(timeout=3.0))
     with pytest.raises(GoalAborted, match="timed out: not finished within 3 s"):
         await going
     assert rig.now - begun < 3.3
@@ -101,7 +101,7 @@ async def test_docking_that_takes_too_long_times_out(rig: Rig) -> None:
 
 async def test_docking_can_be_canceled_on_its_way_and_the_robot_stops(rig: Rig) -> None:
     body = await standing_robot(rig)
-    going = await rig.start_goal(DOCK, Dock.Goal())
+    going = await rig.send_goal(DOCK, Dock.Goal())
     async for feedback in going:
         if feedback.stage == "approaching":
             break
@@ -116,11 +116,11 @@ async def test_docking_can_be_canceled_on_its_way_and_the_robot_stops(rig: Rig) 
 
 async def test_a_navigation_goal_during_the_approach_takes_the_robot_away(rig: Rig) -> None:
     await standing_robot(rig)
-    docking = await rig.start_goal(DOCK, Dock.Goal())
+    docking = await rig.send_goal(DOCK, Dock.Goal())
     async for feedback in docking:
         if feedback.stage == "approaching":
             break
-    going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(0.0, 0.0))
+    going = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(0.0, 0.0))
     with pytest.raises(GoalAborted, match="preempted: another goal took the robot away"):
         await docking
     assert (await going).success
@@ -128,7 +128,7 @@ async def test_a_navigation_goal_during_the_approach_takes_the_robot_away(rig: R
 
 async def test_a_path_without_poses_is_nobodys_walk_and_takes_nothing_away(rig: Rig) -> None:
     await standing_robot(rig)
-    docking = await rig.start_goal(DOCK, Dock.Goal())
+    docking = await rig.send_goal(DOCK, Dock.Goal())
     async for feedback in docking:
         if feedback.stage == "approaching":
             rig.publish(PATH, Path())
@@ -138,11 +138,11 @@ async def test_a_path_without_poses_is_nobodys_walk_and_takes_nothing_away(rig: 
 async def test_a_second_docking_and_a_timeout_that_is_no_number_are_refused(rig: Rig) -> None:
     await standing_robot(rig)
     with pytest.raises(GoalRejected, match="the timeout nan is not a number of seconds"):
-        await rig.start_goal(DOCK, Dock.Goal(timeout=math.nan))
-    first = await rig.start_goal(DOCK, Dock.Goal())
+        await rig.send_goal(DOCK, Dock.Goal(timeout=math.nan))
+    first = await rig.send_goal(DOCK, Dock.Goal())
     await rig.advance(0.5)
     with pytest.raises(GoalRejected):
-        await rig.start_goal(UNDOCK, Dock.Goal())
+        await rig.send_goal(UNDOCK, Dock.Goal())
     assert await first.cancel()
 
 

@@ -66,7 +66,7 @@ async def send(
     rig: Rig, name: str = "cup", where: PoseStamped | None = None
 ) -> Goal[NavigateAndGrab_Result, NavigateAndGrab_Feedback]:
     where = at(2.0, 1.0) if where is None else where
-    return await rig.start_goal(NAVIGATE_AND_GRAB, NavigateAndGrab.Goal(object_name=name, target_pose=where))
+    return await rig.send_goal(NAVIGATE_AND_GRAB, NavigateAndGrab.Goal(object_name=name, target_pose=where))
 
 
 @pytest.mark.slow(reason="the first half of the test of the whole errand, with more looked at")
@@ -184,7 +184,7 @@ async def test_a_cup_that_is_snatched_from_the_jaws_is_looked_for_and_reached_fo
 
 async def test_the_cup_is_carried_to_the_second_table_and_released_there(rig: Rig) -> None:
     body = await awake(rig, robot())
-    goal = await rig.start_goal(
+    goal = await rig.send_goal(
         FETCH_AND_CARRY,
         FetchAndCarry.Goal(object_name="cup", target_pose=at(2.0, 1.0), place_pose=upon(OTHER_TABLE)),
     )
@@ -204,7 +204,7 @@ async def test_the_cup_is_carried_to_the_second_table_and_released_there(rig: Ri
 @pytest.mark.slow
 async def test_in_physics_the_cup_is_fetched_carried_and_stands_on_the_second_table(rig: Rig) -> None:
     body = await awake(rig, PhysicsBody(KITCHEN, seed=1, arm=True))
-    goal = await rig.start_goal(
+    goal = await rig.send_goal(
         FETCH_AND_CARRY,
         FetchAndCarry.Goal(object_name="cup", target_pose=at(2.0, 1.0), place_pose=upon(OTHER_TABLE)),
     )

@@ -47,7 +47,7 @@ async def test_canceling_who_follows_a_goal_closes_its_generator_and_cancels_it(
 
     async def follow() -> None:
         nonlocal followed
-        goal = rig.me.start(MOVE_TO_POSITION, move_to_position.MoveToPosition.Goal(target_x=50.0))
+        goal = rig.me.send_goal(MOVE_TO_POSITION, move_to_position.MoveToPosition.Goal(target_x=50.0))
         try:
             async with goal as running:
                 async for _ in running:

@@ -49,7 +49,7 @@ async def test_joint_angles_arm_calibration_navigation_and_battery_in_one_runnin
     assert (reply.success, reply.message) == (False, "There is no sensor called 'leg' here; ask for arm or gripper")
 
     # Navigation: takes long, tells its progress and can be canceled, so an action; the other three go on meanwhile.
-    goal = await rig.start_goal(
+    goal = await rig.send_goal(
         HUMANOID_NAVIGATE, HumanoidNav.Goal(target_position=[1.0, -0.5, 0.0], avoid_obstacles=True)
     )
     told, charges = [], []
@@ -86,7 +86,7 @@ async def test_a_path_the_pose_and_the_control_gains_are_each_asked_for_and_answ
 
 async def test_an_arm_that_moves_is_not_calibrated(rig: Rig) -> None:
     await awake(rig, KinematicBody(KITCHEN, seed=1, arm=True))
-    await rig.start_goal(MOVE_ARM, MoveArm.Goal(target_angles=[0.0, -1.0, 1.0, 0.0]))
+    await rig.send_goal(MOVE_ARM, MoveArm.Goal(target_angles=[0.0, -1.0, 1.0, 0.0]))
     await rig.advance(0.5)
     reply = await rig.call(CALIBRATE_ARM, Request(sensor_name="arm"))
     assert (reply.success, reply.message) == (False, "Failed to calibrate arm: the arm is moving")

@@ -86,7 +86,7 @@ async def test_the_station_is_where_a_late_scan_saw_it_from_where_the_robot_was_
     rig.publish(GAIT_STATUS, GaitStatus(mode="walk", goal="walk"))
     await rig.advance(0.01)
     commands = rig.probe(AUTONOMY_CMD)
-    await rig.start_goal(DOCK, Dock.Goal())
+    await rig.send_goal(DOCK, Dock.Goal())
 
     def tell(here: Pose2, stamp: Time) -> None:
         rig.publish(POSE, pose_stamped(here, stamp))

@@ -55,7 +55,7 @@ from tests.robot.stage import at, drop, floor, navigate, speed, standing_robot, 
 
 async def failure_of(rig: Rig, x: float, y: float, frame: str = "map", tree: str = "") -> tuple[int, str]:
     """The code and the words with which a goal is aborted."""
-    goal = await rig.start_goal(NAVIGATE_TO_POSE, to_place(x, y, 0.0, frame, tree))
+    goal = await rig.send_goal(NAVIGATE_TO_POSE, to_place(x, y, 0.0, frame, tree))
     with pytest.raises(GoalAborted) as failed:
         await goal
     assert isinstance(failed.value.result, NavigateToPose_Result)
@@ -65,7 +65,7 @@ async def failure_of(rig: Rig, x: float, y: float, frame: str = "map", tree: str
 async def test_a_client_of_nav2_walks_the_robot_and_hears_how_far_it_is(rig: Rig) -> None:
     body = await standing_robot(rig)
     begun = rig.now
-    goal = await rig.start_goal(NAVIGATE_TO_POSE, to_place(3.0, 0.5, 0.5))
+    goal = await rig.send_goal(NAVIGATE_TO_POSE, to_place(3.0, 0.5, 0.5))
     told = [feedback async for feedback in goal]
     result = await goal
     assert (result.error_code, result.error_msg) == (ErrorCode.NONE, "")
@@ -83,7 +83,7 @@ async def test_a_client_of_nav2_walks_the_robot_and_hears_how_far_it_is(rig: Rig
 
 async def test_what_cannot_be_reached_is_refused_with_its_code_and_a_running_goal_goes_on(rig: Rig) -> None:
     body = await standing_robot(rig)
-    running = await rig.start_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
+    running = await rig.send_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
     await rig.advance(2.0)
     code, words = await failure_of(rig, 2.5, 2.1)
     assert code == ErrorCode.GOAL_OCCUPIED
@@ -112,7 +112,7 @@ async def test_without_the_energy_for_the_way_and_back_a_goal_is_refused_with_th
 
 async def test_a_goal_that_is_canceled_stops_the_robot(rig: Rig) -> None:
     body = await standing_robot(rig)
-    goal = await rig.start_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
+    goal = await rig.send_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
     await rig.advance(3.0)
     assert await goal.cancel()
     with pytest.raises(GoalCanceled):
@@ -125,9 +125,9 @@ async def test_a_newer_goal_takes_over_without_a_stop_and_the_older_one_is_abort
     rig: Rig,
 ) -> None:
     body = await standing_robot(rig)
-    first = await rig.start_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
+    first = await rig.send_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
     await rig.advance(3.0)
-    second = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
+    second = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
     with pytest.raises(GoalAborted, match="preempted by a newer goal") as preempted:
         await first
     assert ErrorCode.of(preempted.value.result) == ErrorCode.PREEMPTED
@@ -138,7 +138,7 @@ async def test_a_newer_goal_takes_over_without_a_stop_and_the_older_one_is_abort
 async def test_a_way_that_is_closed_on_the_way_is_aborted_with_nav2s_code_for_patience(rig: Rig) -> None:
     body = await standing_robot(rig)
     drop(body, Box(2.5, 0.0, 0.4, 0.4))
-    goal = await rig.start_goal(NAVIGATE_TO_POSE, to_place(4.0, 0.0, behavior_tree="straight"))
+    goal = await rig.send_goal(NAVIGATE_TO_POSE, to_place(4.0, 0.0, behavior_tree="straight"))
     await rig.until(lambda: goal.done, within=60.0, step=0.1)
     with pytest.raises(GoalAborted, match="PathBlocked") as failed:
         await goal
@@ -149,7 +149,7 @@ async def test_a_way_that_is_closed_on_the_way_is_aborted_with_nav2s_code_for_pa
 async def test_poses_are_walked_through_in_turn_and_each_is_told_of(rig: Rig) -> None:
     body = await standing_robot(rig)
     poses = (at(1.0, 0.0), at(2.0, 0.5), at(1.0, 0.5, math.pi))
-    goal = await rig.start_goal(NAVIGATE_THROUGH_POSES, NavigateThroughPoses.Goal(poses=Goals(goals=poses)))
+    goal = await rig.send_goal(NAVIGATE_THROUGH_POSES, NavigateThroughPoses.Goal(poses=Goals(goals=poses)))
     seen = [(feedback.number_of_poses_remaining, from_pose(feedback.current_pose.pose)) async for feedback in goal]
     result = await goal
     assert list(dict.fromkeys(left for left, _ in seen)) == [3, 2, 1]
@@ -163,13 +163,13 @@ async def test_poses_of_which_one_cannot_be_reached_are_refused_before_anything_
     body = await standing_robot(rig)
     before = true_pose(body)
     poses = (at(1.0, 0.0), at(2.5, 2.1))
-    goal = await rig.start_goal(NAVIGATE_THROUGH_POSES, NavigateThroughPoses.Goal(poses=Goals(goals=poses)))
+    goal = await rig.send_goal(NAVIGATE_THROUGH_POSES, NavigateThroughPoses.Goal(poses=Goals(goals=poses)))
     with pytest.raises(GoalAborted) as failed:
         await goal
     assert ErrorCode.of(failed.value.result) == ErrorCode.GOAL_OCCUPIED
     assert true_pose(body) == before
     with pytest.raises(GoalRejected, match="0 poses: give 1 to 1000"):
-        await rig.start_goal(NAVIGATE_THROUGH_POSES, NavigateThroughPoses.Goal())
+        await rig.send_goal(NAVIGATE_THROUGH_POSES, NavigateThroughPoses.Goal())
 
 
 async def test_a_goal_pose_of_rviz_walks_the_robot_there_and_a_newer_one_takes_over(rig: Rig) -> None:
@@ -226,7 +226,7 @@ async def test_the_costmaps_show_walls_and_what_the_map_does_not_know_and_are_ma
 
 async def test_a_vanished_client_leaves_no_goal_behind(rig: Rig) -> None:
     body = await standing_robot(rig)
-    async with rig.me.start(NAVIGATE_TO_POSE, to_place(8.8, 0.5)) as going:
+    async with rig.me.send_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5)) as going:
         await rig.advance(2.0)
     assert (await going.ended()).status is GoalStatus.CANCELED
     await rig.advance(1.5)

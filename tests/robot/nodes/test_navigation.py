@@ -55,7 +55,7 @@ ACTIONS = ((NAVIGATE_TO_GOAL, navigate), (MOVE_TO_POSITION, move), (HUMANOID_NAV
 
 async def test_four_meters_straight_are_four_meters_and_progress_only_grows(rig: Rig) -> None:
     await standing_robot(rig)
-    going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(4.0, 0.0))
+    going = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(4.0, 0.0))
     said = [feedback async for feedback in going]
     result = await going
     assert (result.success, result.message) == (True, "Goal reached")
@@ -72,14 +72,14 @@ async def test_a_walk_that_has_arrived_or_was_canceled_leaves_no_path_behind_and
 ) -> None:
     await standing_robot(rig)
     plans = rig.probe(PATH)
-    assert (await (await rig.start_goal(NAVIGATE_TO_GOAL, navigate(1.0, 0.0)))).success
+    assert (await (await rig.send_goal(NAVIGATE_TO_GOAL, navigate(1.0, 0.0)))).success
     await rig.advance(0.1)
     walked, over = plans
     assert walked.poses and not over.poses and over.header.frame_id == "map"
 
-    await rig.start_goal(MOVE_TO_POSITION, move(0.0, 0.0))
+    await rig.send_goal(MOVE_TO_POSITION, move(0.0, 0.0))
     await rig.advance(1.0)
-    second = await rig.start_goal(MOVE_TO_POSITION, move(2.0, 0.0))
+    second = await rig.send_goal(MOVE_TO_POSITION, move(2.0, 0.0))
     await rig.advance(1.0)
     assert [bool(plan.poses) for plan in plans] == [True, False, True, True]
     assert plans[-1].poses[-1].pose.position.x == pytest.approx(2.0, abs=0.05)
@@ -107,7 +107,7 @@ async def test_without_a_lidar_the_robot_walks_slowly_says_so_and_is_as_fast_as_
 ) -> None:
     body = await standing_robot(rig, floor(), lidar=FadingLidar)
     lidar = rig.node(FadingLidar)
-    handle = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
+    handle = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
     await rig.advance(3.0)
     assert speed(body) == pytest.approx(0.7, abs=0.02)
     lidar.silent = True
@@ -130,7 +130,7 @@ async def test_with_a_lidar_that_sees_no_wall_where_the_map_has_them_the_robot_w
 ) -> None:
     body = await standing_robot(rig)
     states = rig.probe(LOCALIZATION)
-    await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
+    await rig.send_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
     await rig.advance(2.0)
     assert speed(body) == pytest.approx(0.7, abs=0.02)
     monkeypatch.setattr(body, "lidar", lambda beams, reach: np.full(beams, reach))  # its window is covered
@@ -141,7 +141,7 @@ async def test_with_a_lidar_that_sees_no_wall_where_the_map_has_them_the_robot_w
 
 async def test_the_robot_ends_with_the_heading_that_was_asked_for(rig: Rig) -> None:
     body = await standing_robot(rig)
-    going = await rig.start_goal(MOVE_TO_POSITION, move(2.0, 0.5, 2.0))
+    going = await rig.send_goal(MOVE_TO_POSITION, move(2.0, 0.5, 2.0))
     result = await going
     here = true_pose(body)
     assert result.message == "Reached target position"
@@ -153,7 +153,7 @@ async def test_the_robot_ends_with_the_heading_that_was_asked_for(rig: Rig) -> N
 
 async def test_two_humanoid_goals_in_a_row_and_every_position_is_the_true_one(rig: Rig) -> None:
     body = await standing_robot(rig)
-    going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(2.0, 0.0, 1.0))
+    going = await rig.send_goal(HUMANOID_NAVIGATE, humanoid(2.0, 0.0, 1.0))
     said, headings = [], []
     async for feedback in going:
         said.append(feedback)
@@ -167,7 +167,7 @@ async def test_two_humanoid_goals_in_a_row_and_every_position_is_the_true_one(ri
     assert max(true for _, true in headings) > 0.3, "it is told while the robot turns, too"
     assert [feedback.current_waypoint for feedback in said] == [10 * (k + 1) for k in range(len(said))]
     assert said[0].status_message == f"Navigating... {said[0].distance_remaining:.2f}m to go"
-    second = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(3.0, 0.5))
+    second = await rig.send_goal(HUMANOID_NAVIGATE, humanoid(3.0, 0.5))
     first_said = await anext(second)
     x, y, _ = first_said.current_position.tolist()
     assert math.hypot(x - here.x, y - here.y) < 0.9, "it goes on from where it is"
@@ -177,7 +177,7 @@ async def test_two_humanoid_goals_in_a_row_and_every_position_is_the_true_one(ri
 async def test_a_goal_where_it_stands_is_reached_at_once_with_one_feedback(rig: Rig) -> None:
     await standing_robot(rig)
     begun = rig.now
-    going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(0.05, 0.0))
+    going = await rig.send_goal(HUMANOID_NAVIGATE, humanoid(0.05, 0.0))
     said = [feedback async for feedback in going]
     assert (await going).success
     assert len(said) == 1
@@ -186,7 +186,7 @@ async def test_a_goal_where_it_stands_is_reached_at_once_with_one_feedback(rig: 
 
 async def test_a_short_walk_gives_a_feedback_too(rig: Rig) -> None:
     await standing_robot(rig)
-    going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(0.25, 0.0))
+    going = await rig.send_goal(HUMANOID_NAVIGATE, humanoid(0.25, 0.0))
     assert len([feedback async for feedback in going]) >= 1
     assert (await going).success
 
@@ -200,7 +200,7 @@ async def test_a_goal_that_is_no_place_is_rejected_and_nothing_moves(rig: Rig, v
     before, commands = true_pose(body), rig.probe(AUTONOMY_CMD)
     for action, goal in ACTIONS:
         with pytest.raises(GoalRejected, match=r"NaN|finite"):
-            await rig.start_goal(action, goal(value, 1.0))
+            await rig.send_goal(action, goal(value, 1.0))
     await rig.advance(0.5)
     assert true_pose(body) == before
     assert not any(message.linear.x for message in commands)
@@ -209,13 +209,13 @@ async def test_a_goal_that_is_no_place_is_rejected_and_nothing_moves(rig: Rig, v
 async def test_a_target_of_two_numbers_is_rejected(rig: Rig) -> None:
     await standing_robot(rig)
     with pytest.raises(GoalRejected, match="three finite numbers"):
-        await rig.start_goal(HUMANOID_NAVIGATE, HumanoidNav.Goal(target_position=[1.0, 2.0], avoid_obstacles=True))
+        await rig.send_goal(HUMANOID_NAVIGATE, HumanoidNav.Goal(target_position=[1.0, 2.0], avoid_obstacles=True))
 
 
 async def test_an_unknown_frame_is_rejected_with_the_remedy(rig: Rig) -> None:
     await standing_robot(rig)
     with pytest.raises(GoalRejected, match="unknown frame 'moon': give the goal in frame 'map'"):
-        await rig.start_goal(NAVIGATE_TO_GOAL, navigate(1.0, 0.0, frame="moon"))
+        await rig.send_goal(NAVIGATE_TO_GOAL, navigate(1.0, 0.0, frame="moon"))
 
 
 async def test_a_goal_inside_a_shelf_is_refused_by_name_within_two_seconds(rig: Rig) -> None:
@@ -223,7 +223,7 @@ async def test_a_goal_inside_a_shelf_is_refused_by_name_within_two_seconds(rig: 
     begun = rig.now
     for action, goal in ACTIONS:
         with pytest.raises(GoalRejected, match=r"GoalBlocked: the goal .* nearest obstacle"):
-            await rig.start_goal(action, goal(2.5, 2.1))
+            await rig.send_goal(action, goal(2.5, 2.1))
     assert rig.now - begun < 2.0
 
 
@@ -234,7 +234,7 @@ async def test_a_goal_inside_a_shelf_is_refused_by_name_within_two_seconds(rig: 
 async def test_cancel_commands_zero_within_a_tenth_of_a_second_and_the_robot_stops(rig: Rig, which: int) -> None:
     body, topic = (await standing_robot(rig), AUTONOMY_CMD) if which else (await localized_robot(rig), CMD_VEL)
     action, goal = ACTIONS[which]
-    going = await rig.start_goal(action, goal(8.8, 0.5))
+    going = await rig.send_goal(action, goal(8.8, 0.5))
     await rig.advance(6.0)
     assert speed(body) > 0.5
     commands, asked = rig.probe(topic), rig.now
@@ -266,9 +266,9 @@ async def test_cancel_commands_zero_within_a_tenth_of_a_second_and_the_robot_sto
 
 async def test_canceling_an_ended_goal_does_nothing_to_the_next_one(rig: Rig) -> None:
     await standing_robot(rig)
-    first = await rig.start_goal(MOVE_TO_POSITION, move(0.6, 0.0))
+    first = await rig.send_goal(MOVE_TO_POSITION, move(0.6, 0.0))
     assert (await first).success
-    second = await rig.start_goal(MOVE_TO_POSITION, move(1.5, 0.0))
+    second = await rig.send_goal(MOVE_TO_POSITION, move(1.5, 0.0))
     await rig.advance(0.5)
     assert not await first.cancel()
     assert (await second).success
@@ -276,7 +276,7 @@ async def test_canceling_an_ended_goal_does_nothing_to_the_next_one(rig: Rig) ->
 
 async def test_a_cancel_at_the_instant_of_arrival_leaves_one_outcome(rig: Rig) -> None:
     await standing_robot(rig)
-    going = await rig.start_goal(MOVE_TO_POSITION, move(0.6, 0.0))
+    going = await rig.send_goal(MOVE_TO_POSITION, move(0.6, 0.0))
     await rig.until(lambda: going.done)
     assert not await going.cancel()
     assert (await going.ended()).status is GoalStatus.SUCCEEDED
@@ -294,7 +294,7 @@ async def test_a_goal_of_any_action_preempts_one_of_any_other_and_the_robot_does
     for turn, which in enumerate(order):
         action, goal = ACTIONS[which]
         commands = rig.probe(AUTONOMY_CMD)
-        one = await rig.start_goal(action, goal(8.8, 0.2 + 0.05 * turn))
+        one = await rig.send_goal(action, goal(8.8, 0.2 + 0.05 * turn))
         if last is not None:
             with pytest.raises((GoalCanceled, GoalAborted), match="preempted by a newer goal"):
                 await last
@@ -309,9 +309,9 @@ async def test_a_goal_of_any_action_preempts_one_of_any_other_and_the_robot_does
 
 async def test_preempted_at_two_seconds_the_first_goal_fails_and_the_second_is_reached(rig: Rig) -> None:
     body = await standing_robot(rig)
-    one = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(3.0, 4.0))
+    one = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(3.0, 4.0))
     await rig.advance(2.0)
-    two = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(0.0, 0.0))
+    two = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(0.0, 0.0))
     with pytest.raises((GoalCanceled, GoalAborted), match="preempted"):
         await one
     assert (await two).success
@@ -321,10 +321,10 @@ async def test_preempted_at_two_seconds_the_first_goal_fails_and_the_second_is_r
 
 async def test_a_client_that_vanishes_cancels_its_goal_and_leaves_the_server_free(rig: Rig) -> None:
     await standing_robot(rig)
-    async with rig.me.start(MOVE_TO_POSITION, move(4.0, 0.0)) as going:
+    async with rig.me.send_goal(MOVE_TO_POSITION, move(4.0, 0.0)) as going:
         await rig.advance(2.0)
     assert (await going.ended()).status is GoalStatus.CANCELED
-    again = await rig.start_goal(MOVE_TO_POSITION, move(0.5, 0.0))
+    again = await rig.send_goal(MOVE_TO_POSITION, move(0.5, 0.0))
     assert (await again).success
 
 
@@ -345,7 +345,7 @@ class Metronome(Node):
 async def test_during_a_walk_topics_keep_their_rates_and_the_pose_is_told_at_once(rig: Rig) -> None:
     body = await localized_robot(rig)
     await rig.system.join(Child(Metronome))
-    going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.8, 0.5))
+    going = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(8.8, 0.5))
     await rig.advance(3.0)
     odometry, poses, ticks = rig.probe(ODOMETRY, qos=1000), rig.probe(POSE, qos=1000), rig.node(Metronome).ticks
     for _ in range(10):
@@ -368,7 +368,7 @@ async def test_the_warehouse_robot_asks_where_shelf_3_is_and_walks_there(rig: Ri
     place = await rig.call(GET_PLACE, GetPlace.Request(name="shelf_3"))
     assert place.success
     await rig.system.join(Child(Camera, args=(SimulatedCamera(body),)))
-    going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(place.pose.pose.position.x, place.pose.pose.position.y))
+    going = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(place.pose.pose.position.x, place.pose.pose.position.y))
     await rig.advance(2.0)
     images, scans = (rig.probe(topic, qos=BEST_EFFORT) for topic in (CAMERA_RGB, SCAN))
     await rig.advance(3.0)

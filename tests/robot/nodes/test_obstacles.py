@@ -45,7 +45,7 @@ async def test_with_avoid_obstacles_a_box_on_the_line_is_walked_round_with_room_
     body = await standing_robot(rig, ROOM)
     drop(body, Box(0.0, 0.1, 0.6, 0.6))
     watch = Watch(rig, body)
-    going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(4.0, 0.0, avoid=True))
+    going = await rig.send_goal(HUMANOID_NAVIGATE, humanoid(4.0, 0.0, avoid=True))
     await watch.until(lambda: going.done)
     assert (await going).success
     assert watch.clearance >= 0.2
@@ -53,11 +53,11 @@ async def test_with_avoid_obstacles_a_box_on_the_line_is_walked_round_with_room_
 
 async def test_without_it_the_robot_goes_straight_and_aborts_before_the_box(rig: Rig) -> None:
     body = await standing_robot(rig, ROOM)
-    going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(-1.0, 0.0, avoid=False))
+    going = await rig.send_goal(HUMANOID_NAVIGATE, humanoid(-1.0, 0.0, avoid=False))
     assert (await going).success
     drop(body, Box(2.0, 0.1, 0.6, 0.6))
     watch = Watch(rig, body)
-    going = await rig.start_goal(HUMANOID_NAVIGATE, humanoid(4.0, 0.0, avoid=False))
+    going = await rig.send_goal(HUMANOID_NAVIGATE, humanoid(4.0, 0.0, avoid=False))
     await watch.until(lambda: going.done)
     with pytest.raises(GoalAborted, match="PathBlocked: something stands on the straight way") as aborted:
         await going
@@ -72,7 +72,7 @@ async def test_without_it_the_robot_goes_straight_and_aborts_before_the_box(rig:
 async def test_a_box_dropped_on_the_path_in_front_of_the_robot_is_avoided(rig: Rig) -> None:
     body = await standing_robot(rig)
     watch, box = Watch(rig, body), Box(5.0, 0.5, 0.5, 0.5)
-    going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.8, 0.5, math.pi / 2))
+    going = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(8.8, 0.5, math.pi / 2))
     await watch.until(lambda: true_pose(body).x > 2.5)
     drop(body, box)
     await watch.until(lambda: going.done)
@@ -82,7 +82,7 @@ async def test_a_box_dropped_on_the_path_in_front_of_the_robot_is_avoided(rig: R
 
 async def test_a_blocked_way_aborts_by_name_and_a_retry_succeeds_once_it_is_open(rig: Rig) -> None:
     body = await standing_robot(rig, "corridor")
-    going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
+    going = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
     await rig.advance(3.0)
     drop(body, Box(6.0, 0.0, 0.4, 1.6))
     watch = Watch(rig, body)
@@ -91,7 +91,7 @@ async def test_a_blocked_way_aborts_by_name_and_a_retry_succeeds_once_it_is_open
         await going
     assert watch.clearance > 0.05
     body.set_obstacles(get_world("corridor").obstacles)
-    again = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
+    again = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(8.0, 0.0))
     assert (await again).success
 
 
@@ -112,7 +112,7 @@ async def crossing(rig: Rig, seed: int) -> None:
 
     await rig.system.join(Child(Walker))
     watch = Watch(rig, body)
-    going = await rig.start_goal(NAVIGATE_TO_GOAL, navigate(4.0, 0.0))
+    going = await rig.send_goal(NAVIGATE_TO_GOAL, navigate(4.0, 0.0))
     await watch.until(lambda: going.done)
     assert (await going).success
     assert rig.node(Legs).touched == set()

@@ -143,7 +143,7 @@ async def test_approach_speed_bounds_the_way_onto_the_dock_from_the_next_command
     place(rig, BEFORE)
     await rig.quiet()
     commands = rig.probe(AUTONOMY_CMD)
-    await rig.start_goal(DOCK, Dock.Goal())
+    await rig.send_goal(DOCK, Dock.Goal())
     await rig.until(lambda: len(commands) > 0)
     assert commands[-1].linear.x == pytest.approx(0.25)
     tune(rig, Docking, approach_speed=0.1)
@@ -156,7 +156,7 @@ async def test_approach_turn_bounds_the_turn_onto_the_dock(rig: Rig) -> None:
     place(rig, Pose2(0.0, 0.0, -1.0))
     await rig.quiet()
     commands = rig.probe(AUTONOMY_CMD)
-    await rig.start_goal(DOCK, Dock.Goal())
+    await rig.send_goal(DOCK, Dock.Goal())
     await rig.until(lambda: len(commands) > 0)
     assert commands[-1].angular.z == pytest.approx(0.4)
     tune(rig, Docking, approach_turn=0.15)
@@ -174,7 +174,7 @@ async def test_the_tolerances_of_docking_say_what_counts_as_on_the_dock(
     await docking(rig)
     place(rig, off)
     await rig.quiet()
-    going = await rig.start_goal(DOCK, Dock.Goal())
+    going = await rig.send_goal(DOCK, Dock.Goal())
     await rig.advance(3.0)
     stages = [feedback.stage for feedback in [await anext(going) for _ in range(going.feedback_count)]]
     assert stages[-1] == "approaching"
@@ -190,14 +190,14 @@ async def test_find_timeout_says_how_long_the_station_is_looked_for(rig: Rig) ->
     await rig.quiet()
     begun = rig.now
     with pytest.raises(GoalAborted, match=r"dock not found: no station seen within 1\.5 s"):
-        await (await rig.start_goal(DOCK, Dock.Goal()))
+        await (await rig.send_goal(DOCK, Dock.Goal()))
     assert rig.now - begun == pytest.approx(1.5, abs=0.1)
 
 
 async def test_lost_timeout_says_how_long_the_station_may_be_out_of_sight(rig: Rig) -> None:
     body = await standing_robot(rig)
     tune(rig, Docking, lost_timeout=0.4)
-    going = await rig.start_goal(DOCK, Dock.Goal())
+    going = await rig.send_goal(DOCK, Dock.Goal())
     async for feedback in going:
         if feedback.stage == "approaching" and feedback.distance_remaining < 0.6:
             break
@@ -213,7 +213,7 @@ async def test_charge_timeout_and_tries_say_how_long_and_how_often_the_charger_i
     tune(rig, Docking, charge_timeout=1.0, tries=2)
     place(rig, Pose2(0.0, 0.0))
     await rig.quiet()
-    going = await rig.start_goal(DOCK, Dock.Goal())
+    going = await rig.send_goal(DOCK, Dock.Goal())
     modes = {"sitting": "sit", "rising": "stand"}
     stages: list[tuple[str, float]] = []
     async for feedback in going:
@@ -232,7 +232,7 @@ async def test_charge_timeout_and_tries_say_how_long_and_how_often_the_charger_i
 async def test_max_speed_bounds_a_walk_that_is_under_way(rig: Rig) -> None:
     body = await standing_robot(rig)
     commands = rig.probe(AUTONOMY_CMD)
-    await rig.start_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
+    await rig.send_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
     await rig.advance(4.0)
     assert max(message.linear.x for message in commands) > 0.6
     tune(rig, Navigation, max_speed=0.3)
@@ -247,7 +247,7 @@ async def test_max_turn_bounds_the_turning_rate(rig: Rig) -> None:
     await standing_robot(rig)
     tune(rig, Navigation, max_turn=0.3)
     commands = rig.probe(AUTONOMY_CMD)
-    await rig.start_goal(NAVIGATE_TO_POSE, to_place(0.0, 0.0, math.pi - 0.2))
+    await rig.send_goal(NAVIGATE_TO_POSE, to_place(0.0, 0.0, math.pi - 0.2))
     await rig.advance(5.0)
     assert max(abs(message.angular.z) for message in commands) == pytest.approx(0.3, abs=1e-6)
 
@@ -256,7 +256,7 @@ async def test_acceleration_bounds_how_fast_commands_grow(rig: Rig) -> None:
     await standing_robot(rig)
     tune(rig, Navigation, acceleration=0.2)
     commands = rig.probe(AUTONOMY_CMD)
-    await rig.start_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
+    await rig.send_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
     await rig.until(lambda: any(message.linear.x > 0.0 for message in commands))
     await rig.advance(1.5)
     assert 0.2 < max(message.linear.x for message in commands) < 0.35
@@ -265,21 +265,21 @@ async def test_acceleration_bounds_how_fast_commands_grow(rig: Rig) -> None:
 async def test_position_tolerance_says_where_a_walk_has_arrived(rig: Rig) -> None:
     body = await standing_robot(rig)
     tune(rig, Navigation, position_tolerance=0.4)
-    await (await rig.start_goal(NAVIGATE_TO_POSE, to_place(2.0, 0.0)))
+    await (await rig.send_goal(NAVIGATE_TO_POSE, to_place(2.0, 0.0)))
     assert 0.15 < apart(true_pose(body), Pose2(2.0, 0.0)) <= 0.45
 
 
 async def test_yaw_tolerance_says_whether_the_heading_matters(rig: Rig) -> None:
     body = await standing_robot(rig)
     tune(rig, Navigation, yaw_tolerance=1.5)
-    await (await rig.start_goal(NAVIGATE_TO_POSE, to_place(2.0, 0.0, 2.5)))
+    await (await rig.send_goal(NAVIGATE_TO_POSE, to_place(2.0, 0.0, 2.5)))
     assert 0.5 < 2.5 - true_pose(body).yaw < 1.6
 
 
 async def test_patience_says_how_long_what_stands_in_the_way_is_waited_for(rig: Rig) -> None:
     body = await standing_robot(rig, "corridor")
     tune(rig, Navigation, patience=1.0)
-    await rig.start_goal(NAVIGATE_TO_POSE, to_place(8.0, 0.0))
+    await rig.send_goal(NAVIGATE_TO_POSE, to_place(8.0, 0.0))
     await rig.advance(3.0)
     drop(body, Box(6.0, 0.0, 0.4, 1.6))
     await rig.until(lambda: speed(body) < 0.02)

@@ -77,7 +77,7 @@ async def test_docking_says_why_the_robot_did_not_walk_onto_the_dock(rig: Rig, g
     await rig.quiet()
     commands = rig.probe(AUTONOMY_CMD)
     with pytest.raises(GoalAborted, match=words) as failed:
-        await (await rig.start_goal(DOCK, Dock.Goal()))
+        await (await rig.send_goal(DOCK, Dock.Goal()))
     assert failed.value.result.outcome == "not reached"
     assert all(message.linear.x == 0.0 for message in commands)
 
@@ -87,7 +87,7 @@ async def test_leaving_the_dock_says_why_the_robot_did_not_stand_up(rig: Rig) ->
     tell(rig, "sit")
     await rig.quiet()
     with pytest.raises(GoalAborted, match="not reached: no IMU: refusing to walk"):
-        await (await rig.start_goal(UNDOCK, Dock.Goal()))
+        await (await rig.send_goal(UNDOCK, Dock.Goal()))
 
 
 async def test_a_safety_stop_ends_docking_with_its_reasons(rig: Rig) -> None:
@@ -95,7 +95,7 @@ async def test_a_safety_stop_ends_docking_with_its_reasons(rig: Rig) -> None:
     tell(rig, "walk")
     await rig.quiet()
     commands = rig.probe(AUTONOMY_CMD)
-    going = await rig.start_goal(DOCK, Dock.Goal())
+    going = await rig.send_goal(DOCK, Dock.Goal())
     await rig.until(lambda: len(commands) > 0 and commands[-1].linear.x > 0.0)
     rig.publish(SAFETY_STATE, SafetyState(stopped=True, reasons=("emergency stop requested",)))
     with pytest.raises(GoalAborted, match="not reached: safety stop: emergency stop requested"):
@@ -116,7 +116,7 @@ async def test_a_walk_says_why_it_did_not_begin(rig: Rig, gait: type[Node], word
     await rig.start(Child(gait, name="gait"), Child(Navigation, args=(Grid.from_scene(world),)))
     tell(rig)
     await rig.quiet()
-    going = await rig.start_goal(NAVIGATE_TO_POSE, to_place(2.0, 0.0))
+    going = await rig.send_goal(NAVIGATE_TO_POSE, to_place(2.0, 0.0))
     with pytest.raises(GoalAborted, match=words):
         await going
 
@@ -131,14 +131,14 @@ async def test_a_goal_whose_outline_is_in_a_wall_is_refused_at_once_with_the_nea
     for x, yaw in ((1.5, 0.0), (2.0, 0.0), (1.65, 1.57)):  # the nose in it, in its middle, a side too near
         asked = rig.now
         with pytest.raises(GoalAborted, match=r"GoalBlocked: .*; the nearest place where it fits is \(") as refused:
-            await (await rig.start_goal(NAVIGATE_TO_POSE, to_place(x, 0.0, yaw)))
+            await (await rig.send_goal(NAVIGATE_TO_POSE, to_place(x, 0.0, yaw)))
         assert rig.now == asked
         assert ErrorCode.of(refused.value.result) == ErrorCode.GOAL_OCCUPIED
         there = re.search(r"fits is \((\S+), (\S+), yaw (\S+)\)", refused.value.reason)
         assert there is not None
         free = Pose2(*(float(word) for word in there.groups()))
         assert math.hypot(free.x - x, free.y) < 1.2
-        accepted = await rig.start_goal(NAVIGATE_TO_POSE, to_place(free.x, free.y, free.yaw))
+        accepted = await rig.send_goal(NAVIGATE_TO_POSE, to_place(free.x, free.y, free.yaw))
         await rig.advance(0.5)
         assert not accepted.done
         await accepted.cancel()

@@ -243,7 +243,7 @@ async def test_an_emergency_stop_ends_the_goal_and_no_other_begins_until_it_is_c
     await rig.start(robot())
     await rig.call(STAND, Trigger.Request())
     await rig.advance(3.0)
-    goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0)))
+    goal = await rig.send_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0)))
     await rig.advance(2.0)
     cmd = rig.probe(CMD_VEL)
     asked = rig.now
@@ -254,7 +254,7 @@ async def test_an_emergency_stop_ends_the_goal_and_no_other_begins_until_it_is_c
     with pytest.raises(GoalAborted, match="safety stop: emergency stop requested"):
         await goal
     with pytest.raises(GoalAborted, match="safety stop: emergency stop requested") as refused:
-        await (await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0))))
+        await (await rig.send_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0))))
     assert ErrorCode.of(refused.value.result) == ErrorCode.SAFETY_STOP
     await rig.advance(1.0)
     status = rig.probe(GAIT_STATUS).last
@@ -266,7 +266,7 @@ async def test_an_emergency_stop_ends_the_goal_and_no_other_begins_until_it_is_c
     assert abs(speed.last.twist.twist.linear.x) < 0.05
     assert (await press(rig, stop=False)).success
     await rig.quiet()
-    goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 2.0)))
+    goal = await rig.send_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 2.0)))
     cmd.clear()
     await rig.until(lambda: cmd.last is not None and cmd.last.linear.x > 0.3, within=10.0, step=0.1)
     await goal.cancel()
@@ -302,7 +302,7 @@ async def test_cancel_is_a_zero_on_cmd_vel_within_a_tenth_of_a_second(rig: Rig) 
     await rig.start(robot())
     await rig.call(STAND, Trigger.Request())
     await rig.advance(3.0)
-    goal = await rig.start_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0)))
+    goal = await rig.send_goal(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=ahead("empty", 3.0)))
     await rig.advance(1.5)
     cmd = rig.probe(CMD_VEL)
     asked = rig.now

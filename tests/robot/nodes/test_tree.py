@@ -38,7 +38,7 @@ async def test_within_three_seconds_everything_of_the_robot_answers(rig: Rig) ->
     assert (await rig.call(WALK, Trigger.Request())).success
     assert (await rig.call(ENABLE, SetBool.Request(data=True))).success
     assert (await rig.call(EMERGENCY_STOP, SetBool.Request(data=False))).success
-    goal = await rig.start_goal(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=1.0))
+    goal = await rig.send_goal(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=1.0))
     await rig.advance(2.5)
     assert rig.now <= 3.0 + 1e-9
     feedback = await anext(aiter(goal))
@@ -57,7 +57,7 @@ async def test_a_goal_ends_when_somebody_sits_the_robot_down(rig: Rig) -> None:
     await rig.start(robot())
     await rig.call(STAND, Trigger.Request())
     await rig.advance(3.0)
-    goal = await rig.start_goal(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=4.0))
+    goal = await rig.send_goal(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=4.0))
     await rig.advance(1.5)
     await rig.call(SIT, Trigger.Request())
     with pytest.raises(GoalAborted, match="the robot has stopped walking: its gait is 'sit'"):

@@ -54,11 +54,13 @@ class Operator(Node):
     """Who sends the robot to places."""
 
     async def go(self, x: float, y: float) -> str:
-        async with self.start(NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=pose_stamped(Pose2(x, y), Time()))) as goal:
+        async with self.send_goal(
+            NAVIGATE_TO_POSE, NavigateToPose.Goal(pose=pose_stamped(Pose2(x, y), Time()))
+        ) as goal:
             return repr(await goal.ended())
 
     async def dock(self) -> str:
-        async with self.start(DOCK, Dock.Goal()) as goal:
+        async with self.send_goal(DOCK, Dock.Goal()) as goal:
             return (await goal).outcome
 
 

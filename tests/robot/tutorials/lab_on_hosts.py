@@ -157,7 +157,7 @@ class Customer(_Counted):
         for number in itertools.count():
             key = self.begin("a goal of /count")
             try:
-                async with self.start(COUNT, order(2), timeout=FOREVER) as goal:
+                async with self.send_goal(COUNT, order(2), timeout=FOREVER) as goal:
                     if number % 3 == 2:
                         await self.clock.sleep(0.4)
                         await goal.cancel()

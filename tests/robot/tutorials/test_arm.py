@@ -27,7 +27,7 @@ ZEROS = [0.0] * 4
 
 
 async def start(rig: Rig, target: list[float]) -> Moving:
-    return await rig.start_goal(MOVE_ARM, MoveArm.Goal(target_angles=target))
+    return await rig.send_goal(MOVE_ARM, MoveArm.Goal(target_angles=target))
 
 
 async def where(rig: Rig) -> tuple[list[float], str]:
@@ -180,7 +180,7 @@ async def test_the_client_asks_moves_and_tells_each_stage_in_order(rig: Rig) -> 
 
 async def test_the_server_tells_of_a_cancel(rig: Rig) -> None:
     await rig.start(MoveArmServer)
-    goal = await rig.start_goal(MOVE_ARM, MoveArm.Goal(target_angles=TARGET))
+    goal = await rig.send_goal(MOVE_ARM, MoveArm.Goal(target_angles=TARGET))
     await rig.advance(1.0)
     assert await goal.cancel()
     await goal.ended()

@@ -28,7 +28,7 @@ def order(number: int) -> Fibonacci.Goal:
 
 async def test_order_ten_is_eleven_numbers_nine_feedbacks_and_nine_seconds(rig: Rig) -> None:
     await rig.start(FibonacciServer)
-    goal = await rig.start_goal(FIBONACCI, order(10))
+    goal = await rig.send_goal(FIBONACCI, order(10))
     told = [feedback.sequence.tolist() async for feedback in goal]
     assert (await goal).sequence.tolist() == TEN
     assert told == [TEN[: k + 2] for k in range(1, 10)]  # each is a snapshot of its own
@@ -38,22 +38,22 @@ async def test_order_ten_is_eleven_numbers_nine_feedbacks_and_nine_seconds(rig: 
 @pytest.mark.parametrize(("number", "expected"), [(1, [0, 1]), (0, [0])])
 async def test_short_sequences_come_at_once(rig: Rig, number: int, expected: list[int]) -> None:
     await rig.start(FibonacciServer)
-    goal = await rig.start_goal(FIBONACCI, order(number))
+    goal = await rig.send_goal(FIBONACCI, order(number))
     assert (await goal).sequence.tolist() == expected
     assert (goal.feedback_count, rig.now) == (0, 0.0)
 
 
 async def test_the_largest_order_that_fits_and_those_that_are_rejected(rig: Rig) -> None:
     await rig.start(FibonacciServer)
-    assert (await (await rig.start_goal(FIBONACCI, order(46)))).sequence[-1] == 1836311903
+    assert (await (await rig.send_goal(FIBONACCI, order(46)))).sequence[-1] == 1836311903
     for number, why in ((47, "beyond 32 bits"), (-1, "negative")):
         with pytest.raises(GoalRejected, match=why):
-            await rig.start_goal(FIBONACCI, order(number))
+            await rig.send_goal(FIBONACCI, order(number))
 
 
 async def test_a_cancel_hands_over_what_there_is(rig: Rig) -> None:
     await rig.start(FibonacciServer)
-    goal = await rig.start_goal(FIBONACCI, order(10))
+    goal = await rig.send_goal(FIBONACCI, order(10))
     for _ in range(3):
         await goal.__anext__()
     assert await goal.cancel()
@@ -67,7 +67,7 @@ async def test_a_cancel_hands_over_what_there_is(rig: Rig) -> None:
 
 async def test_three_goals_at_once_are_all_right(rig: Rig) -> None:
     await rig.start(FibonacciServer)
-    goals = [await rig.start_goal(FIBONACCI, order(number)) for number in (10, 5, 7)]
+    goals = [await rig.send_goal(FIBONACCI, order(number)) for number in (10, 5, 7)]
     results = await asyncio.gather(*(goal.ended() for goal in goals))
     assert [outcome.result.sequence.tolist() for outcome in results] == [TEN, TEN[:6], TEN[:8]]
     assert rig.now == 9.0
@@ -86,7 +86,7 @@ async def test_both_sides_say_what_they_do_and_the_client_ends(rig: Rig) -> None
 
 async def test_the_server_tells_of_a_cancel(rig: Rig) -> None:
     await rig.start(FibonacciServer)
-    goal = await rig.start_goal(FIBONACCI, order(10))
+    goal = await rig.send_goal(FIBONACCI, order(10))
     await rig.advance(1.5)
     assert await goal.cancel()
     await goal.ended()
@@ -105,7 +105,7 @@ async def test_a_client_whose_goal_is_rejected_ends(rig: Rig) -> None:
 
 async def test_the_stand_in_tells_the_real_sequence(rig: Rig) -> None:
     await rig.start(NavigationServer)
-    goal = await rig.start_goal(NAVIGATE_TO_GOAL, Example.Goal(order=10))
+    goal = await rig.send_goal(NAVIGATE_TO_GOAL, Example.Goal(order=10))
     told = [feedback.sequence.tolist() async for feedback in goal]
     assert told == [TEN[: k + 1] for k in range(1, 11)]
     assert (await goal).sequence.tolist() == TEN
@@ -114,7 +114,7 @@ async def test_the_stand_in_tells_the_real_sequence(rig: Rig) -> None:
 
 async def test_a_canceled_goal_has_the_part_that_was_done(rig: Rig) -> None:
     await rig.start(NavigationServer)
-    goal = await rig.start_goal(NAVIGATE_TO_GOAL, Example.Goal(order=10))
+    goal = await rig.send_goal(NAVIGATE_TO_GOAL, Example.Goal(order=10))
     await rig.advance(0.45)
     assert await goal.cancel()
     with pytest.raises(GoalCanceled) as caught:
@@ -133,9 +133,9 @@ async def test_a_canceled_goal_has_the_part_that_was_done(rig: Rig) -> None:
 
 async def test_a_new_goal_preempts_the_running_one(rig: Rig) -> None:
     await rig.start(NavigationServer)
-    first = await rig.start_goal(NAVIGATE_TO_GOAL, Example.Goal(order=40))
+    first = await rig.send_goal(NAVIGATE_TO_GOAL, Example.Goal(order=40))
     await rig.advance(1.0)
-    second = await rig.start_goal(NAVIGATE_TO_GOAL, Example.Goal(order=3))
+    second = await rig.send_goal(NAVIGATE_TO_GOAL, Example.Goal(order=3))
     with pytest.raises(GoalCanceled, match="preempted by a newer goal"):
         await first
     assert (await second).sequence.tolist() == [0, 1, 1, 2]

@@ -20,9 +20,7 @@ Result: TypeAlias = HumanoidNav_Result
 
 
 async def begin(rig: Rig, *target: float, avoid: bool = True) -> Goal[Result, Feedback]:
-    return await rig.start_goal(
-        HUMANOID_NAVIGATE, HumanoidNav.Goal(target_position=list(target), avoid_obstacles=avoid)
-    )
+    return await rig.send_goal(HUMANOID_NAVIGATE, HumanoidNav.Goal(target_position=list(target), avoid_obstacles=avoid))
 
 
 async def test_the_goal_of_the_tutorial_takes_57_seconds(rig: Rig) -> None:

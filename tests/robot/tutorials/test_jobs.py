@@ -224,7 +224,7 @@ async def test_and_a_ring_of_one(rig: Rig) -> None:
 
 async def test_a_map_of_ten_by_ten_is_swept_from_0_to_100_percent(rig: Rig) -> None:
     await rig.start(SweepServer)
-    goal = await rig.start_goal(SWEEP, Sweep.Goal())
+    goal = await rig.send_goal(SWEEP, Sweep.Goal())
     told = [feedback async for feedback in goal]
     result = await goal
     assert [feedback.percent_complete for feedback in told] == pytest.approx(range(1, 101))
@@ -238,7 +238,7 @@ async def test_a_map_of_ten_by_ten_is_swept_from_0_to_100_percent(rig: Rig) -> N
 
 async def test_a_sweep_can_be_canceled(rig: Rig) -> None:
     await rig.start(SweepServer)
-    goal = await rig.start_goal(SWEEP, Sweep.Goal())
+    goal = await rig.send_goal(SWEEP, Sweep.Goal())
     await rig.advance(4.25)
     assert await goal.cancel()
     with pytest.raises(GoalCanceled) as caught:
@@ -249,10 +249,10 @@ async def test_a_sweep_can_be_canceled(rig: Rig) -> None:
 async def test_one_map_at_a_time_and_none_without_cells(rig: Rig) -> None:
     await rig.start(SweepServer, Node)
     with pytest.raises(GoalRejected, match="nothing to sweep"):
-        await rig.start_goal(SWEEP, Sweep.Goal(width=0))
-    await rig.start_goal(SWEEP, Sweep.Goal())
+        await rig.send_goal(SWEEP, Sweep.Goal(width=0))
+    await rig.send_goal(SWEEP, Sweep.Goal())
     with pytest.raises(GoalRejected, match="another goal is running"):
-        await rig.start_goal(SWEEP, Sweep.Goal())
+        await rig.send_goal(SWEEP, Sweep.Goal())
 
 
 async def test_the_client_tells_of_every_tenth_part_and_ends(rig: Rig) -> None:

@@ -32,12 +32,12 @@ async def watched(goal: Goal[Result, Feedback]) -> list[Feedback]:
 
 
 async def moved(rig: Rig, x: float, y: float, theta: float = 0.0) -> Result:
-    return await (await rig.start_goal(MOVE_TO_POSITION, to(x, y, theta)))
+    return await (await rig.send_goal(MOVE_TO_POSITION, to(x, y, theta)))
 
 
 async def test_five_metres_take_ten_seconds(rig: Rig) -> None:
     await rig.start(MoveServer)
-    goal = await rig.start_goal(MOVE_TO_POSITION, to(3.0, 4.0))
+    goal = await rig.send_goal(MOVE_TO_POSITION, to(3.0, 4.0))
     ticks = await watched(goal)
     result = await goal
     assert 99 <= len(ticks) <= 100
@@ -55,7 +55,7 @@ async def test_five_metres_take_ten_seconds(rig: Rig) -> None:
 
 async def test_the_goal_of_the_command_line(rig: Rig) -> None:
     await rig.start(MoveServer)
-    goal = await rig.start_goal(MOVE_TO_POSITION, to(2.0, 3.0))
+    goal = await rig.send_goal(MOVE_TO_POSITION, to(2.0, 3.0))
     ticks = await watched(goal)
     result = await goal
     assert 72 <= len(ticks) <= 73
@@ -65,7 +65,7 @@ async def test_the_goal_of_the_command_line(rig: Rig) -> None:
 
 async def test_each_feedback_tells_one_instant_and_keeps_its_numbers(rig: Rig) -> None:
     await rig.start(MoveServer)
-    ticks = await watched(await rig.start_goal(MOVE_TO_POSITION, to(3.0, 4.0)))
+    ticks = await watched(await rig.send_goal(MOVE_TO_POSITION, to(3.0, 4.0)))
     for now in ticks:
         assert now.distance_remaining == pytest.approx(math.hypot(3.0 - now.current_x, 4.0 - now.current_y), abs=1e-5)
         assert now.estimated_time_remaining * 0.5 == pytest.approx(now.distance_remaining, rel=1e-6)
@@ -74,13 +74,13 @@ async def test_each_feedback_tells_one_instant_and_keeps_its_numbers(rig: Rig) -
 
 async def test_how_near_is_there_is_a_parameter(rig: Rig) -> None:
     await rig.start(Child(MoveServer, parameters={"tolerance": 0.5}))
-    result = await (await rig.start_goal(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=2.0)))
+    result = await (await rig.send_goal(MOVE_TO_POSITION, MoveToPosition.Goal(target_x=2.0)))
     assert result.final_x == pytest.approx(1.5, abs=0.051)
 
 
 async def test_who_is_there_already_need_not_move(rig: Rig) -> None:
     await rig.start(MoveServer)
-    goal = await rig.start_goal(MOVE_TO_POSITION, to(0.04, 0.0))
+    goal = await rig.send_goal(MOVE_TO_POSITION, to(0.04, 0.0))
     assert await watched(goal) == []
     result = await goal
     assert (result.success, result.total_time_seconds, rig.now) == (True, 0.0, 0.0)
@@ -88,7 +88,7 @@ async def test_who_is_there_already_need_not_move(rig: Rig) -> None:
 
 async def test_a_cancel_stops_the_robot_within_one_tick_and_tells_where_it_is(rig: Rig) -> None:
     await rig.start(MoveServer)
-    goal = await rig.start_goal(MOVE_TO_POSITION, to(3.0, 4.0))
+    goal = await rig.send_goal(MOVE_TO_POSITION, to(3.0, 4.0))
     await rig.advance(3.05)
     assert await goal.cancel()
     with pytest.raises(GoalCanceled) as caught:
@@ -131,7 +131,7 @@ async def test_the_second_goal_starts_where_the_first_ended(rig: Rig) -> None:
 
 async def test_a_clock_that_is_set_back_does_not_make_durations_negative(rig: Rig) -> None:
     await rig.start(MoveServer)
-    goal = await rig.start_goal(MOVE_TO_POSITION, to(1.0, 0.0))
+    goal = await rig.send_goal(MOVE_TO_POSITION, to(1.0, 0.0))
     await rig.advance(1.0)
     rig.system.clock.shift_wall(-3600.0)
     assert (await goal).total_time_seconds == pytest.approx(1.9, abs=0.11)
@@ -139,9 +139,9 @@ async def test_a_clock_that_is_set_back_does_not_make_durations_negative(rig: Ri
 
 async def test_a_second_goal_preempts_the_first_and_each_has_one_result(rig: Rig) -> None:
     await rig.start(MoveServer)
-    first = await rig.start_goal(MOVE_TO_POSITION, to(3.0, 4.0))
+    first = await rig.send_goal(MOVE_TO_POSITION, to(3.0, 4.0))
     await rig.advance(2.05)
-    second = await rig.start_goal(MOVE_TO_POSITION, to(0.0, 0.0))
+    second = await rig.send_goal(MOVE_TO_POSITION, to(0.0, 0.0))
     with pytest.raises(GoalCanceled, match="preempted by a newer goal"):
         await first
     assert (await second).total_time_seconds == pytest.approx(1.9, abs=0.11)  # back from 1 m
@@ -150,9 +150,9 @@ async def test_a_second_goal_preempts_the_first_and_each_has_one_result(rig: Rig
 
 async def test_a_cancel_that_comes_too_late_does_not_hit_the_next_goal(rig: Rig) -> None:
     await rig.start(MoveServer)
-    first = await rig.start_goal(MOVE_TO_POSITION, to(0.5, 0.0))
+    first = await rig.send_goal(MOVE_TO_POSITION, to(0.5, 0.0))
     await first
-    second = await rig.start_goal(MOVE_TO_POSITION, to(1.0, 0.0))
+    second = await rig.send_goal(MOVE_TO_POSITION, to(1.0, 0.0))
     assert not await first.cancel()
     assert (await second).success
 
@@ -202,6 +202,6 @@ async def test_a_client_whose_goal_is_rejected_ends_too(rig: Rig) -> None:
 async def test_a_client_whose_goal_is_preempted_says_what_has_failed(rig: Rig) -> None:
     await rig.start(MoveServer, alone(MoveClient))
     await rig.advance(1.0)
-    await rig.start_goal(MOVE_TO_POSITION, to(0.0, 0.0))
+    await rig.send_goal(MOVE_TO_POSITION, to(0.0, 0.0))
     await rig.advance(0.1)
     assert warnings(rig, "move_action_client") == ["Failed: Movement canceled"]

@@ -157,7 +157,7 @@ async def client(node: Node) -> None:
         assert_type(word, String)
     assert_type(await node.subscribe(NUMBERS).next(timeout=2.0), Int32)
     assert_type(node.publisher(WORDS), Publisher[String])
-    async with node.start(COUNT, Fibonacci.Goal(order=3)) as goal:
+    async with node.send_goal(COUNT, Fibonacci.Goal(order=3)) as goal:
         assert_type(goal, Goal[Fibonacci_Result, Fibonacci_Feedback])
         async for feedback in goal:
             assert_type(feedback, Fibonacci_Feedback)
@@ -188,7 +188,7 @@ def script() -> None:
         assert_type(node.subscribe(WORDS).next(timeout=1.0), String)
         for message in node.subscribe(WORDS):
             assert_type(message, String)
-        with node.start(COUNT, Fibonacci.Goal(order=1)) as goal:
+        with node.send_goal(COUNT, Fibonacci.Goal(order=1)) as goal:
             for feedback in goal:
                 assert_type(feedback, Fibonacci_Feedback)
             assert_type(goal.result(), Fibonacci_Result)

@@ -48,12 +48,12 @@ class Wrong(Node):
     def has_no_verdict(self, goal: Fibonacci.Goal) -> None: ...
 
     async def ask(self) -> None:
-        self.start(COUNT, Int32(data=1))  # E
-        self.start(COUNT, Fibonacci.Result())  # E
-        self.start(COUNT, Fibonacci.Goal(order="three"))  # E
+        self.send_goal(COUNT, Int32(data=1))  # E
+        self.send_goal(COUNT, Fibonacci.Result())  # E
+        self.send_goal(COUNT, Fibonacci.Goal(order="three"))  # E
 
     async def use(self) -> int:
-        async with self.start(COUNT, Fibonacci.Goal(order=3)) as goal:
+        async with self.send_goal(COUNT, Fibonacci.Goal(order=3)) as goal:
             async for feedback in goal:
                 number: Int32 = feedback  # E
                 return number.data

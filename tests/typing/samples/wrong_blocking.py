@@ -23,7 +23,7 @@ with blocking.open_node("script") as node:
     node.run_goal(COUNT, Fibonacci.Result())  # E
     node.run_goal(COUNT, Fibonacci.Goal(order=1), on_feedback=take_number)  # E
     total: int = node.run_goal(COUNT, Fibonacci.Goal(order=1))  # E
-    node.start(COUNT, Fibonacci.Result())  # E
+    node.send_goal(COUNT, Fibonacci.Result())  # E
     odd: Int32 = node.subscribe(WORDS).next()  # E
 
 with blocking.open_node("script", tree=WORDS):  # E

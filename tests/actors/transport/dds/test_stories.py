@@ -137,12 +137,12 @@ async def test_a_goal_is_followed_with_feedback_and_a_rejection_says_why(meet: C
     ):
         client = near.node("client")
         await until(lambda: near.graph.action("/count").remotes)
-        async with client.start(COUNT, order(3)) as goal:
+        async with client.send_goal(COUNT, order(3)) as goal:
             heard = [one.sequence.tolist() async for one in goal]
             assert await goal == result(3)
         assert heard == [[0], [1], [2]]
         with pytest.raises(GoalRejected, match="too far to count"):
-            await client.start(COUNT, order(10)).send()
+            await client.send_goal(COUNT, order(10)).send()
 
 
 async def test_every_node_has_its_standard_services_and_its_end_is_seen(meet: Callable[[], Transport]) -> None:

@@ -224,7 +224,7 @@ async def test_what_the_rules_allow_works_with_history_calls_and_goals(pair: tup
     assert isinstance(far, Robot)
 
     assert await node.call(ADD, two(1, 2), timeout=30) == total(3)
-    async with node.start(COUNT, order(7)) as goal:
+    async with node.send_goal(COUNT, order(7)) as goal:
         assert [feedback async for feedback in goal] == [step(1)]
         assert await goal == result(1, 7)
     await until(desk, lambda: ends(desk, "/numbers")[1] == ["/robot"])
