@@ -90,7 +90,7 @@ INTERNAL: Mapping[str, Sequence[str]] = {
     ),
     "Clock": ("loop_time", "call_at"),
     "Journal": ("life",),
-    "Tape": ("entries", "start"),
+    "Recording": ("entries", "start"),
     "Rig": ("leaks",),
     "Node": ("__machinery__", "declarations", "managed"),
     "NodeRecord": (
