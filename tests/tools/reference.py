@@ -89,7 +89,6 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "join", "leave", "open", "start",
     ),
     "Clock": ("loop_time", "call_at"),
-    "Journal": ("life",),
     "Recording": ("entries", "start"),
     "Rig": ("leaks",),
     "Node": ("__machinery__", "declarations", "managed"),
