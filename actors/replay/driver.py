@@ -1,4 +1,4 @@
-"""`Driver`: plays a tape to its nodes, which live in a system of their own, in which there is nothing else."""
+"""`Driver`: plays a recording to its nodes, which live in a system of their own, in which there is nothing else."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 from actors.inbox.boundary import BOUNDARY
 from actors.replay.inputs import Inputs
 from actors.replay.lives import PlayedNodes
-from actors.replay.replaying import Replaying, run_handle
-from actors.replay.tape import SENT, comes_in
-from actors.replay.tape_deadlines import TapeDeadlines
+from actors.replay.recording import SENT, comes_in
+from actors.replay.replay_deadlines import ReplayDeadlines
+from actors.replay.replaying_boundary import ReplayingBoundary, run_handle
 from actors.time.ticker import TickHandle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.replay.debugger import Break
-    from actors.replay.tape import Entry, Start, Tape
-    from actors.replay.tape_loop import TapeLoop
+    from actors.replay.recording import Entry, Recording, Start
+    from actors.replay.replay_loop import ReplayLoop
     from actors.runtime.timers import NodeTimer
     from actors.supervision.child import Child
     from actors.system import System
@@ -29,32 +29,32 @@ RESOLUTION = 1e-6
 
 
 class Driver:
-    """Plays one tape. `declared(start)` gives the declaration of the node that is played to, for each recorded life.
+    """Plays one recording. `declared(start)` gives the declaration of the node that is played to, for each recorded life.
 
-    Invariants: `over` is done when the tape is at its end, when the nodes have done too much otherwise, or when the tape does not say what
+    Invariants: `over` is done when the recording is at its end, when the nodes have done too much otherwise, or when the recording does not say what
     came next.
     """
 
     def __init__(
         self,
         system: System,
-        loop: TapeLoop,
-        tape: Tape,
+        loop: ReplayLoop,
+        recording: Recording,
         declared: Callable[[Start], Child],
         pause: Break | None,
         limit: int,
     ) -> None:
-        self.boundary = Replaying(tape, pause, limit)
+        self.boundary = ReplayingBoundary(recording, pause, limit)
         self.played = PlayedNodes(system, self.boundary, declared)
-        self.inputs = Inputs(system, loop, tape, self.boundary, self.played)
+        self.inputs = Inputs(system, loop, recording, self.boundary, self.played)
         self.over: asyncio.Future[None] = loop.create_future()
-        self._loop, self._tape = loop, tape
-        self._known_timers = {one[4] for one in tape.entries if isinstance(one, tuple) and one[0] == "tick"}
+        self._loop, self._recording = loop, recording
+        self._known_timers = {one[4] for one in recording.entries if isinstance(one, tuple) and one[0] == "tick"}
         self._ticking = 0
-        """How many of the timers are known to tick by the tape, or by themselves."""
+        """How many of the timers are known to tick by the recording, or by themselves."""
         self.boundary.apply = self.inputs.apply
         runtime: Any = system.runtime
-        runtime.deadlines = self._deadlines = TapeDeadlines(lambda: self.boundary.now)
+        runtime.deadlines = self._deadlines = ReplayDeadlines(lambda: self.boundary.now)
         runtime.intercept(self.played)
         runtime.intercept(self.boundary, first=True)
         graph: Any = system.graph
@@ -68,10 +68,10 @@ class Driver:
         graph.open_standard_service = open_standard_service
         graph.watchers.append(_Numbers(self.boundary))
 
-    # -- the course of the tape ----------------------------------------------------------------------------------------------
+    # -- the course of the recording ----------------------------------------------------------------------------------------------
 
     def drive(self) -> None:
-        """Play as far as possible without a turn of the loop; then come back, until the tape is over."""
+        """Play as far as possible without a turn of the loop; then come back, until the recording is over."""
         try:
             self._drive()
         except BaseException as error:
@@ -81,8 +81,8 @@ class Driver:
     def _drive(self) -> None:
         boundary = self.boundary
         while not (boundary.over or self.inputs.lacking or self.over.done()):
-            if boundary.astray:
-                going = self._stray()
+            if boundary.diverged:
+                going = self._play_diverged()
             else:
                 entry = boundary.entry()
                 going = None if entry is None else self._follow(entry)
@@ -101,7 +101,7 @@ class Driver:
         """Play one entry as it was. Returns False if the loop has to turn first, or afterwards."""
         boundary = self.boundary
         if not isinstance(entry, tuple) or entry[0] == "result":
-            boundary.stray()  # the recording has read the clock here
+            boundary.diverge()  # the recording has read the clock here
             return True
         if entry[0] in SENT:
             boundary.missed(entry)
@@ -110,7 +110,7 @@ class Driver:
             if not node.alive:
                 node.ask(entry[3])
                 return False
-            boundary.stray()  # the recorded node could not be made, and this one could
+            boundary.diverge()  # the recorded node could not be made, and this one could
             return True
         boundary.at += 1
         self._at(entry[1])
@@ -120,18 +120,18 @@ class Driver:
             return str(entry[0]) != "start"
         handle = boundary.planned.get(entry[2])
         if handle is None or _is_early(handle, entry[1]):
-            boundary.stray()
+            boundary.diverge()
         else:
             del boundary.planned[entry[2]]
             run_handle(handle)
         return True
 
-    def _stray(self) -> bool | None:
-        """Play the next thing to a node that has left the tape: its own callbacks as they are due, and what came in as it came.
+    def _play_diverged(self) -> bool | None:
+        """Play the next thing to a node that has left the recording: its own callbacks as they are due, and what came in as it came.
 
-        Returns False if the loop has to turn first, or afterwards; None at the end of the tape.
+        Returns False if the loop has to turn first, or afterwards; None at the end of the recording.
         """
-        boundary, entries = self.boundary, self._tape.entries
+        boundary, entries = self.boundary, self._recording.entries
         self._own_ticks()
         soon = next(
             (number for number, handle in boundary.planned.items() if not isinstance(handle, asyncio.TimerHandle)), None
@@ -204,7 +204,7 @@ class Driver:
 class _Numbers:
     """Gives the subscriptions of the replayed nodes their numbers, as a recording does."""
 
-    def __init__(self, boundary: Replaying) -> None:
+    def __init__(self, boundary: ReplayingBoundary) -> None:
         self._boundary = boundary
 
     def publisher_joined(self, publisher: Any) -> None:

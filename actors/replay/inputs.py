@@ -1,4 +1,4 @@
-"""`Inputs`: gives replayed nodes what comes in by their tape."""
+"""`Inputs`: gives replayed nodes what comes in by their recording."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from actors.actions.peers import Outcome
 from actors.inbox.control import Failure
 from actors.inbox.expiring import ExpiringMessage
 from actors.replay.boundary import CANCELED
-from actors.replay.replaying import AWAITED
-from actors.replay.standins import Other, OtherFollower, OtherPublisher, OtherServer, OtherSubscription
-from actors.replay.tape import Tape, Unkept
+from actors.replay.recording import Recording, Unkept
+from actors.replay.replaying_boundary import AWAITED
+from actors.replay.stubs import StubFollower, StubNode, StubPublisher, StubServer, StubSubscription
 from actors.services.introspection import caller_id
 from actors.waiting import retrieve
 
 if TYPE_CHECKING:
     from actors.replay.lives import PlayedNodes
-    from actors.replay.replaying import Replaying
-    from actors.replay.standins import Asked
-    from actors.replay.tape import Start
-    from actors.replay.tape_loop import TapeLoop
+    from actors.replay.recording import Start
+    from actors.replay.replay_loop import ReplayLoop
+    from actors.replay.replaying_boundary import ReplayingBoundary
+    from actors.replay.stubs import StubCall
     from actors.runtime.incarnation import Incarnation
     from actors.system import System
     from actors.time.deadlines import Deadlines
@@ -32,20 +32,22 @@ OF_A_LIFE: Final = frozenset({"crash", "parameters", "stop"})
 
 
 class Inputs:
-    """Takes the entries of a tape that came in, and does to the replayed nodes what they say. The others are played by stand-ins.
+    """Takes the entries of a recording that came in, and does to the replayed nodes what they say. The others are played by stubs.
 
-    For nodes that are astray, numbers of the tape are no more theirs: then what one asked is found by its kind, name and place among those,
+    For nodes that have diverged, numbers of the recording are no more theirs: then what one asked is found by its kind, name and place among those,
     and timers by their name.
 
-    Invariants: `_peers` has the stand-ins for the ends of topics that have come and not gone.
+    Invariants: `_peers` has the stubs for the ends of topics that have come and not gone.
     """
 
-    def __init__(self, system: System, loop: TapeLoop, tape: Tape, boundary: Replaying, played: PlayedNodes) -> None:
+    def __init__(
+        self, system: System, loop: ReplayLoop, recording: Recording, boundary: ReplayingBoundary, played: PlayedNodes
+    ) -> None:
         self.lacking = ""
         """What came in that the journal does not carry; empty if it carries everything so far."""
         self._system, self._loop, self._boundary, self._played = system, loop, boundary, played
         self._peers: dict[int, Any] = {}
-        self._names = [sent for sent in tape.outputs(inner=True) if sent[0] in AWAITED]
+        self._names = [sent for sent in recording.outputs(inner=True) if sent[0] in AWAITED]
         self._takes: dict[str, Callable[..., None]] = {
             "start": self.start, "stop": self.stop, "dismissed": self.dismissed, "interrupt": self.interrupt, "crash": self.crash,
             "parameters": self.parameters,
@@ -61,7 +63,7 @@ class Inputs:
             return  # the changed node has never been made
         unkept = next((str(one) for one in details if isinstance(one, Unkept)), "")
         if kind == "unknown" or unkept:
-            if not self._boundary.astray:
+            if not self._boundary.diverged:
                 self.lacking = unkept or str(details[0])
             return
         self._takes[kind](*details)
@@ -102,7 +104,7 @@ class Inputs:
 
     def tick(self, number: int, name: str, k: int, due: float) -> None:
         timers = self._boundary.timers
-        found = [timers[number]] if not self._boundary.astray else [one for one in timers if one[0] == name]
+        found = [timers[number]] if not self._boundary.diverged else [one for one in timers if one[0] == name]
         timer = found[-1][1] if found else None
         if timer is not None and (handle := timer.handle) is not None:
             handle.k = k  # as the ticker does, which counts here in vain
@@ -127,12 +129,12 @@ class Inputs:
 
     def publisher(self, number: int, topic: str, node: str, kind: Any, qos: Any) -> None:
         entry = self._system.graph.topic(topic)
-        self._peers[number] = publisher = OtherPublisher(number, entry, node, kind, qos, self._boundary.catch_up)
+        self._peers[number] = publisher = StubPublisher(number, entry, node, kind, qos, self._boundary.catch_up)
         entry.add_publisher(cast("Any", publisher))
 
     def subscriber(self, number: int, topic: str, node: str, kind: Any, qos: Any) -> None:
         entry = self._system.graph.topic(topic)
-        self._peers[number] = subscription = OtherSubscription(entry, node, kind, qos)
+        self._peers[number] = subscription = StubSubscription(entry, node, kind, qos)
         entry.add_subscription(cast("Any", subscription))
 
     def gone(self, number: int) -> None:
@@ -147,14 +149,14 @@ class Inputs:
             entry.withdraw()
         elif state[0] == "here":
             _, host, served, concurrent = state
-            entry.open(OtherServer(host, served, concurrent, self._asked))
+            entry.open(StubServer(host, served, concurrent, self._asked))
         elif state[0] == "restarting" and state[1] not in self._boundary.members:
             entry.pause(*state[1:])
         elif state[0] == "stopped" and state[1] not in self._boundary.members:
             entry.close(state[1])
 
-    def _asked(self, call: Asked, timeout: float | None) -> None:
-        if self._boundary.astray and timeout is not None:
+    def _asked(self, call: StubCall, timeout: float | None) -> None:
+        if self._boundary.diverged and timeout is not None:
             self._system.runtime.deadlines.watch(call, timeout)
 
     def request(self, number: int, name: str, message: Any, caller: str, timeout: float) -> None:
@@ -164,12 +166,12 @@ class Inputs:
             graph.open_standard_service(entry)
         server: Any = entry.local
         if server is not None:
-            server.submit(message, _OtherCaller(caller, server.deadlines), timeout).future.add_done_callback(retrieve)
+            server.submit(message, _StubCaller(caller, server.deadlines), timeout).future.add_done_callback(retrieve)
 
     def goal(self, number: int, name: str, goal_id: bytes, message: Any, owner: str | None) -> None:
         server = self._system.graph.action(name).local
         if server is not None:
-            follower = None if owner is None else OtherFollower(owner)
+            follower = None if owner is None else StubFollower(owner)
             server.submit(goal_id, message, follower).future.add_done_callback(retrieve)
 
     def cancel(self, name: str, goal_id: bytes, reason: str) -> None:
@@ -198,8 +200,8 @@ class Inputs:
             future.set_result(value)
 
     def _awaited(self, number: int) -> asyncio.Future[Any] | None:
-        """The future with this number; for a node that is astray, the one of the same kind, name and place."""
-        if not self._boundary.astray:
+        """The future with this number; for a node that is diverged, the one of the same kind, name and place."""
+        if not self._boundary.diverged:
             return self._boundary.awaited.pop(number, None)
         kind, name, _ = self._names[number - 1]
         place = sum(one[:2] == (kind, name) for one in self._names[: number - 1])
@@ -220,8 +222,8 @@ class Inputs:
             self._boundary.enter(method, (), getattr(follower, method), value)
 
 
-class _OtherCaller(Other):
-    """A node of the recording that asks the replayed one. The tape says when it gives up."""
+class _StubCaller(StubNode):
+    """A node of the recording that asks the replayed one. The recording says when it gives up."""
 
     def __init__(self, fqn: str, deadlines: Deadlines) -> None:
         super().__init__(fqn)

@@ -16,8 +16,8 @@ from actors.replay.encoding import frozen
 from actors.replay.errors import ReplayError
 from actors.replay.journaled_loop import journaled
 from actors.replay.parts import Spool
-from actors.replay.recording import RecordedLife, Recording
-from actors.replay.tape import Start, Tape, is_subtree, named
+from actors.replay.recording import Recording, Start, is_subtree, named
+from actors.replay.recording_boundary import RecordedLife, RecordingBoundary
 from actors.runtime.interceptor import Interceptor
 from actors.suggest import did_you_mean
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from actors.system import System
 
 
-class Journal(Interceptor):
+class Journal:
     """Keeps a journal of each of the nodes that are named, from the start of its first life on::
 
         journal = Journal("/navigation")
@@ -49,7 +49,7 @@ class Journal(Interceptor):
     node, which ticks twice a second.
     """
 
-    # Invariants: a journal that is asked for is in `_recordings` or in `refused` from the first journaled start of a node on, or in neither;
+    # Invariants: a journal that is asked for is in `_boundaries` or in `refused` from the first journaled start of a node on, or in neither;
     # that of a subtree may come into both, and is then not whole. `_folder` is None until the first journal is opened, unless it was given.
 
     def __init__(
@@ -64,7 +64,7 @@ class Journal(Interceptor):
         self._nodes = set(nodes)
         self._publish = publish or on_request
         self._folder = None if folder is None else Path(folder)
-        self._recordings: dict[str, Recording] = {}
+        self._boundaries: dict[str, RecordingBoundary] = {}
         self._system: System | None = None
         self.refused: dict[str, str] = {}
         """Full name of a node, or path of a subtree -> why no journal of it is kept."""
@@ -84,49 +84,49 @@ class Journal(Interceptor):
         self._system = system
         system.runtime.observers.closed.append(self._end)
         system.runtime.observers.dismissed.append(self._dismissed)
-        system.runtime.intercept(self, first=True)
+        system.runtime.intercept(_Lives(self._life), first=True)
         if self._publish:
-            system.runtime.observers.opening.append(self._publish_tapes)
+            system.runtime.observers.opening.append(self._publish_journals)
         return self
 
-    def tape(self, node: str) -> Tape:
+    def recording(self, node: str) -> Recording:
         """The journal of a node, or of a subtree by its path, so far. Raises `ReplayError` if there is none."""
-        return self._recording(node).spool.tape()
+        return self._boundary_of(node).spool.recording()
 
-    def _recording(self, node: str) -> Recording:
-        refused, kept = named(self.refused, node), named(self._recordings, node)
+    def _boundary_of(self, node: str) -> RecordingBoundary:
+        refused, kept = named(self.refused, node), named(self._boundaries, node)
         if refused is not None or kept is None:
             why = "it has not started" if refused is None else self.refused[refused]
             raise ReplayError(f"there is no journal of {node}: {why}")
-        recording = self._recordings[kept]
-        recording.flush()
-        return recording
+        boundary = self._boundaries[kept]
+        boundary.flush()
+        return boundary
 
     def save(self, path: str | os.PathLike[str], node: str) -> Path:
         """Write the journal of a node or subtree so far to a file, and return its path."""
         file = Path(path)
-        self._recording(node).spool.save(file)
+        self._boundary_of(node).spool.save(file)
         return file
 
     def _end(self) -> None:
         assert self._system is not None
-        for recording in self._recordings.values():
-            recording.flush()
-            if recording.spool.failure:
+        for boundary in self._boundaries.values():
+            boundary.flush()
+            if boundary.spool.failure:
                 self._system.log.error(
-                    "a journal is not whole", node_name=recording.spool.node, because=recording.spool.failure
+                    "a journal is not whole", node_name=boundary.spool.node, because=boundary.spool.failure
                 )
 
     def _dismissed(self, record: NodeRecord) -> None:
-        if (recording := self._recordings.get(self._name_of(record))) is not None:
-            recording.dismissed(record)
+        if (boundary := self._boundaries.get(self._name_of(record))) is not None:
+            boundary.dismissed(record)
 
-    async def _publish_tapes(self) -> None:
+    async def _publish_journals(self) -> None:
         from actors.replay.publishing import JournalPublisher
         from actors.supervision.child import Child
 
         assert self._system is not None
-        await self._system.join(Child(JournalPublisher, args=(self, self._recordings)))
+        await self._system.join(Child(JournalPublisher, args=(self, self._boundaries)))
 
     # -- nodes that run already ----------------------------------------------------------------------------------------------
 
@@ -167,7 +167,7 @@ class Journal(Interceptor):
 
     async def restart(self, name: str) -> None:
         """As `begin`, for a name that `check` has returned. Raises `LookupError` if what it names has gone since."""
-        if name in self._recordings:
+        if name in self._boundaries:
             return
         assert self._system is not None
         assert self._system.supervisor is not None
@@ -188,7 +188,7 @@ class Journal(Interceptor):
 
     # -- between supervisor and node -----------------------------------------------------------------------------------------
 
-    def life(self, path: tuple[str, ...], make: Callable[[], Life], /) -> Life:
+    def _life(self, path: tuple[str, ...], make: Callable[[], Life]) -> Life:
         assert self._system is not None
         record = self._system.runtime.directory.records[path]
         name = self._name_of(record)
@@ -196,23 +196,23 @@ class Journal(Interceptor):
             return make()
         try:
             start = self._start_of(record, name)
-            recording = self._recordings.get(name) or self._open(name)
+            boundary = self._boundaries.get(name) or self._open(name)
         except ReplayError as error:
             self._refuse(name, f"{record.identity.fqn}: {error}" if is_subtree(name) else str(error))
             return make()
         except OSError as error:
             self._refuse(name, f"its journal cannot be written: {error}")
             return make()
-        if start.node not in recording.members:
+        if start.node not in boundary.members:
             self._system.runtime.renew(record)  # what is left of an earlier life is in no journal
-        recording.begins(start, record.inbox)
-        token = BOUNDARY.set(recording)
+        boundary.begins(start, record.inbox)
+        token = BOUNDARY.set(boundary)
         try:
             life = make()
         finally:
             BOUNDARY.reset(token)
         assert record.life is not None
-        return RecordedLife(recording, record.life, life)
+        return RecordedLife(boundary, record.life, life)
 
     def _name_of(self, record: NodeRecord) -> str:
         """The name of the journal to which a node belongs, that of a subtree before its own; empty if none is asked for."""
@@ -223,20 +223,20 @@ class Journal(Interceptor):
     def _refuse(self, name: str, why: str) -> None:
         assert self._system is not None
         self.refused[name] = why
-        if (recording := self._recordings.get(name)) is not None:
-            recording.give_up(why)
+        if (boundary := self._boundaries.get(name)) is not None:
+            boundary.give_up(why)
         self._system.log.warning("no journal is kept", node_name=name, because=why)
 
-    def _open(self, name: str) -> Recording:
+    def _open(self, name: str) -> RecordingBoundary:
         assert self._system is not None
         runtime = self._system.runtime
         path = self._made() / f"{name.strip('/').replace('/', '.')}{'.subtree' if is_subtree(name) else ''}.journal"
-        recording = Recording(Spool(name, path, publish=self._publish), journaled(runtime.loop))
-        self._recordings[name] = recording
-        runtime.intercept(recording, first=True)
-        runtime.graph.watchers.append(recording)
-        runtime.graph.on_change(recording.look)
-        return recording
+        boundary = RecordingBoundary(Spool(name, path, publish=self._publish), journaled(runtime.loop))
+        self._boundaries[name] = boundary
+        runtime.intercept(boundary, first=True)
+        runtime.graph.watchers.append(boundary)
+        runtime.graph.on_change(boundary.look)
+        return boundary
 
     def _made(self) -> Path:
         """The folder of the journals."""
@@ -256,3 +256,13 @@ class Journal(Interceptor):
             process=runtime.process, level=runtime.journal.level, virtual=runtime.clock.virtual, origin=runtime.clock.origin,
             epoch=runtime.clock.epoch, id_streams=runtime.id_streams[record.identity.fqn],
         )  # fmt: skip
+
+
+class _Lives(Interceptor):
+    """Has `begin` make the lives of nodes."""
+
+    def __init__(self, begin: Callable[[tuple[str, ...], Callable[[], Life]], Life]) -> None:
+        self._begin = begin
+
+    def life(self, path: tuple[str, ...], make: Callable[[], Life], /) -> Life:
+        return self._begin(path, make)

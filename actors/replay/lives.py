@@ -1,4 +1,4 @@
-"""`PlayedNodes`: the lives of replayed nodes, which begin and end when their tape says so."""
+"""`PlayedNodes`: the lives of replayed nodes, which begin and end when their recording says so."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 from actors.errors import described
 from actors.inbox.boundary import BOUNDARY
 from actors.replay.encoding import thawed
-from actors.replay.tape import starts_of
+from actors.replay.recording import starts_of
 from actors.runtime.interceptor import Interceptor
 from actors.supervision.declarations import Supervisor
 from actors.supervision.policy import Intensity
 from actors.waiting import retrieve
 
 if TYPE_CHECKING:
-    from actors.replay.replaying import Replaying
-    from actors.replay.tape import Start, Tape
+    from actors.replay.recording import Recording, Start
+    from actors.replay.replaying_boundary import ReplayingBoundary
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.record import NodeRecord
     from actors.supervision.child import Child
@@ -33,7 +33,7 @@ class PlayedNodes(Interceptor):
     `declared(start)` gives the declaration of the node that is played to, for each recorded life.
     """
 
-    def __init__(self, system: System, boundary: Replaying, declared: Callable[[Start], Child]) -> None:
+    def __init__(self, system: System, boundary: ReplayingBoundary, declared: Callable[[Start], Child]) -> None:
         self._system, self._boundary, self._declared = system, boundary, declared
         self._nodes: dict[str, PlayedNode] = {}
 
@@ -62,7 +62,7 @@ class PlayedNodes(Interceptor):
 
 
 class PlayedNode:
-    """One replayed node. `start` is how its first life on the tape began.
+    """One replayed node. `start` is how its first life in the recording began.
 
     Invariants:
 
@@ -71,7 +71,9 @@ class PlayedNode:
     - `_asking` is the task that has its supervisor start it. From the first life that became ready on, the supervisor does that by itself.
     """
 
-    def __init__(self, system: System, boundary: Replaying, start: Start, declared: Callable[[Start], Child]) -> None:
+    def __init__(
+        self, system: System, boundary: ReplayingBoundary, start: Start, declared: Callable[[Start], Child]
+    ) -> None:
         self.present: Incarnation | None = None
         self.alive = False
         self.failure = ""
@@ -104,7 +106,7 @@ class PlayedNode:
         self._gate.set_result(start)
 
     async def live(self, record: NodeRecord, started: Callable[[], None]) -> None:
-        """One life of the node, from the moment at which the tape begins it."""
+        """One life of the node, from the moment at which the recording begins it."""
         self._gate = asyncio.get_running_loop().create_future()
         start = await self._gate
         self._gate, self.failure = None, ""
@@ -140,11 +142,11 @@ class PlayedNode:
         runtime.enter(record.child, record.path)  # it may have given up its name
         if (
             record.incarnation != start.incarnation - 1
-        ):  # it had lived before the tape, or was forgotten and added again
+        ):  # it had lived before the recording, or was forgotten and added again
             runtime.renew(record)
             record.incarnation, record.saved = (
                 start.incarnation - 1,
-                thawed(start.saved, trust=self._boundary.tape.trusted),
+                thawed(start.saved, trust=self._boundary.recording.trusted),
             )
             record.asked_state = start.state
         self._boundary.members[start.node] = record.inbox
@@ -161,7 +163,7 @@ class _PlayedLife:
         await self._played.live(self._record, started)
 
     def stop(self, reason: str, /) -> None:
-        """Do nothing: only the tape stops a replayed node, and the end of the replay kills it."""
+        """Do nothing: only the recording stops a replayed node, and the end of the replay kills it."""
 
 
 def replayed_path(path: tuple[str, ...]) -> tuple[str, ...]:
@@ -169,10 +171,10 @@ def replayed_path(path: tuple[str, ...]) -> tuple[str, ...]:
     return ("replay", *path[1:])
 
 
-def tree_of(tape: Tape) -> Supervisor:
-    """The supervisors of the nodes on a tape, still without nodes. Its path is that of `tape.root`."""
-    depth = len(tape.root)
-    return _supervisor(tape.root[-1], {start.path[depth:-1] for start in starts_of(tape)})
+def tree_of(recording: Recording) -> Supervisor:
+    """The supervisors of the nodes of a recording, still without nodes. Its path is that of `recording.root`."""
+    depth = len(recording.root)
+    return _supervisor(recording.root[-1], {start.path[depth:-1] for start in starts_of(recording)})
 
 
 def _supervisor(name: str, below: set[tuple[str, ...]]) -> Supervisor:

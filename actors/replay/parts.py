@@ -12,7 +12,7 @@ from typing import Any, Final
 from actors.pickle_bounds import Steps
 from actors.replay.encoding import frozen, steps_for, thawed
 from actors.replay.errors import ReplayError
-from actors.replay.tape import Entry, Tape, Unkept
+from actors.replay.recording import Entry, Recording, Unkept
 
 FORMAT: Final = 5
 """Of what `pack` writes."""
@@ -98,7 +98,7 @@ class Spool:
         """Write what has been flushed to another file."""
         path.write_bytes(self._read())
 
-    def tape(self) -> Tape:
+    def recording(self) -> Recording:
         """What has been flushed. Raises `ReplayError` if it could not be written."""
         return whole(self.node, parts_of(self._read()), trust=True)
 
@@ -119,7 +119,7 @@ def parts_of(data: bytes) -> Iterator[bytes]:
             yield data[begin:at]
 
 
-def whole(node: str, parts: Iterable[bytes], *, trust: bool) -> Tape:
+def whole(node: str, parts: Iterable[bytes], *, trust: bool) -> Recording:
     """The journal of a node from its parts, in any order. Raises `ReplayError` if one is missing, or cannot be read."""
     held = list(parts)
     allowance = _Allowance(sum(map(len, held)))
@@ -131,7 +131,7 @@ def whole(node: str, parts: Iterable[bytes], *, trust: bool) -> Tape:
                 "back to it; record from the start of the program, or let it write its journals into a folder: Journal(folder=...)"
             )
     entries = [entry for _, part in sorted(numbered.items()) for entry in part]
-    return Tape(node, entries, trusted=trust)
+    return Recording(node, entries, trusted=trust)
 
 
 def pack(number: int, entries: list[Entry]) -> bytes:

@@ -17,14 +17,14 @@ from actors.replay.errors import ReplayError
 from actors.replay.journaled_loop import journaled
 from actors.replay.lives import replayed_path, tree_of
 from actors.replay.parts import parts_of, whole
-from actors.replay.tape import Tape, named, starts_of, unlike_versions
-from actors.replay.tape_loop import TapeLoop
+from actors.replay.recording import Recording, named, starts_of, unlike_versions
+from actors.replay.replay_loop import ReplayLoop
 from actors.system import System
 
 if TYPE_CHECKING:
     from actors.logs import LogSink
     from actors.replay.debugger import Break
-    from actors.replay.tape import Start
+    from actors.replay.recording import Start
     from actors.runtime.node import Node
     from actors.supervision.child import Child
 
@@ -53,22 +53,22 @@ class Verdict:
         return not self.differences and not self.lacking
 
 
-def load(path: str | os.PathLike[str], *, trust: bool = False) -> Tape:
+def load(path: str | os.PathLike[str], *, trust: bool = False) -> Recording:
     """The journal in a file that a `Journal` has written.
 
     Loading makes values of the classes that the file names, of modules that are imported, and calls no code of theirs but their checks. With
     `trust` it may: that is needed for arguments and checkpoints that pickle themselves in their own way. Raises `ReplayError` for another file.
     """
     try:
-        tape = whole("", parts_of(Path(path).read_bytes()), trust=trust)
-        tape.node = tape.start.journal
+        recording = whole("", parts_of(Path(path).read_bytes()), trust=trust)
+        recording.node = recording.start.journal
     except ReplayError as error:
         raise ReplayError(f"{path}: {error}") from error
-    return tape
+    return recording
 
 
 def replay(
-    tape: Tape,
+    recording: Recording,
     *,
     changed: str | None = None,
     node: type[Node] | None = None,
@@ -88,45 +88,47 @@ def replay(
 
     Raises `ReplayError` if a node cannot be made here, for a parameter that it does not have, and if Python's debugger was quit.
     """
-    change = Change(tape, changed, node, parameters or {})
+    change = Change(recording, changed, node, parameters or {})
     for start in change.members.values():
         check_alone(change.declared(start))
-    start = tape.start
-    loop = TapeLoop(start.origin, start.epoch, start.virtual)
+    start = recording.start
+    loop = ReplayLoop(start.origin, start.epoch, start.virtual)
     limit = 1_000_000 if change.made or every else 1
     stop = None if pause is None else stop_at(*pause, debugger)
     with asyncio.Runner(loop_factory=lambda: loop) as runner:
-        driver = runner.run(_play(tape, loop, change.declared, stop, limit, sinks))
+        driver = runner.run(_play(recording, loop, change.declared, stop, limit, sinks))
     if stop is not None:
         stop.check_over()
     boundary = driver.boundary
     return Verdict(
-        tape.node, tuple(boundary.differences), sum(boundary.sent.values()), driver.inputs.lacking, driver.played.failure,
+        recording.node, tuple(boundary.differences), sum(boundary.sent.values()), driver.inputs.lacking, driver.played.failure,
         tuple(boundary.inner), unlike_versions(start),
     )  # fmt: skip
 
 
 class Change:
-    """What a replay changes: the class, or parameters, of one node of the tape; or nothing.
+    """What a replay changes: the class, or parameters, of one node of the recording; or nothing.
 
-    Raises `ReplayError` for a node that is not on the tape, or is not said although there are several, and for wrong parameters.
+    Raises `ReplayError` for a node that is not in the recording, or is not said although there are several, and for wrong parameters.
     """
 
-    def __init__(self, tape: Tape, name: str | None, factory: type[Node] | None, parameters: Mapping[str, Any]) -> None:
+    def __init__(
+        self, recording: Recording, name: str | None, factory: type[Node] | None, parameters: Mapping[str, Any]
+    ) -> None:
         self.made = factory is not None or bool(parameters)
-        self._tape, self._factory, self._parameters = tape, factory, parameters
-        self.members = members = {start.node: start for start in reversed(starts_of(tape))}
+        self._recording, self._factory, self._parameters = recording, factory, parameters
+        self.members = members = {start.node: start for start in reversed(starts_of(recording))}
         """How the first life of each node began."""
         self._node = next(iter(members)) if name is None and len(members) == 1 else named(members, name or "")
         if self._node is None and (self.made or name is not None):
             what = f"no node {name}" if name is not None else "several nodes: say which one is changed"
-            raise ReplayError(f"the journal of {tape.node} has {what}; it has {', '.join(sorted(members))}")
+            raise ReplayError(f"the journal of {recording.node} has {what}; it has {', '.join(sorted(members))}")
         if self._node is not None:
             check_parameters(self.declared(members[self._node]), parameters)
 
     def declared(self, start: Start) -> Child:
         """The declaration of the node for a life that began so, with its arguments as they were."""
-        child: Child = thawed(start.child, trust=self._tape.trusted)
+        child: Child = thawed(start.child, trust=self._recording.trusted)
         if start.node == self._node:
             own = dict(child.parameters) | dict(self._parameters)
             child = child.replace(parameters=own, factory=self._factory or child.factory)
@@ -134,19 +136,21 @@ class Change:
 
 
 async def _play(
-    tape: Tape,
-    loop: TapeLoop,
+    recording: Recording,
+    loop: ReplayLoop,
     declared: Callable[[Start], Child],
     stop: Break | None,
     limit: int,
     sinks: tuple[LogSink, ...],
 ) -> Driver:
-    start = tape.start
+    start = recording.start
     journaled(loop)
-    system = System(seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options, trust=tape.trusted))
+    system = System(
+        seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options, trust=recording.trusted)
+    )
     system.runtime.distinguish(start.process)
-    driver = Driver(system, loop, tape, declared, stop, limit)
-    await system.start(tree_of(tape), replayed_path(tape.root))
+    driver = Driver(system, loop, recording, declared, stop, limit)
+    await system.start(tree_of(recording), replayed_path(recording.root))
     loop.call_soon(driver.drive)
     try:
         await driver.over

@@ -16,7 +16,7 @@ from actors.parameters.declare import parameter
 from actors.qos import LATCHED
 from actors.replay.errors import NoJournal, ReplayError
 from actors.replay.parts import whole
-from actors.replay.tape import Tape, is_subtree, named
+from actors.replay.recording import Recording, is_subtree, named
 from actors.runtime.declarations import every
 from actors.runtime.node import Node
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from actors.replay.journal import Journal
-    from actors.replay.recording import Recording
+    from actors.replay.recording_boundary import RecordingBoundary
     from actors.supervision.reasons import ExitReason
     from actors.topics.publisher import Publisher
 
@@ -48,9 +48,9 @@ class JournalPublisher(Node):
     node_name = PUBLISHER[1:]
     nodes = parameter([], of=str)
 
-    def __init__(self, journal: Journal, recordings: dict[str, Recording]) -> None:
+    def __init__(self, journal: Journal, boundaries: dict[str, RecordingBoundary]) -> None:
         self._journal = journal
-        self._recordings = recordings
+        self._boundaries = boundaries
         self._publishers: dict[str, Publisher[UInt8MultiArray]] = {}
         self._asked: list[str] = []
         """The journals that the last values of `nodes` that were checked ask for."""
@@ -84,8 +84,8 @@ class JournalPublisher(Node):
     @every(hz=2)
     def tell(self) -> None:
         """Publish what is new."""
-        for node, recording in list(self._recordings.items()):
-            for part in recording.take():
+        for node, boundary in list(self._boundaries.items()):
+            for part in boundary.take():
                 self._publisher(node)(UInt8MultiArray(data=np.frombuffer(part, np.uint8)))
 
     def _publisher(self, node: str) -> Publisher[UInt8MultiArray]:
@@ -103,7 +103,7 @@ def topic_of(journal: str) -> str:
     return f"/{journal}{SUBTREE}" if is_subtree(journal) else f"{journal}{JOURNAL}"
 
 
-def tapes_in(path: str | os.PathLike[str], *, trust: bool = False) -> dict[str, Tape]:
+def recordings_in(path: str | os.PathLike[str], *, trust: bool = False) -> dict[str, Recording]:
     """The journals in a bag, by the names of their nodes and the paths of their subtrees. `trust` is as with `load`.
 
     Raises `BagError`, and `ReplayError` for a journal that is not whole or of another format.
@@ -112,7 +112,7 @@ def tapes_in(path: str | os.PathLike[str], *, trust: bool = False) -> dict[str, 
         return {name: _read(bag, name, trust) for name in sorted(_journals(bag))}
 
 
-def _read(bag: BagReader, name: str, trust: bool) -> Tape:
+def _read(bag: BagReader, name: str, trust: bool) -> Recording:
     messages: Any = (decode(type_of(one.topic), one.data) for one in bag.messages({topic_of(name)}))
     return whole(name, (one.data.tobytes() for one in messages), trust=trust)
 
@@ -134,7 +134,7 @@ def has_journal(path: str | os.PathLike[str], node: str) -> bool:
     return named(journals_in(path), node) is not None
 
 
-def tape_in(path: str | os.PathLike[str], node: str, *, trust: bool = False) -> Tape:
+def recording_in(path: str | os.PathLike[str], node: str, *, trust: bool = False) -> Recording:
     """The journal of a node, by its name or full name, or of a subtree, by its path, in a bag. `trust` is as with `load`.
 
     Raises `BagError`, `NoJournal` if there is none, and `ReplayError` if it is not whole or of another format.

@@ -1,304 +1,166 @@
-"""`Recording`: the boundary of a node, or of a subtree, of which a journal is written."""
+"""The journal of one node, or of a subtree, as a value: what came in, what went out, and in which order code ran in between.
+
+The entries are tuples that begin with their kind. A float stands for a reading of the clock by the code of a node. What came in:
+
+* ``(kind, time, place, ...)``, where `place` is `APART`, `WITHIN` or `BACK`: between two steps of the nodes, within one (the messages that
+  a late joiner is given), or while their code was out, as when one cancels a goal and is told of that at once.
+
+What the nodes did:
+
+* ``("step", time, number)``: the event loop ran the callback that was the `number`-th of theirs to be scheduled.
+* ``("out", kind, name, value)``: one sent something, or drew an id.
+* ``("inner", kind, name, value)``: one sent something to others of the subtree, and to nobody else.
+"""
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Callable, Container, Coroutine
-from contextvars import Context
-from typing import TYPE_CHECKING, Any, TypeVar
+import platform
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, fields
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any, Final, TypeAlias, TypeGuard
 
-from actors.inbox.boundary import BOUNDARY, outside
-from actors.replay.boundary import CANCELED, JournalBoundary
-from actors.replay.tape import APART, BACK, WITHIN
+from actors.replay.errors import ReplayError
 
-if TYPE_CHECKING:
-    from actors.graph.servers import ServerEntry
-    from actors.inbox.inbox import Inbox
-    from actors.replay.journaled_loop import Callback, JournaledLoop, OwnedTask
-    from actors.replay.parts import Spool
-    from actors.replay.tape import Entry, Start
-    from actors.runtime.incarnation import Incarnation
-    from actors.runtime.record import NodeRecord
-    from actors.supervision.seam import Life
-    from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
+APART, WITHIN, BACK = 0, 1, 2
 
-T = TypeVar("T")
+SENT: Final = frozenset({"out", "inner"})
+"""The kinds of entries of what was sent."""
+NO_TIME: Final = SENT | {"result"}
+"""The kinds of entries that do not say when they were made."""
+
+Entry: TypeAlias = "tuple[Any, ...] | float"
 
 
-class Recording(JournalBoundary):
-    """Writes down what passes the boundary of its members, and when their code runs, over all their lives.
+def comes_in(entry: Entry | None) -> TypeGuard[tuple[Any, ...]]:
+    """Whether an entry is of what came in."""
+    return isinstance(entry, tuple) and entry[0] != "step" and entry[0] not in NO_TIME
 
-    Invariants:
 
-    - `_out` counts how deep the members' code has called into that of others, `_in` how deep their own code runs, or others call into it.
-    - `_names` are the services and actions on whose server a member depends, each with the last state that was written down.
-    - `_peers` are the ends of others on the members' topics that were written down and have not left.
+class Unkept:
+    """Stands in a journal for a value that could not be kept."""
+
+    __slots__ = ("why",)
+
+    def __init__(self, why: str) -> None:
+        self.why = why
+
+    def __repr__(self) -> str:
+        return f"<not kept: {self.why}>"
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """How one life of a node began: all that its code could see that is no message.
+
+    `origin` and `epoch` are those of the system's clock: the loop's time at its start, and the time of day then, seconds.
+    `child`, `options` and `saved` are `frozen`: the declaration with the arguments, as they were at that moment; parameter files, remaps and
+    log levels of the program; and the last checkpoint.
     """
 
-    def __init__(self, spool: Spool, loop: JournaledLoop) -> None:
-        super().__init__()
-        self.spool = spool
-        self._own_time = loop.own_time
-        self._entries = spool.entries
-        self._put: Callable[[Entry], None] = spool.entries.append
-        self._out = self._in = 0
-        self._names: dict[ServerEntry[Any], Any] = {}
-        self._peers: dict[PublisherPeer | SubscriptionPeer, int] = {}
-        self._met = 0
-        self._explained = -1
-        """How many entries were in memory when a change of the graph was last written down; it explains what wakes until the next entry."""
-
-    def flush(self) -> None:
-        """Write what is in memory to the file of the journal."""
-        self._explained -= self.spool.flush()
-
-    def give_up(self, why: str) -> None:
-        """Keep nothing any more: there will be no journal."""
-        self.spool.failure = why
-        self.spool.entries.clear()
-        self._put = _nothing
-
-    def take(self) -> list[bytes]:
-        """The parts of the journal that are new since the last call."""
-        self.flush()
-        return self.spool.take()
-
-    # -- what passes ---------------------------------------------------------------------------------------------------------
-
-    def begins(self, start: Start, inbox: Inbox) -> None:
-        """Write down that a life of a member begins, with this inbox."""
-        self.members[start.node] = inbox
-        self._note("start", start)
-
-    def dismissed(self, record: NodeRecord) -> None:
-        """Write down that a member has ended for good, unless it is started by a request."""
-        if record.identity.fqn in self.members:
-            self._note("dismissed", record.identity.fqn)
-
-    def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
-        if BOUNDARY.get() is self and kind != "deliver":
-            return function(*arguments)  # a member does it to itself, or to another
-        self._note(kind, *details)
-        self._in += 1
-        token = BOUNDARY.set(self)
-        try:
-            return function(*arguments)
-        finally:
-            BOUNDARY.reset(token)
-            self._in -= 1
-
-    def leave(
-        self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any, inner: bool = False
-    ) -> T:
-        self.send(kind, name, value, inner=inner)
-        self._out += 1
-        token = BOUNDARY.set(None)
-        try:
-            answer = function(*arguments)
-        finally:
-            BOUNDARY.reset(token)
-            self._out -= 1
-        self.expect_if_future(answer)
-        return answer
-
-    def send(self, kind: str, name: str, value: Any, *, inner: bool = False) -> None:
-        self._put(("inner" if inner else "out", kind, name, value))
-
-    def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: Any) -> bool:
-        return self.enter("interrupt", (task.number, self._killing(task)), cancel, message)
-
-    def _killing(self, task: OwnedTask) -> tuple[str, float] | None:
-        """The member whose life runs in `task`, and after how many seconds of clean-up it is killed; None if it is only canceled."""
-        life = self.lives.get(task)
-        child = None if life is None else life.runtime.child_of(life)
-        if life is None or child is None or child.task is not task or child.killed is None:
-            return None
-        return life.fqn, child.killed
-
-    def compute(self, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
-        result = function(*arguments)
-        self._put(("result", result))
-        return result
-
-    def elsewhere(self, name: str, work: Callable[[], Coroutine[Any, Any, Any]]) -> asyncio.Future[Any]:
-        with outside():
-            task: asyncio.Future[Any] = asyncio.ensure_future(work())
-        return self.in_thread(lambda: task, name)
-
-    def in_thread(self, start: Callable[[], asyncio.Future[Any]], name: str) -> asyncio.Future[Any]:
-        self._put(("out", "offload", name, None))
-        future = start()
-        self.expect(future)
-        return future
-
-    def expected(self, future: asyncio.Future[Any], number: int) -> None:
-        if future.done():
-            self._done(future, number)
-
-    # -- the event loop ------------------------------------------------------------------------------------------------------
-
-    def plan(
-        self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[Any, ...],
-        context: Context | None,
-    ) -> asyncio.Handle:  # fmt: skip
-        if BOUNDARY.get() is not self:
-            self._woken(callback, arguments)
-        return plain(self._step, number, callback, *arguments, context=context)
-
-    def _step(self, number: int, callback: Callback, *arguments: Any) -> None:
-        self._put(("step", self._own_time(), number))
-        self._in += 1
-        try:
-            callback(*arguments)
-        finally:
-            self._in -= 1
-            self._explained -= self.spool.settle()
-
-    def read(self, clock: Callable[[], float]) -> float:
-        now = clock()
-        self._put(now)
-        return now
-
-    def _woken(self, callback: Callback, arguments: tuple[Any, ...]) -> None:
-        """Write down why code of others wakes the node."""
-        first = arguments[0] if arguments else None
-        future = first if asyncio.isfuture(first) else None
-        number = None if future is None else self.futures.get(future)
-        if number is None:
-            self.look()
-            if self._explained != len(self._entries):
-                self._note("unknown", f"woken by {future or callback!r:.200}, which no journal carries")
-        elif future is not None and number > 0:
-            self._done(future, number)
-
-    def _done(self, future: asyncio.Future[Any], number: int) -> None:
-        self.futures[future] = -number  # written down
-        self._note("done", number, *outcome_of(future))
-
-    def _note(self, kind: str, *details: Any) -> None:
-        within = (
-            self._out or self._in or asyncio.current_task() in self.lives
-        )  # whose first step no callback has counted
-        place = BACK if within else APART
-        if BOUNDARY.get() is self:
-            place = WITHIN
-        self._put((kind, self._own_time(), place, *details))
-
-    # -- the graph -----------------------------------------------------------------------------------------------------------
-
-    def delivering(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
-        if not self.owns(subscription):
-            return target
-        if self.owns(publisher):
-            by_itself = self.to_itself(target)
-            return lambda message: (by_itself if self._out else target)(
-                message
-            )  # other code can use its publisher, too
-        number, peer = self.number_of(subscription), self._meet(publisher)
-
-        def deliver(message: Any) -> None:
-            expires = getattr(message, "expires", None)
-            bare = message if expires is None else message.message
-            self.enter("deliver", (number, peer, bare, expires), target, message)
-
-        return deliver
-
-    def _meet(self, peer: PublisherPeer | SubscriptionPeer) -> int:
-        """The number of an end of others; it is written down when it is first met."""
-        number = self._peers.get(peer)
-        if number is None:
-            number = self._peers[peer] = self._met = self._met + 1
-            kind = "publisher" if hasattr(peer, "latched") else "subscription"
-            self._note(kind, number, peer.entry.name, peer.node.fqn, peer.type, peer.qos)
-        return number
-
-    def publisher_joined(self, publisher: PublisherPeer) -> None:
-        others: list[Any] = publisher.entry.subscriptions
-        self._joined(publisher, others)
-        if self.owns(publisher):
-            mine: Any = publisher
-            mine.attach(_nothing)  # so that `publishing` is asked, even if nobody listens
-
-    def subscription_joined(self, subscription: SubscriptionPeer) -> None:
-        others: list[Any] = subscription.entry.publishers
-        if self.owns(subscription):
-            self.number_of(subscription)
-        self._joined(subscription, others)
-
-    def _joined(self, peer: Any, others: list[Any]) -> None:
-        if self.owns(peer):
-            for other in others:
-                if not self.owns(other):
-                    self._meet(other)
-        elif any(map(self.owns, others)):
-            self._meet(peer)
-
-    def publisher_left(self, publisher: PublisherPeer) -> None:
-        self._left(publisher)
-
-    def subscription_left(self, subscription: SubscriptionPeer) -> None:
-        self._left(subscription)
-
-    def _left(self, peer: PublisherPeer | SubscriptionPeer) -> None:
-        if (number := self._peers.pop(peer, None)) is not None:
-            self._note("gone", number)
-
-    def server_changed(self, entry: ServerEntry[Any]) -> None:
-        self.look()
-
-    def uses(self, entry: ServerEntry[Any]) -> None:
-        if entry not in self._names:
-            self._names[entry] = None
-            self.look()
-
-    def look(self) -> None:
-        """Write down what has changed of the servers on which the node depends."""
-        for entry, before in self._names.items():
-            state = state_of(entry, self.members)
-            if state != before:
-                self._names[entry] = state
-                self._note("server", entry.kind, entry.name, state)
-                self._explained = len(self._entries)
+    journal: str
+    """The name of the journal: that of the node, or the path of its subtree."""
+    node: str
+    incarnation: int
+    path: tuple[str, ...]
+    child: bytes
+    options: bytes
+    saved: bytes
+    state: str | None
+    """The primary state that was last requested of a lifecycle node."""
+    seed: int
+    process: str
+    """What makes the ids of this process differ from those of others."""
+    level: int
+    virtual: bool
+    origin: float
+    epoch: float
+    id_streams: int = 0
+    """How many lives of the node had drawn ids before."""
+    versions: tuple[tuple[str, str], ...] = field(default_factory=lambda: _versions())
 
 
-class RecordedLife:
-    """One life of a member, for its supervisor."""
-
-    __slots__ = ("_life", "_node", "_recording")
-
-    def __init__(self, recording: Recording, node: Incarnation, life: Life) -> None:
-        self._recording = recording
-        self._node = node
-        self._life = life
-
-    async def run(self, started: Callable[[], None], /) -> None:
-        await self._recording.live(self._node, self._life, started)
-
-    def stop(self, reason: str, /) -> None:
-        details = (self._node.fqn, reason, self._node.runtime.stop_reason)
-        self._recording.enter("stop", details, self._life.stop, reason)
+def _versions() -> tuple[tuple[str, str], ...]:
+    """What a replay depends on, beside the node's own code."""
+    return (("python", platform.python_version()), ("robactor", _version("robactor")), ("numpy", _version("numpy")))
 
 
-def outcome_of(future: asyncio.Future[Any]) -> tuple[str, Any]:
-    """How a future has ended, and its result or error."""
-    if future.cancelled():
-        return CANCELED, None
-    if (error := future.exception()) is not None:
-        return "error", error
-    return "result", future.result()
+def unlike_versions(start: Start) -> tuple[str, ...]:
+    """What a replay depends on and is of another version here than it was in the recording, each in a few words."""
+    here = dict(_versions())
+    return tuple(
+        f"{what} {here[what]} (recorded with {recorded})" for what, recorded in start.versions if here[what] != recorded
+    )
 
 
-def state_of(entry: ServerEntry[Any], members: Container[str]) -> tuple[Any, ...] | None:
-    """Who serves a name, for a member that asks: the state of its entry, as far as a client can see it."""
-    server = entry.server
-    if server is not None:
-        if server.host in members:
-            return ("own",)
-        return ("here", server.host, server.type, getattr(server, "concurrent", 0))
-    if entry.restarting is not None:
-        return ("restarting", *entry.restarting)
-    return None if entry.stopped is None else ("stopped", entry.stopped)
+def starts_of(recording: Recording) -> list[Start]:
+    """How each life in the recording began, in order."""
+    return [entry[3] for entry in recording.entries if isinstance(entry, tuple) and entry[0] == "start"]
 
 
-def _nothing(_: object) -> None:
-    """Do nothing."""
+def is_subtree(journal: str) -> bool:
+    """Whether a journal of this name is that of a subtree, which is called by its path: ``robot/navigation``."""
+    return "/" in journal and not journal.startswith("/")
+
+
+def named(journals: Iterable[str], asked: str) -> str | None:
+    """The first of the journals that is called so: by the path of its subtree, or the name or full name of its node. None without one."""
+    return next(
+        (one for one in journals if asked == one or (not is_subtree(one) and asked == one.rpartition("/")[2])), None
+    )
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"
+
+
+class Recording:
+    """The journal of one node, from the start of a life on; or of a subtree, from the start of its first node on. `node` is its name: the
+    full name of the node, or the path of the subtree.
+
+    `trusted` says whether what it has kept may call any code when it is made again; see `actors.replay.encoding`.
+    Invariants: the first entry is a ``start``.
+    """
+
+    def __init__(self, node: str, entries: Iterable[Any] = (), *, trusted: bool = True) -> None:
+        self.node = node
+        self.trusted = trusted
+        self.entries: list[Entry] = list(entries)
+        """What it holds, in order; see `actors.replay.recording`."""
+
+    def __repr__(self) -> str:
+        return f"<journal of {self.node}: {len(self.entries)} entries>"
+
+    @property
+    def start(self) -> Start:
+        """How the first life in the recording began. Raises `ReplayError` if there is none."""
+        match self.entries[:1]:
+            case [("start", _, _, Start() as start, *_)] if all(hasattr(start, one.name) for one in fields(Start)):
+                return start
+            case _:
+                raise ReplayError(f"the journal of {self.node} does not begin with a start of the node")
+
+    @property
+    def root(self) -> tuple[str, ...]:
+        """The path of the supervisor below which all nodes are that are in the recording."""
+        return tuple(self.node.split("/")) if is_subtree(self.node) else self.start.path[:-1]
+
+    def outputs(self, *, inner: bool = False) -> Iterator[tuple[str, str, Any]]:
+        """What was sent, in order: (kind, name, value). With `inner`, also what the nodes of a subtree sent to each other alone."""
+        for entry in self.entries:
+            if isinstance(entry, tuple) and entry[0] in SENT and (inner or entry[0] == "out"):
+                yield entry[1], entry[2], entry[3]
+
+    def counts(self) -> Counter[str]:
+        """How many entries of each kind there are."""
+        return Counter(entry[0] if isinstance(entry, tuple) else "clock reading" for entry in self.entries)
+
+    @property
+    def seconds(self) -> float:
+        """For how long the journal was kept."""
+        times = [entry[1] for entry in self.entries if isinstance(entry, tuple) and entry[0] not in NO_TIME]
+        return float(times[-1] - times[0]) if times else 0.0

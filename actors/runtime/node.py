@@ -182,9 +182,7 @@ class Node(Habits):
     @property
     def clock(self) -> Clock:
         """The system's clock, real or virtual; with `use_sim_time`, the time of `/clock` (see `actors.runtime.sim_time`)."""
-        life = (
-            self.__machinery__
-        )  # read in every turn of many loops: `_life_of` would cost a third of what it takes to wait
+        life = self.__machinery__  # loops read their clock in every turn: without the call of `_life_of`
         return _life_of(self).clock if life is None else life.clock
 
     def on_jump(

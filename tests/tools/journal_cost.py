@@ -90,7 +90,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     print(f"the event loop waited for that for at most {pauses.longest * 1e3:.2f} ms at once")
     print(f"{'journal':<28} {'entries/s':>10} {'kB/s':>8}")
     for name in options.journals:
-        entries = journal.tape(name).entries
+        entries = journal.recording(name).entries
         size = len(pack(0, entries))
         print(f"{name:<28} {len(entries) / options.seconds:10.0f} {size / options.seconds / 1e3:8.1f}")
 

@@ -85,7 +85,7 @@ def add_writing(parser: Parser) -> None:
 
 
 def _subtree(text: str) -> str:
-    from actors.replay.tape import is_subtree
+    from actors.replay.recording import is_subtree
 
     path = text.strip("/")
     if not is_subtree(path):

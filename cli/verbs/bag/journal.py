@@ -8,7 +8,7 @@ import sys
 from actors import Service
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.replay.publishing import PUBLISHER, topic_of
-from actors.replay.tape import is_subtree
+from actors.replay.recording import is_subtree
 from cli.command import CommandFailed
 from cli.graph.asking import ask, node_names
 from cli.graph.seen import Seen

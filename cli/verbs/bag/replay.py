@@ -13,8 +13,8 @@ from typing import Any
 
 from actors import Node
 from actors.parameters.text import parse_parameter
-from actors.replay import Tape, Verdict, load, replay, tape_in
-from actors.replay.tape import is_subtree, named
+from actors.replay import Recording, Verdict, load, recording_in, replay
+from actors.replay.recording import is_subtree, named
 from cli.command import CommandFailed
 from cli.graph.types import learn_folders
 
@@ -31,12 +31,12 @@ def run(options: argparse.Namespace) -> int:
         "pause": None if options.pause is None else _place(options.pause),
     }
     begun = time.perf_counter()
-    tape = _tape(options)
+    recording = _recording(options)
     if options.cost:
-        return _cost(tape)
+        return _cost(recording)
     node = None if options.node_class is None else _node(options.node_class)
-    changed = options.node if is_subtree(tape.node) else None
-    verdict = replay(tape, changed=changed, node=node, every=options.all, **given)
+    changed = options.node if is_subtree(recording.node) else None
+    verdict = replay(recording, changed=changed, node=node, every=options.all, **given)
     _tell(verdict, options.json, time.perf_counter() - begun)
     return 0 if verdict.equal else 1
 
@@ -53,16 +53,16 @@ def _is_bag(path: Path) -> bool:
     return path.is_dir() or path.suffix in (".mcap", ".db3")
 
 
-def _tape(options: argparse.Namespace) -> Tape:
+def _recording(options: argparse.Namespace) -> Recording:
     """The journal of the node or subtree. Raises `NoJournal` for a bag that has none."""
     path, asked = options.path, options.subtree or options.node
     if _is_bag(path):
-        return tape_in(path, asked, trust=options.trust)
-    tape = load(path, trust=options.trust)
-    meant = options.subtree if is_subtree(tape.node) else asked
-    if meant is not None and named([tape.node], meant) is None:
-        raise CommandFailed(f"{path} is the journal of {tape.node}, not of {meant}")
-    return tape
+        return recording_in(path, asked, trust=options.trust)
+    recording = load(path, trust=options.trust)
+    meant = options.subtree if is_subtree(recording.node) else asked
+    if meant is not None and named([recording.node], meant) is None:
+        raise CommandFailed(f"{path} is the journal of {recording.node}, not of {meant}")
+    return recording
 
 
 def _node(text: str) -> type[Node]:
@@ -125,15 +125,15 @@ def _tell(verdict: Verdict, as_json: bool, seconds: float) -> None:
     )
 
 
-def _cost(tape: Tape) -> int:
+def _cost(recording: Recording) -> int:
     """Print what a journal holds, and how large it is."""
     from actors.replay.parts import pack
 
-    size, kinds = len(pack(0, tape.entries)), tape.counts()
+    size, kinds = len(pack(0, recording.entries)), recording.counts()
     for kind, count in sorted(kinds.items(), key=lambda one: -one[1]):
         print(f"{count:>9}  {kind}")
-    seconds = tape.seconds
+    seconds = recording.seconds
     print(
-        f"{sum(kinds.values())} entries, {size} bytes, for {seconds:.1f} s of {tape.node}: {size / max(seconds, 1e-9) / 1e3:.1f} kB/s"
+        f"{sum(kinds.values())} entries, {size} bytes, for {seconds:.1f} s of {recording.node}: {size / max(seconds, 1e-9) / 1e3:.1f} kB/s"
     )
     return 0

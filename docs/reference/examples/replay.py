@@ -6,7 +6,7 @@ from actors import Child, Node, Supervisor, Topic, every, execute, parameter, pu
 from actors.bag import RecordOptions, Recorder, Selection
 from actors.interfaces.std_msgs.msg import Int32
 from actors.replay import (
-    Difference, Journal, NoJournal, ReplayError, Tape, Verdict, has_journal, journals_in, load, replay, tape_in, tapes_in,
+    Difference, Journal, NoJournal, ReplayError, Recording, Verdict, has_journal, journals_in, load, replay, recording_in, recordings_in,
 )
 
 # -- in a program
@@ -42,13 +42,13 @@ async def record() -> Journal:
     return journal
 
 
-tape = execute(record, clock="virtual").tape("/adder")
-assert replay(tape).equal
+recording = execute(record, clock="virtual").recording("/adder")
+assert replay(recording).equal
 
-(found,) = replay(tape, parameters={"limit": 100}).differences
+(found,) = replay(recording, parameters={"limit": 100}).differences
 assert str(found) == "publish /sum[14] at 0.150000 s, field data: recorded 105, replayed 100"
 
-later: Tape = tape
+later: Recording = recording
 verdict: Verdict = replay(later, parameters={"limit": 100})
 first: Difference = verdict.differences[0]
 assert (first.kind, first.name, first.number, first.recorded, first.replayed) == ("publish", "/sum", 14, 105, 100)
@@ -81,9 +81,9 @@ async def record_team() -> Journal:
     return journal
 
 
-tape = execute(record_team, clock="virtual").tape("world/team")
-assert replay(tape).equal
-verdict = replay(tape, changed="adder", parameters={"limit": 100})
+recording = execute(record_team, clock="virtual").recording("world/team")
+assert replay(recording).equal
+verdict = replay(recording, changed="adder", parameters={"limit": 100})
 assert str(verdict.inner[0]) == "publish /sum[14] at 0.150000 s, field data: recorded 105, replayed 100"
 assert verdict.differences[0].name == "/total" and not verdict.equal
 
@@ -98,9 +98,9 @@ async def walk_with_journal() -> None:
 
 execute(walk_with_journal, clock="virtual")
 assert has_journal("both", "adder") and not has_journal("both", "counter")
-assert journals_in("both") == {"/adder"} == {*tapes_in("both")}
-assert replay(tape_in("both", "adder")).equal
+assert journals_in("both") == {"/adder"} == {*recordings_in("both")}
+assert replay(recording_in("both", "adder")).equal
 try:
-    tape_in("both", "world/team")
+    recording_in("both", "world/team")
 except NoJournal as error:
     print(error)  # both has no journal of world/team; it has those of: /adder

@@ -30,7 +30,7 @@ from actors import (
 )
 from actors.diagnostics.spans import Spans
 from actors.interfaces.example_interfaces.srv import AddTwoInts
-from actors.replay import Journal, Tape, replay
+from actors.replay import Journal, Recording, replay
 from actors.system import System
 from actors.testing import Rig
 from actors.transport.bridge import connect
@@ -311,14 +311,14 @@ class Late(Node):
 def test_spans_beside_a_journal_read_the_clock_for_no_node(store: Store) -> None:
     """What a journaled node reads is replayed; the spans of its calls are not made in a replay."""
 
-    async def main() -> tuple[Tape, ...]:
+    async def main() -> tuple[Recording, ...]:
         journal = Journal("asking", "late")
         async with run(Late, Asking, observers=(Spans(store.provider), journal), sinks=()):
             await asyncio.sleep(0.1)
-        return journal.tape("asking"), journal.tape("late")
+        return journal.recording("asking"), journal.recording("late")
 
-    for tape in execute(main, clock="real"):
-        assert len(list(tape.outputs())) > 2
-        verdict = replay(tape)
+    for recording in execute(main, clock="real"):
+        assert len(list(recording.outputs())) > 2
+        verdict = replay(recording)
         assert verdict.equal, verdict
     assert len(store.ended) > 4

@@ -14,7 +14,7 @@ from actors import execute
 from actors.interfaces.std_msgs.msg import String
 from actors.replay import ReplayError, replay
 from actors.replay.debugger import Break
-from tests.actors.replay.test_astray import Plain, recorded
+from tests.actors.replay.test_divergence import Plain, recorded
 
 
 @pytest.fixture
@@ -30,10 +30,10 @@ def own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 def test_another_debugger_is_started_once_at_the_message() -> None:
     stops: list[str] = []
-    tape = execute(lambda: recorded(Plain), clock="virtual")
-    verdict = replay(tape, pause=("/told", 0), debugger=lambda: stops.append("here"))
+    recording = execute(lambda: recorded(Plain), clock="virtual")
+    verdict = replay(recording, pause=("/told", 0), debugger=lambda: stops.append("here"))
     assert (verdict.equal, stops) == (True, ["here"])
-    assert verdict.compared == len([*tape.outputs()])
+    assert verdict.compared == len([*recording.outputs()])
 
 
 def test_the_debugger_that_breakpoint_starts_here_is_started(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,8 +7,8 @@ import pytest
 from actors import Child, Node, Topic, execute, parameter, publishes, run, subscribes
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.interfaces.std_msgs.msg import String
-from actors.replay import Journal, Tape, replay
-from actors.replay.tape import BACK
+from actors.replay import Journal, Recording, replay
+from actors.replay.recording import BACK
 from tests.actors.replay.story import TOLD
 from tests.actors.replay.test_replay import CLOCKS, Clock
 
@@ -39,7 +39,7 @@ class Unborn(Born):
         raise OSError("no such device")
 
 
-async def crashed(kind: type[Node] = Born) -> Tape:
+async def crashed(kind: type[Node] = Born) -> Recording:
     """Three lives, with crashes in between."""
     MADE.clear()
     journal = Journal("born")
@@ -48,7 +48,7 @@ async def crashed(kind: type[Node] = Born) -> Tape:
             await system.clock.sleep(10.0)
             system.crash("born", RuntimeError("struck"))
         await system.clock.sleep(10.0)
-    return journal.tape("born")
+    return journal.recording("born")
 
 
 class Watched(Node):
@@ -77,48 +77,50 @@ class Quiet(Born):
 def test_a_life_that_could_not_be_made_cannot_be_made_in_the_replay_and_the_next_one_is() -> None:
     FAULTY.update({2, 4})
     try:
-        tape = execute(crashed, clock="virtual")
-        assert tape.counts()["start"] == 5
+        recording = execute(crashed, clock="virtual")
+        assert recording.counts()["start"] == 5
         MADE.clear()
-        verdict = replay(tape)
+        verdict = replay(recording)
         assert (verdict.differences, verdict.lacking, len(MADE)) == ((), "", 5)
     finally:
         FAULTY.clear()
     MADE.clear()
-    mended = replay(tape, every=True)  # now each life can be made, two of them sooner than in the recording
+    mended = replay(recording, every=True)  # now each life can be made, two of them sooner than in the recording
     assert (mended.failure, len(MADE)) == ("", 3)
 
 
 def test_a_node_that_could_be_made_only_in_the_replay_and_sends_nothing_lives_on() -> None:
     FAULTY.add(2)
     try:
-        tape = execute(lambda: crashed(Quiet), clock="virtual")
+        recording = execute(lambda: crashed(Quiet), clock="virtual")
     finally:
         FAULTY.clear()
     MADE.clear()
-    verdict = replay(tape)
+    verdict = replay(recording)
     assert (verdict.failure, verdict.lacking, len(MADE)) == ("", "", 3)
 
 
 def test_a_changed_node_that_cannot_be_made_does_nothing_of_the_recording() -> None:
-    tape = execute(crashed, clock="virtual")
-    verdict = replay(tape, node=Unborn)
+    recording = execute(crashed, clock="virtual")
+    verdict = replay(recording, node=Unborn)
     assert verdict.failure == "OSError: no such device"
     assert [(one.name, one.replayed) for one in verdict.differences if one.kind == "publish"] == [("/told", "nothing")]
 
 
 @pytest.mark.parametrize("clock", CLOCKS)
 def test_what_others_see_of_a_node_in_its_first_step_does_not_part_that_step(clock: Clock) -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("watched")
         async with run(Listener, Watched, observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.1)
             system.crash("watched", RuntimeError("struck"))
             await system.clock.sleep(0.1)
-        return journal.tape("watched")
+        return journal.recording("watched")
 
-    tape = execute(main, clock=clock)
-    (met, *_) = [entry for entry in tape.entries if isinstance(entry, tuple) and entry[4:5] == ("/parameter_events",)]
+    recording = execute(main, clock=clock)
+    (met, *_) = [
+        entry for entry in recording.entries if isinstance(entry, tuple) and entry[4:5] == ("/parameter_events",)
+    ]
     assert (met[0], met[2]) == ("subscription", BACK)
-    verdict = replay(tape)
+    verdict = replay(recording)
     assert (verdict.differences, verdict.lacking) == ((), "")

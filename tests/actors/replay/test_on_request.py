@@ -11,7 +11,7 @@ from actors import Child, DynamicSupervisor, Node, Service, execute, publishes, 
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.interfaces.std_msgs.msg import String
 from actors.logs import LogRecord
-from actors.replay import Journal, ReplayError, Tape, replay
+from actors.replay import Journal, Recording, ReplayError, replay
 from actors.replay.publishing import PUBLISHER
 from actors.supervision.errors import StartFailed
 from tests.actors.replay.story import HERO, OTHERS, TOLD, Hero, Visitor, lived
@@ -59,8 +59,8 @@ class Holding(Node):
         self.device = device
 
 
-def texts(tape: Tape) -> list[str]:
-    return [value.data for kind, name, value in tape.outputs() if (kind, name) == ("publish", "/told")]
+def texts(recording: Recording) -> list[str]:
+    return [value.data for kind, name, value in recording.outputs() if (kind, name) == ("publish", "/told")]
 
 
 @pytest.mark.parametrize("clock", CLOCKS)
@@ -79,28 +79,28 @@ def test_a_journal_that_is_begun_amid_a_run_begins_with_a_life_and_is_replayed(c
         return journal
 
     journal = execute(main, clock=clock)
-    tape = journal.tape("hero")
+    recording = journal.recording("hero")
     assert journal.nodes == ("/hero",)
-    assert (tape.start.incarnation, tape.start.id_streams) == (3, 2)
-    assert texts(tape)[0].startswith("life 3 ")
-    verdict = replay(tape)
+    assert (recording.start.incarnation, recording.start.id_streams) == (3, 2)
+    assert texts(recording)[0].startswith("life 3 ")
+    verdict = replay(recording)
     assert (verdict.differences, verdict.lacking) == ((), "")
     assert verdict.compared > 150
 
 
 def test_messages_that_waited_for_the_node_when_its_journal_was_begun_are_lost_and_counted() -> None:
-    async def main() -> tuple[Tape, int]:
+    async def main() -> tuple[Recording, int]:
         journal = Journal(on_request=True)
         async with run(OTHERS, HERO, observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.049)  # since 0.04 s it sleeps in a handler, and others wait
             before = system.dead_letters
             await journal.begin("hero")
-            return journal.tape("hero"), system.dead_letters - before
+            return journal.recording("hero"), system.dead_letters - before
 
-    tape, lost = execute(main, clock="virtual")
+    recording, lost = execute(main, clock="virtual")
     assert lost > 0
-    assert tape.start.incarnation == 2
-    verdict = replay(tape)
+    assert recording.start.incarnation == 2
+    verdict = replay(recording)
     assert (verdict.differences, verdict.lacking) == ((), "")
 
 
@@ -131,7 +131,7 @@ def test_another_process_begins_a_journal_by_a_parameter_and_is_told_why_not() -
     (failed,) = [line for line in lines if line.event == "no journal was begun"]
     assert failed.fields["node_name"] == "/once"
     assert "the device is gone" in failed.fields["because"]
-    assert replay(journal.tape("hero")).equal
+    assert replay(journal.recording("hero")).equal
 
 
 def test_a_node_runs_on_whose_journal_cannot_be_written_and_whoever_began_it_is_told(tmp_path: Path) -> None:
@@ -150,7 +150,7 @@ def test_a_node_runs_on_whose_journal_cannot_be_written_and_whoever_began_it_is_
 
     journal = execute(main, clock="virtual")
     with pytest.raises(ReplayError, match="there is no journal of hero: its journal cannot be written"):
-        journal.tape("hero")
+        journal.recording("hero")
 
 
 def test_a_journal_that_no_run_has_begins_nothing() -> None:
@@ -169,7 +169,7 @@ def test_a_node_that_does_not_start_again_is_told_to_whoever_began_its_journal()
 
 
 def test_a_node_that_was_removed_and_added_again_begins_anew_and_draws_further_ids() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("drawing")
         group = DynamicSupervisor("group", template=Child(Drawing))
         async with run(OTHERS, group, observers=(journal,), sinks=()) as system:
@@ -179,12 +179,12 @@ def test_a_node_that_was_removed_and_added_again_begins_anew_and_draws_further_i
                 await drawings.spawn(name="drawing")
                 await system.clock.sleep(0.1)
                 await drawings.terminate_child("drawing")  # which forgets it
-        return journal.tape("drawing")
+        return journal.recording("drawing")
 
-    tape = execute(main, clock="virtual")
-    said = [text.split() for text in texts(tape)]
+    recording = execute(main, clock="virtual")
+    said = [text.split() for text in texts(recording)]
     assert [words[1] for words in said] == ["1:"] * 3
     assert len({words[2] for words in said}) == 3, "no id twice"
     assert len({words[3] for words in said}) == 1, "the same random numbers as the first time"
-    verdict = replay(tape)
+    verdict = replay(recording)
     assert (verdict.differences, verdict.lacking) == ((), "")

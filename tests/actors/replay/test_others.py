@@ -27,7 +27,7 @@ from actors.interfaces.rcl_interfaces.srv import GetParameters
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from actors.qos.policies import QoS
-from actors.replay import Journal, Tape, replay
+from actors.replay import Journal, Recording, replay
 from tests.actors.replay.nodes import OWN, OWN_GOAL, Closed
 from tests.actors.replay.story import TOLD
 
@@ -167,65 +167,65 @@ class Early(Node):
         self.told(String(data=self.word))
 
 
-async def recorded(node: type[Node], *others: Child | type[Node], seconds: float = 0.4) -> Tape:
+async def recorded(node: type[Node], *others: Child | type[Node], seconds: float = 0.4) -> Recording:
     child = Child(node)
     journal = Journal(child.name)
     async with run(*others, child, observers=(journal,), sinks=()) as system:
         await system.clock.sleep(seconds)
-    return journal.tape(child.name)
+    return journal.recording(child.name)
 
 
-def texts(tape: Tape) -> list[str]:
-    return [value.data for kind, name, value in tape.outputs() if (kind, name) == ("publish", "/told")]
+def texts(recording: Recording) -> list[str]:
+    return [value.data for kind, name, value in recording.outputs() if (kind, name) == ("publish", "/told")]
 
 
 def test_a_standard_service_that_ended_with_its_node_is_gone_in_the_replay() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("asking")
         async with run(Closed, Asking, observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.22)
             assert system.supervisor is not None
             await system.supervisor.terminate_child("closed")
             await system.clock.sleep(0.2)
-        return journal.tape("asking")
+        return journal.recording("asking")
 
-    tape = execute(main, clock="virtual")
-    first, *_, last = texts(tape)
+    recording = execute(main, clock="virtual")
+    first, *_, last = texts(recording)
     assert first == "answered rcl_interfaces/srv/GetParameters"
     assert last == "unavailable None"
-    verdict = replay(tape)
+    verdict = replay(recording)
     assert (verdict.differences, verdict.lacking) == ((), "")
 
 
 def test_what_introspection_tells_of_the_calls_of_a_node_is_told_again_with_the_same_callers_and_numbers() -> None:
-    tape = execute(lambda: recorded(Introspected, Closed, Busy), clock="virtual")
-    numbers = [value.info.sequence_number for _, name, value in tape.outputs() if name == "/own/_service_event"]
+    recording = execute(lambda: recorded(Introspected, Closed, Busy), clock="virtual")
+    numbers = [value.info.sequence_number for _, name, value in recording.outputs() if name == "/own/_service_event"]
     assert len(numbers) == 6
     assert max(numbers) > 4, "the server counts those of others, too"
-    assert sum(name == "/mine/_service_event" for _, name, _ in tape.outputs()) == 6
-    verdict = replay(tape)
+    assert sum(name == "/mine/_service_event" for _, name, _ in recording.outputs()) == 6
+    verdict = replay(recording)
     assert (verdict.differences, verdict.lacking) == ((), "")
 
 
 def test_a_publisher_that_shows_no_sign_of_life_any_more_shows_none_in_the_replay() -> None:
-    tape = execute(lambda: recorded(Watching, Beating), clock="virtual")
-    assert texts(tape)[0] == "1 of 1 alive"
-    assert texts(tape)[-1] == "0 of 1 alive"
-    verdict = replay(tape)
+    recording = execute(lambda: recorded(Watching, Beating), clock="virtual")
+    assert texts(recording)[0] == "1 of 1 alive"
+    assert texts(recording)[-1] == "0 of 1 alive"
+    verdict = replay(recording)
     assert (verdict.differences, verdict.lacking) == ((), "")
 
 
 def test_a_changed_node_sees_who_serves_and_counts_its_calls_itself() -> None:
-    tape = execute(lambda: recorded(Introspected, Closed, Busy), clock="virtual")
+    recording = execute(lambda: recorded(Introspected, Closed, Busy), clock="virtual")
     SEEN.clear()
-    verdict = replay(tape, node=Onlooker)
+    verdict = replay(recording, node=Onlooker)
     assert (verdict.failure, verdict.lacking) == ("", "")
     assert "~ service /own: served by nobody -> served by /closed" in SEEN
     assert ("/own/_service_event", "info.client_gid[0]") in {(one.name, one.field) for one in verdict.differences}
 
 
 def test_a_changed_node_sees_the_others_as_far_as_its_recording_tells_of_them() -> None:
-    tape = execute(lambda: recorded(Watching, Beating), clock="virtual")
+    recording = execute(lambda: recorded(Watching, Beating), clock="virtual")
     heard: list[str] = []
 
     class Looking(Watcher):
@@ -233,24 +233,24 @@ def test_a_changed_node_sees_the_others_as_far_as_its_recording_tells_of_them() 
         def look(self) -> None:
             heard.append(f"{self.subscription(BEAT).status.alive} of {self.subscription(BEAT).publisher_count}")
 
-    verdict = replay(tape, node=Looking)
+    verdict = replay(recording, node=Looking)
     assert (verdict.failure, verdict.lacking) == ("", "")
     assert heard[0] == "1 of 1"
     assert set(heard) == {"1 of 1"}, "a recording does not tell how long they would have been alive"
 
 
 def test_a_goal_that_a_changed_node_starts_beyond_the_recording_is_not_answered() -> None:
-    tape = execute(lambda: recorded(Starting, Closed, Beating), clock="virtual")
-    assert texts(tape) == ["[2]"]
-    verdict = replay(tape, node=StartingTwice)
+    recording = execute(lambda: recorded(Starting, Closed, Beating), clock="virtual")
+    assert texts(recording) == ["[2]"]
+    verdict = replay(recording, node=StartingTwice)
     last = [one for one in verdict.differences if one.name == "/told"]
     assert [(one.recorded, one.replayed.data) for one in last] == [("nothing", "/closed did not answer within 0.05 s")]
     assert verdict.failure == ""
 
 
 def test_what_a_node_had_still_to_do_when_its_replay_ended_early_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
-    tape = execute(lambda: recorded(Early), clock="virtual")
+    recording = execute(lambda: recorded(Early), clock="virtual")
     assert EARLY == ["called"]
     monkeypatch.setattr(Early, "word", "replayed")
-    assert [one.replayed for one in replay(tape).differences] == ["replayed"]
+    assert [one.replayed for one in replay(recording).differences] == ["replayed"]
     assert EARLY == ["called", "called"]

@@ -19,7 +19,7 @@ from actors.interfaces.rcl_interfaces.srv import GetParameters
 from actors.interfaces.std_msgs.msg import String, UInt8MultiArray
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.qos import LATCHED
-from actors.replay import Journal, ReplayError, Tape, replay
+from actors.replay import Journal, Recording, ReplayError, replay
 from tests.actors.replay.nodes import (
     DONE,
     SHARED,
@@ -41,27 +41,27 @@ from tests.actors.replay.story import ASK_MANY, HERO, OTHERS, TOLD, Visitor
 PARAMETERS = Service(GetParameters, "/hero/get_parameters")
 
 
-async def recorded(node: Child | type[Node], *others: Child | type[Node], seconds: float = 0.2) -> Tape:
+async def recorded(node: Child | type[Node], *others: Child | type[Node], seconds: float = 0.2) -> Recording:
     child = node if isinstance(node, Child) else Child(node)
     journal = Journal(child.name)
     async with run(*others, child, observers=(journal,), sinks=(), seed=5) as system:
         await system.clock.sleep(seconds)
-    return journal.tape(child.name)
+    return journal.recording(child.name)
 
 
-def texts(tape: Tape) -> list[str]:
-    return [value.data for kind, name, value in tape.outputs() if (kind, name) == ("publish", "/told")]
+def texts(recording: Recording) -> list[str]:
+    return [value.data for kind, name, value in recording.outputs() if (kind, name) == ("publish", "/told")]
 
 
 def test_what_a_node_asks_of_itself_is_no_input_and_is_replayed() -> None:
-    tape = execute(lambda: recorded(Closed), clock="virtual")
-    assert texts(tape) == ["mine [2]"]
-    assert not {"call", "goal"} & {kind for kind, *_ in tape.outputs()}
-    assert replay(tape).equal
+    recording = execute(lambda: recorded(Closed), clock="virtual")
+    assert texts(recording) == ["mine [2]"]
+    assert not {"call", "goal"} & {kind for kind, *_ in recording.outputs()}
+    assert replay(recording).equal
 
 
 def test_a_caller_that_gave_up_is_answered_no_more_in_the_replay_either() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("hero")
         async with run(OTHERS, HERO, Visitor, observers=(journal,), sinks=(), seed=5) as system:
             visitor = system.node(Visitor)
@@ -69,38 +69,38 @@ def test_a_caller_that_gave_up_is_answered_no_more_in_the_replay_either() -> Non
                 await visitor.call(ASK_MANY, Trigger.Request(), timeout=0.005)
             answer = await visitor.call(PARAMETERS, GetParameters.Request(names=["factor"]))
             assert answer.values[0].integer_value == 2
-        return journal.tape("hero")
+        return journal.recording("hero")
 
-    tape = execute(main, clock="virtual")
-    given_up = [entry for entry in tape.entries if isinstance(entry, tuple) and entry[0] == "given up"]
+    recording = execute(main, clock="virtual")
+    given_up = [entry for entry in recording.entries if isinstance(entry, tuple) and entry[0] == "given up"]
     assert [type(entry[4]) for entry in given_up] == [CallTimeout]
-    answers = [value for kind, _, value in tape.outputs() if kind == "answer"]
+    answers = [value for kind, _, value in recording.outputs() if kind == "answer"]
     assert len(answers) == 1, "only that of the parameters"
-    verdict = replay(tape)
+    verdict = replay(recording)
     assert verdict.equal, verdict
 
 
 def test_a_task_that_other_code_cancels_is_canceled_in_the_replay_at_the_same_instant() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         SHARED.clear()
         journal = Journal("interrupted")
         async with run(Interrupted, observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.25)
             SHARED[0].cancel()
             await system.clock.sleep(0.1)
-        return journal.tape("interrupted")
+        return journal.recording("interrupted")
 
-    tape = execute(main, clock="virtual")
-    assert texts(tape) == ["interrupted at 0.25"]
-    verdict = replay(tape)
+    recording = execute(main, clock="virtual")
+    assert texts(recording) == ["interrupted at 0.25"]
+    verdict = replay(recording)
     assert verdict.equal, verdict
 
 
 def test_a_node_that_was_killed_is_killed_in_the_replay() -> None:
-    tape = execute(lambda: recorded(Child(Stubborn, stop=0.1), seconds=0.05), clock="virtual")
-    assert texts(tape) == ["was killed"]
-    assert any(isinstance(entry, tuple) and entry[0] == "interrupt" for entry in tape.entries)
-    verdict = replay(tape)
+    recording = execute(lambda: recorded(Child(Stubborn, stop=0.1), seconds=0.05), clock="virtual")
+    assert texts(recording) == ["was killed"]
+    assert any(isinstance(entry, tuple) and entry[0] == "interrupt" for entry in recording.entries)
+    verdict = replay(recording)
     assert verdict.equal, verdict
 
 
@@ -109,14 +109,14 @@ def test_a_task_that_a_changed_node_does_not_have_is_not_canceled() -> None:
         async def on_start(self) -> None:
             pass
 
-    async def main() -> Tape:
+    async def main() -> Recording:
         SHARED.clear()
         journal = Journal("interrupted")
         async with run(Interrupted, observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.25)
             SHARED[0].cancel()
             await system.clock.sleep(0.1)
-        return journal.tape("interrupted")
+        return journal.recording("interrupted")
 
     verdict = replay(execute(main, clock="virtual"), node=Idle)
     assert (verdict.lacking, verdict.failure) == ("", "")
@@ -124,7 +124,7 @@ def test_a_task_that_a_changed_node_does_not_have_is_not_canceled() -> None:
 
 
 def test_an_answer_that_has_been_given_is_not_given_up() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("hero")
         async with run(OTHERS, HERO, Visitor, observers=(journal,), sinks=(), seed=5) as system:
             loop = asyncio.get_running_loop()
@@ -134,33 +134,33 @@ def test_an_answer_that_has_been_given_is_not_given_up() -> None:
             loop.call_at(due, lambda: loop.call_soon(asking.cancel))  # the answer is there, but has not been taken
             with pytest.raises(asyncio.CancelledError):
                 await asking
-        return journal.tape("hero")
+        return journal.recording("hero")
 
-    tape = execute(main, clock="virtual")
-    assert [kind for kind, *_ in tape.outputs()].count("answer") == 1
-    assert "given up" not in tape.counts()
-    assert replay(tape).equal
+    recording = execute(main, clock="virtual")
+    assert [kind for kind, *_ in recording.outputs()].count("answer") == 1
+    assert "given up" not in recording.counts()
+    assert replay(recording).equal
 
 
 def test_a_node_that_waited_for_an_instant_and_for_a_server_that_came_late_waits_for_them_again() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("patient")
         async with run(Patient, observers=(journal,), sinks=()) as system:
             await system.clock.sleep_until(system.clock.now() + 0.5)
             await system.join(Child(Closed))
             await system.clock.sleep(0.1)
-        return journal.tape("patient")
+        return journal.recording("patient")
 
-    tape = execute(main, clock="virtual")
-    assert texts(tape) == ["at 0.02", "mine at 0.50"]
-    heard = [value[0] for kind, _, value in tape.outputs() if kind == "log"]
+    recording = execute(main, clock="virtual")
+    assert texts(recording) == ["at 0.02", "mine at 0.50"]
+    heard = [value[0] for kind, _, value in recording.outputs() if kind == "log"]
     assert heard.count("heard") >= 2
-    verdict = replay(tape)
+    verdict = replay(recording)
     assert verdict.equal, verdict
 
 
 def test_work_that_other_code_cancels_is_canceled_in_the_replay() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         SHARED.clear()
         DONE.clear()
         journal = Journal("computing")
@@ -169,35 +169,37 @@ def test_work_that_other_code_cancels_is_canceled_in_the_replay() -> None:
                 await asyncio.sleep(0)
             SHARED[0].cancel()
             DONE.set()
-            while not texts(journal.tape("computing")):
+            while not texts(journal.recording("computing")):
                 await asyncio.sleep(0)
-        return journal.tape("computing")
+        return journal.recording("computing")
 
-    tape = execute(main, clock="real")
-    assert texts(tape) == ["the work was canceled"]
-    verdict = replay(tape)
+    recording = execute(main, clock="real")
+    assert texts(recording) == ["the work was canceled"]
+    verdict = replay(recording)
     assert verdict.equal, verdict
 
 
 def test_a_node_that_comes_late_is_given_the_last_message_of_each_publisher_in_their_order() -> None:
-    tape = execute(lambda: recorded(Reading, Child(Drawing, name="one"), Child(Drawing, name="two")), clock="virtual")
-    assert texts(tape) == ["map of one", "map of two"]
-    verdict = replay(tape)
+    recording = execute(
+        lambda: recorded(Reading, Child(Drawing, name="one"), Child(Drawing, name="two")), clock="virtual"
+    )
+    assert texts(recording) == ["map of one", "map of two"]
+    verdict = replay(recording)
     assert verdict.equal, verdict
 
 
 def test_a_crash_that_a_node_brings_upon_itself_is_no_input() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("rash")
         async with run(Child(Rash), observers=(journal,), sinks=()) as system:
             SHARED[:] = [system]
             await system.clock.sleep(0.5)
-        return journal.tape("rash")
+        return journal.recording("rash")
 
-    tape = execute(main, clock="virtual")
-    (first, _) = [value for kind, name, value in tape.outputs() if (kind, name) == ("end", "/rash")]
+    recording = execute(main, clock="virtual")
+    (first, _) = [value for kind, name, value in recording.outputs() if (kind, name) == ("end", "/rash")]
     assert first.startswith("RuntimeError")
-    assert "crash" not in tape.counts()
+    assert "crash" not in recording.counts()
 
 
 def test_a_journal_that_has_nothing_new_is_not_published() -> None:
@@ -217,9 +219,9 @@ def test_a_journal_that_has_nothing_new_is_not_published() -> None:
 
 
 def test_messages_that_were_too_old_when_their_turn_came_are_too_old_in_the_replay() -> None:
-    tape = execute(lambda: recorded(Hearing, Hasty), clock="virtual")
-    assert texts(tape) == ["in time 0", "in time 1"]  # the others waited for longer than their lifespan
-    verdict = replay(tape)
+    recording = execute(lambda: recorded(Hearing, Hasty), clock="virtual")
+    assert texts(recording) == ["in time 0", "in time 1"]  # the others waited for longer than their lifespan
+    verdict = replay(recording)
     assert verdict.equal, verdict
 
 
@@ -231,37 +233,37 @@ def test_what_other_code_publishes_with_the_nodes_publisher_is_not_counted_as_th
         def hear(self, message: String) -> None:
             heard.append(message.data)
 
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("closed")
         async with run(Child(Ear), Closed, observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.1)
             system.node(Closed).told(String(data="by another"))
             await system.clock.sleep(0.1)
-        return journal.tape("closed")
+        return journal.recording("closed")
 
-    tape = execute(main, clock="virtual")
+    recording = execute(main, clock="virtual")
     assert heard == ["mine [2]", "by another"]
-    assert texts(tape) == ["mine [2]"]
-    assert replay(tape).equal
+    assert texts(recording) == ["mine [2]"]
+    assert replay(recording).equal
 
 
 def test_on_the_real_clock_the_readings_and_threads_of_the_node_are_replayed_and_those_of_others_are_not_kept() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         SHARED[:] = [asyncio.Event()]
         journal = Journal("worker")
         async with run(Worker, observers=(journal,), sinks=()):
             await SHARED[0].wait()
             assert await asyncio.to_thread(pow, 3, 2) == 9
-        return journal.tape("worker")
+        return journal.recording("worker")
 
-    tape = execute(main, clock="real")
-    assert texts(tape) == ["144", "169"]
-    assert tape.counts()["clock reading"] > 0
-    assert [name for kind, name, _ in tape.outputs() if kind == "offload"] == ["executor", "worker"]
+    recording = execute(main, clock="real")
+    assert texts(recording) == ["144", "169"]
+    assert recording.counts()["clock reading"] > 0
+    assert [name for kind, name, _ in recording.outputs() if kind == "offload"] == ["executor", "worker"]
     SHARED[:] = [asyncio.Event()]
-    verdict = replay(tape)
+    verdict = replay(recording)
     assert verdict.equal, verdict
-    other = replay(tape, node=Clockwatcher)  # it reads the clock more often
+    other = replay(recording, node=Clockwatcher)  # it reads the clock more often
     assert (other.lacking, other.failure) == ("", "")
     assert not other.equal
 

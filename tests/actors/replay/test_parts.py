@@ -23,7 +23,7 @@ from actors.interfaces.std_msgs.msg import Float64MultiArray, Int32, String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.logs import LogRecord
 from actors.qos import LATCHED
-from actors.replay import Journal, ReplayError, Tape, load, replay, tape_in, tapes_in
+from actors.replay import Journal, Recording, ReplayError, load, recording_in, recordings_in, replay
 from actors.replay.encoding import frozen, thawed
 from actors.replay.parts import FORMAT, MAGIC, PART, Spool, pack, parts_of, unpack, whole
 from tests.actors.replay.story import HERO, NUMBERS, OTHERS, TOLD, story
@@ -253,7 +253,7 @@ def test_a_long_journal_is_in_the_file_and_not_in_memory_and_is_replayed_whole(t
     assert max(held) < PART
     assert any(later < sooner for sooner, later in pairwise(held)), "it was written out"
     assert written.node == "/sums"
-    assert len(journal.tape("sums").entries) == len(written.entries)
+    assert len(journal.recording("sums").entries) == len(written.entries)
     verdict = replay(written)
     assert verdict.equal
     assert verdict.compared > 1900
@@ -266,7 +266,7 @@ def test_a_file_that_was_cut_off_is_read_up_to_its_last_whole_part(tmp_path: Pat
         assert spool.flush() == 10
     data = (tmp_path / "a.journal").read_bytes()
     assert [unpack(part)[0] for part in parts_of(data)] == [0, 1, 2]
-    for cut in (len(data) - 1, len(data) - len(pack(2, spool.tape().entries[20:])) - 3):
+    for cut in (len(data) - 1, len(data) - len(pack(2, spool.recording().entries[20:])) - 3):
         assert [unpack(part)[0] for part in parts_of(data[:cut])] == [0, 1]
     assert list(parts_of(MAGIC)) == []
 
@@ -304,7 +304,7 @@ def test_a_file_that_cannot_be_written_ends_the_journal_and_not_the_node(tmp_pat
             assert system.nodes["system", "sums"].incarnation == 1
             assert len(recording.spool.entries) < PART
             with pytest.raises(ReplayError, match="/sums: its journal cannot be written any more"):
-                journal.tape("sums")
+                journal.recording("sums")
 
     execute(main, clock="virtual")
     assert [line.fields["because"] for line in lines if line.event == "a journal is not whole"] != []
@@ -325,8 +325,8 @@ def test_the_parts_on_the_topic_are_those_of_the_file(tmp_path: Path) -> None:
         parts: list[Any] = [decode(bag_type(one), one.data) for one in bag.messages()]
     assert [unpack(part.data.tobytes(), trust=True)[0] for part in parts] == list(range(len(parts)))
     assert len(parts) > 3
-    recorded = tape_in(tmp_path / "bag", "hero").entries
-    kept = journal.tape("hero").entries
+    recorded = recording_in(tmp_path / "bag", "hero").entries
+    kept = journal.recording("hero").entries
     assert len(recorded) > 100
     assert repr(recorded) == repr(kept[: len(recorded)])
 
@@ -341,12 +341,12 @@ def test_a_bag_gives_the_journals_of_all_nodes_in_it(tmp_path: Path) -> None:
         return journal
 
     journal = execute(main, clock="virtual")
-    tapes = tapes_in(tmp_path / "bag")
-    assert [*tapes] == ["/hero", "/others"]
-    for node, tape in tapes.items():
-        kept = journal.tape(node)
-        assert (tape.node, tape.start.node) == (kept.node, kept.start.node) == (node, node)
-        assert repr(tape.entries) == repr(kept.entries[: len(tape.entries)])
+    recordings = recordings_in(tmp_path / "bag")
+    assert [*recordings] == ["/hero", "/others"]
+    for node, recording in recordings.items():
+        kept = journal.recording(node)
+        assert (recording.node, recording.start.node) == (kept.node, kept.start.node) == (node, node)
+        assert repr(recording.entries) == repr(kept.entries[: len(recording.entries)])
 
 
 def bag_type(message: Any) -> Any:
@@ -357,10 +357,10 @@ def bag_type(message: Any) -> Any:
 
 def test_a_story_survives_the_way_through_a_file(tmp_path: Path) -> None:
     journal, _ = execute(story, clock="virtual")
-    tape = load(journal.save(tmp_path / "hero", "hero"))
-    assert not tape.trusted
-    assert repr(tape.entries) == repr(journal.tape("hero").entries)
-    verdict = replay(tape)
+    recording = load(journal.save(tmp_path / "hero", "hero"))
+    assert not recording.trusted
+    assert repr(recording.entries) == repr(journal.recording("hero").entries)
+    verdict = replay(recording)
     assert verdict.equal, verdict
 
 
@@ -371,10 +371,10 @@ def test_a_node_that_acts_on_the_machine_is_neither_journaled_nor_replayed(tmp_p
             return journal.refused["/rosbag2_recorder"]
 
     assert execute(main, clock="virtual") == "writes files, which no journal carries"
-    start = execute(story, clock="virtual")[0].tape("hero").entries[0]
+    start = execute(story, clock="virtual")[0].recording("hero").entries[0]
     assert isinstance(start, tuple)
     forged = start[3]
     object.__setattr__(forged, "child", frozen(Child(Recorder, name="hero", args=(tmp_path / "written",))))
     with pytest.raises(ReplayError, match="writes files"):
-        replay(Tape("/hero", [start], trusted=False))
+        replay(Recording("/hero", [start], trusted=False))
     assert not (tmp_path / "written").exists()

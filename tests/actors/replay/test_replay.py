@@ -53,18 +53,18 @@ def hero() -> Journal:
 @pytest.mark.parametrize("clock", CLOCKS)
 def test_a_node_that_does_all_that_a_journal_carries_is_replayed_to_the_end_without_a_difference(clock: Clock) -> None:
     journal, became = execute(story, clock=clock)
-    tape = journal.tape("hero")
-    verdict = replay(tape)
+    recording = journal.recording("hero")
+    verdict = replay(recording)
     assert verdict.differences == ()
     assert (verdict.equal, verdict.lacking, verdict.failure) == (True, "", "")
-    told = [value.data for kind, name, value in tape.outputs() if (kind, name) == ("publish", "/told")]
+    told = [value.data for kind, name, value in recording.outputs() if (kind, name) == ("publish", "/told")]
     for begin in (
         "life 1", "life 2", "map house", "slow 10", "streamed 10", "slept at", "thread 144", "executor 169", "answer yes", "ServiceFailed",
         "CallTimeout", "ServiceUnavailable", "goal ", "feedback [0]", "result [3]", "ended <CANCELED", "asked to climb", "stops: ",
     ):  # fmt: skip
         assert any(text.startswith(begin) for text in told), begin  # it was in the story, so it was compared
     assert "<CANCELED: preempted by a newer goal>" in became
-    kinds = {entry[0] for entry in tape.entries if isinstance(entry, tuple)}
+    kinds = {entry[0] for entry in recording.entries if isinstance(entry, tuple)}
     assert {
         "deliver",
         "tick",
@@ -115,8 +115,8 @@ def test_a_planted_change_is_found_at_its_first_effect_by_topic_time_and_field(h
         async def number(self, message: Int32) -> None:
             await super().number(Int32(data=message.data + (message.data == 23)))
 
-    first, *_ = replay(hero.tape("hero"), node=Changed).differences
-    before = [value for _, name, value in hero.tape("hero").outputs() if name == "/measured"]
+    first, *_ = replay(hero.recording("hero"), node=Changed).differences
+    before = [value for _, name, value in hero.recording("hero").outputs() if name == "/measured"]
     assert (first.kind, first.name, first.field) == ("publish", "/measured", "data")
     assert (first.recorded, first.replayed) == (2 * 23 + 0.23, 2 * 24 + 0.23)
     assert first.time == 0.23
@@ -126,7 +126,7 @@ def test_a_planted_change_is_found_at_its_first_effect_by_topic_time_and_field(h
 
 
 def test_another_parameter_shows_what_the_node_would_have_done_otherwise_and_where(hero: Journal) -> None:
-    verdict = replay(hero.tape("hero"), parameters={"factor": 5})
+    verdict = replay(hero.recording("hero"), parameters={"factor": 5})
     first = {(one.kind, one.name): one for one in verdict.differences}
     assert "factor 5" in first["publish", "/told"].replayed
     assert (first["publish", "/measured"].recorded, first["publish", "/measured"].replayed) == (2.01, 5.01)
@@ -142,8 +142,8 @@ def test_a_changed_node_that_calls_waits_and_ticks_otherwise_is_given_the_rest_o
         def more(self) -> None:
             self.say(f"more at {self.clock.now():.3f}")
 
-    verdict = replay(hero.tape("hero"), node=Impatient, every=True)
-    lives = [entry for entry in hero.tape("hero").entries if isinstance(entry, tuple) and entry[0] == "start"]
+    verdict = replay(hero.recording("hero"), node=Impatient, every=True)
+    lives = [entry for entry in hero.recording("hero").entries if isinstance(entry, tuple) and entry[0] == "start"]
     assert not verdict.equal
     assert verdict.failure == ""
     assert len(lives) == 2  # and it lived both of them:
@@ -157,10 +157,12 @@ def test_a_crash_replays_to_the_crash() -> None:
             await system.clock.sleep(0.035)
         return journal
 
-    tape = execute(main, clock="virtual").tape("fragile")
-    ends = [place for place, entry in enumerate(tape.entries) if isinstance(entry, tuple) and entry[1:2] == ("end",)]
-    del tape.entries[ends[0] + 1 :]
-    verdict = replay(tape)
+    recording = execute(main, clock="virtual").recording("fragile")
+    ends = [
+        place for place, entry in enumerate(recording.entries) if isinstance(entry, tuple) and entry[1:2] == ("end",)
+    ]
+    del recording.entries[ends[0] + 1 :]
+    verdict = replay(recording)
     assert verdict.equal
     assert verdict.failure == "ZeroDivisionError: at three"
 
@@ -175,7 +177,7 @@ def test_a_debugger_stops_at_the_message_that_is_asked_for(hero: Journal) -> Non
         assert frame is not None
         seen.append(frame.f_locals["message"])
 
-    assert replay(hero.tape("hero"), pause=("/measured", 0), debugger=debugger).equal
+    assert replay(hero.recording("hero"), pause=("/measured", 0), debugger=debugger).equal
     assert seen == [Int32(data=1)]
 
 
@@ -196,10 +198,10 @@ def test_what_no_journal_carries_ends_the_replay_by_name() -> None:
             await system.clock.sleep(0.1)
         return journal
 
-    tape = execute(main, clock="virtual").tape("waiting")
-    verdict = replay(tape)
+    recording = execute(main, clock="virtual").recording("waiting")
+    verdict = replay(recording)
     assert "woken by" in verdict.lacking
-    (unknown,) = [entry for entry in tape.entries if isinstance(entry, tuple) and entry[0] == "unknown"]
+    (unknown,) = [entry for entry in recording.entries if isinstance(entry, tuple) and entry[0] == "unknown"]
     assert "which no journal carries" in unknown[3]
     assert not verdict.equal
 
@@ -218,7 +220,7 @@ def test_a_node_whose_arguments_cannot_be_kept_runs_on_without_a_journal() -> No
         async with run(*tree, observers=(journal,), sinks=()) as system:
             assert vars(system.node("driver"))["device"] is tree[0].args[0]
             with pytest.raises(ReplayError, match="there is no journal of /driver: its argument Device is a device"):
-                journal.tape("/driver")
+                journal.recording("/driver")
         return journal.refused
 
     refused = execute(main, clock="virtual")
@@ -230,7 +232,7 @@ def test_a_node_that_has_not_started_has_no_journal_and_a_journal_names_its_node
     with pytest.raises(ReplayError, match="say of which nodes"):
         Journal()
     with pytest.raises(ReplayError, match="there is no journal of ghost: it has not started"):
-        Journal("ghost").tape("ghost")
+        Journal("ghost").recording("ghost")
     (tmp_path / "text").write_text("no journal")
     with pytest.raises(ReplayError, match="/text: this is no journal of a node"):
         load(tmp_path / "text")
@@ -261,9 +263,9 @@ def test_a_node_that_starts_on_simulated_time_is_replayed_with_its_timers_and_sl
             await system.clock.sleep(0.5)
         return journal
 
-    tape = execute(main, clock="virtual").tape("ticking")
-    told = [value.data for kind, name, value in tape.outputs() if name == "/told"]
+    recording = execute(main, clock="virtual").recording("ticking")
+    told = [value.data for kind, name, value in recording.outputs() if name == "/told"]
     assert sum(text.startswith("tick at") for text in told) > 5
     assert sum(text.startswith("slept until") for text in told) > 8
-    verdict = replay(tape)
+    verdict = replay(recording)
     assert (verdict.equal, verdict.lacking, verdict.differences) == (True, "", ())

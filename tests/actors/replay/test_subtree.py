@@ -28,8 +28,8 @@ from actors import (
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from actors.qos import LATCHED
-from actors.replay import Journal, ReplayError, Tape, replay
-from actors.replay.tape import starts_of
+from actors.replay import Journal, Recording, ReplayError, replay
+from actors.replay.recording import starts_of
 from tests.actors.replay.story import HERO, NUMBERS, OTHERS, TOLD, Others, Visitor, lived
 from tests.actors.replay.test_replay import CLOCKS, Clock
 
@@ -134,64 +134,64 @@ TEAM = Supervisor("team", children=[Child(Doubler), Child(Summer)])
 WORLD = Supervisor("world", children=[Child(Source), TEAM])
 
 
-async def work(tree: Supervisor = WORLD) -> Tape:
+async def work(tree: Supervisor = WORLD) -> Recording:
     journal = Journal("world/team")
     async with run(tree, observers=(journal,), sinks=()) as system:
         await system.clock.sleep(0.505)
         assert system.node(Doubler).set_parameter("factor", 3).successful
         system.crash(Doubler, RuntimeError("struck by lightning"))
         await system.clock.sleep(0.5)
-    return journal.tape("world/team")
+    return journal.recording("world/team")
 
 
 @pytest.fixture(scope="module")
-def tape() -> Tape:
+def recording() -> Recording:
     """The journal of the team, on the virtual clock."""
     return execute(work, clock="virtual")
 
 
-def kinds(tape: Tape, *wanted: str) -> list[tuple[object, ...]]:
-    return [entry for entry in tape.entries if isinstance(entry, tuple) and entry[0] in wanted]
+def kinds(recording: Recording, *wanted: str) -> list[tuple[object, ...]]:
+    return [entry for entry in recording.entries if isinstance(entry, tuple) and entry[0] in wanted]
 
 
 @pytest.mark.parametrize("clock", CLOCKS)
 def test_the_nodes_of_a_subtree_are_replayed_together_without_a_difference_at_its_border(clock: Clock) -> None:
-    tape = execute(work, clock=clock)
-    assert tape.node == "world/team"
-    verdict = replay(tape)
+    recording = execute(work, clock=clock)
+    assert recording.node == "world/team"
+    verdict = replay(recording)
     assert (verdict.differences, verdict.inner, verdict.lacking) == ((), (), "")
     assert verdict.equal
     assert verdict.compared > 20
 
 
-def test_what_the_nodes_of_a_subtree_did_was_compared(tape: Tape) -> None:
-    sent = [(kind, name) for kind, name, _ in tape.outputs()]
-    told = [value.data for _, name, value in tape.outputs() if name == "/told"]
+def test_what_the_nodes_of_a_subtree_did_was_compared(recording: Recording) -> None:
+    sent = [(kind, name) for kind, name, _ in recording.outputs()]
+    told = [value.data for _, name, value in recording.outputs() if name == "/told"]
     assert sent.count(("publish", "/results")) >= 5
     assert told[0] == "plan double"
     assert told.count("plan double") == 2, "the crashed node has published it again"
     assert "answer half" in told
     assert any("did not answer /never in time" in text for text in told)
-    assert len(starts_of(tape)) == 3
+    assert len(starts_of(recording)) == 3
 
 
 def test_messages_and_calls_inside_are_not_in_the_journal_as_inputs_but_made_by_the_replayed_nodes() -> None:
-    tape = execute(work, clock="virtual")
-    publishers = {entry[4:6] for entry in kinds(tape, "publisher")}
+    recording = execute(work, clock="virtual")
+    publishers = {entry[4:6] for entry in kinds(recording, "publisher")}
     assert publishers == {("/numbers", "/source")}
-    inner = {(entry[1], entry[2]) for entry in kinds(tape, "inner")}
+    inner = {(entry[1], entry[2]) for entry in kinds(recording, "inner")}
     assert inner == {("publish", "/doubled"), ("publish", "/plan"), ("call", "/half"), ("call", "/never")}
-    assert kinds(tape, "request") == []
-    for entry in kinds(tape, "inner"):
-        tape.entries[tape.entries.index(entry)] = (*entry[:3], "something else")
-    verdict = replay(tape, every=True)
+    assert kinds(recording, "request") == []
+    for entry in kinds(recording, "inner"):
+        recording.entries[recording.entries.index(entry)] = (*entry[:3], "something else")
+    verdict = replay(recording, every=True)
     assert verdict.equal, "what passes inside is made anew"
     assert {one.name for one in verdict.inner} == {"/doubled", "/plan", "/half", "/never"}
 
 
 def test_a_planted_change_of_a_constant_in_one_node_is_found_at_its_first_effect_at_the_border() -> None:
-    tape = execute(work, clock="virtual")
-    verdict = replay(tape, changed="doubler", node=LowLimit)
+    recording = execute(work, clock="virtual")
+    verdict = replay(recording, changed="doubler", node=LowLimit)
     (inside,) = (one for one in verdict.inner if one.name == "/doubled")
     assert (inside.recorded, inside.replayed, inside.time) == (60, 30, 0.3)
     first = verdict.differences[0]  # 2 * (1 + ... + 32) is the first sum above 1000
@@ -200,18 +200,18 @@ def test_a_planted_change_of_a_constant_in_one_node_is_found_at_its_first_effect
     assert not verdict.equal
 
 
-def test_a_change_that_does_not_reach_the_border_is_told_of_and_counts_as_equal(tape: Tape) -> None:
-    verdict = replay(tape, changed="/doubler", node=Twice)
+def test_a_change_that_does_not_reach_the_border_is_told_of_and_counts_as_equal(recording: Recording) -> None:
+    verdict = replay(recording, changed="/doubler", node=Twice)
     assert verdict.equal
     assert [one.name for one in verdict.inner] == ["/doubled"]
 
 
-def test_it_has_to_be_said_which_node_of_a_subtree_is_changed(tape: Tape) -> None:
+def test_it_has_to_be_said_which_node_of_a_subtree_is_changed(recording: Recording) -> None:
     with pytest.raises(ReplayError, match=r"has several nodes: say which one is changed; it has /doubler, /summer"):
-        replay(tape, parameters={"factor": 3})
+        replay(recording, parameters={"factor": 3})
     with pytest.raises(ReplayError, match=r"world/team has no node source; it has /doubler, /summer"):
-        replay(tape, changed="source", parameters={"factor": 3})
-    verdict = replay(tape, changed="doubler", parameters={"factor": 3})
+        replay(recording, changed="source", parameters={"factor": 3})
+    verdict = replay(recording, changed="doubler", parameters={"factor": 3})
     assert verdict.differences[0].name == "/results"
 
 
@@ -237,7 +237,7 @@ class Commander(Visitor):
             self.told(String(data=text))
 
 
-async def story_of(inside: Iterable[str]) -> Tape:
+async def story_of(inside: Iterable[str]) -> Recording:
     nodes = {"others": OTHERS, "hero": HERO, "commander": Child(Commander)}
     team = Supervisor("team", children=[nodes[name] for name in inside])
     tree = Supervisor("world", children=[*(node for name, node in nodes.items() if name not in inside), team])
@@ -246,7 +246,7 @@ async def story_of(inside: Iterable[str]) -> Tape:
         await lived(system, 0.3)
         system.crash(Others, RuntimeError("struck as well"))
         await lived(system, 0.2)
-    return journal.tape("system/world/team")
+    return journal.recording("system/world/team")
 
 
 @pytest.mark.parametrize("clock", CLOCKS)

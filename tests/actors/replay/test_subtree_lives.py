@@ -13,9 +13,19 @@ from actors.bag import Recorder, RecordOptions, Selection
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.logs import LogRecord
-from actors.replay import Journal, ReplayError, Tape, has_journal, journals_in, load, replay, tape_in, tapes_in
+from actors.replay import (
+    Journal,
+    Recording,
+    ReplayError,
+    has_journal,
+    journals_in,
+    load,
+    recording_in,
+    recordings_in,
+    replay,
+)
 from actors.replay.publishing import topic_of
-from actors.replay.tape import starts_of
+from actors.replay.recording import starts_of
 from actors.runtime.declarations import background, every
 from tests.actors.replay.story import TOLD
 from tests.actors.replay.test_on_request import Holding, Once, Operator
@@ -74,33 +84,33 @@ class Counting(Node):
         self.told(String(data=f"{self.name} {self.heard}"))
 
 
-def told(tape: Tape) -> list[str]:
-    return [value.data for _, name, value in tape.outputs(inner=True) if name == "/told"]
+def told(recording: Recording) -> list[str]:
+    return [value.data for _, name, value in recording.outputs(inner=True) if name == "/told"]
 
 
-def assert_equal(tape: Tape) -> None:
-    verdict = replay(tape)
+def assert_equal(recording: Recording) -> None:
+    verdict = replay(recording)
     assert (verdict.differences, verdict.inner, verdict.lacking) == ((), (), "")
     assert verdict.compared > 10
 
 
 def test_a_node_inside_that_ends_for_good_is_no_more_listened_to_in_the_replay_either() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("world/team")
         team = Supervisor("team", children=[Child(Watcher), Child(Brief, restart=temporary)])
         async with run(Supervisor("world", children=[team]), observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.5)
-        return journal.tape("world/team")
+        return journal.recording("world/team")
 
-    tape = execute(main, clock="virtual")
-    texts = told(tape)
+    recording = execute(main, clock="virtual")
+    texts = told(recording)
     assert texts[:2] == ["1 listen", "1 listen"]
     assert texts[-1] == "0 listen"
-    assert_equal(tape)
+    assert_equal(recording)
 
 
 def test_a_node_inside_that_was_stopped_and_is_started_again_later_is_replayed_over_both_lives() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("world/team")
         team = Supervisor("team", children=[Child(Watcher), Child(Counting)])
         async with run(Supervisor("world", children=[team]), observers=(journal,), sinks=()) as system:
@@ -111,16 +121,16 @@ def test_a_node_inside_that_was_stopped_and_is_started_again_later_is_replayed_o
             await system.clock.sleep(0.2)
             await supervisor.restart_child("counting")
             await system.clock.sleep(0.3)
-        return journal.tape("world/team")
+        return journal.recording("world/team")
 
-    tape = execute(main, clock="virtual")
-    assert {"1 listen", "0 listen"} <= {*told(tape)}
-    assert [start.node for start in starts_of(tape)] == ["/watcher", "/counting", "/counting"]
-    assert_equal(tape)
+    recording = execute(main, clock="virtual")
+    assert {"1 listen", "0 listen"} <= {*told(recording)}
+    assert [start.node for start in starts_of(recording)] == ["/watcher", "/counting", "/counting"]
+    assert_equal(recording)
 
 
 def test_nodes_that_join_a_supervisor_below_while_it_runs_belong_to_the_subtree() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("world/team")
         crew = DynamicSupervisor("crew", Child(Counting))
         team = Supervisor("team", children=[Child(Watcher), crew])
@@ -132,16 +142,16 @@ def test_nodes_that_join_a_supervisor_below_while_it_runs_belong_to_the_subtree(
                 await supervisor.spawn()
             system.crash("watcher", RuntimeError("struck"))
             await system.clock.sleep(0.3)
-        return journal.tape("world/team")
+        return journal.recording("world/team")
 
-    tape = execute(main, clock="virtual")
-    assert len({start.node for start in starts_of(tape)}) == 3
-    assert {start.path[:-1] for start in starts_of(tape)} == {("world", "team"), ("world", "team", "crew")}
-    assert_equal(tape)
+    recording = execute(main, clock="virtual")
+    assert len({start.node for start in starts_of(recording)}) == 3
+    assert {start.path[:-1] for start in starts_of(recording)} == {("world", "team"), ("world", "team", "crew")}
+    assert_equal(recording)
 
 
 def test_a_node_inside_that_is_killed_is_killed_in_the_replay_and_what_failed_is_said_with_its_name() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("world/team")
         team = Supervisor("team", children=[Child(Watcher), Child(Stubborn, stop=0.2, restart=temporary)])
         async with run(Supervisor("world", children=[team]), observers=(journal,), sinks=()) as system:
@@ -150,12 +160,12 @@ def test_a_node_inside_that_is_killed_is_killed_in_the_replay_and_what_failed_is
             await system.clock.sleep(0.5)
             await supervisor.terminate_child("stubborn")
             await system.clock.sleep(0.3)
-        return journal.tape("world/team")
+        return journal.recording("world/team")
 
-    tape = execute(main, clock="virtual")
-    assert told(tape).count("never") == 1
-    assert_equal(tape)
-    assert replay(tape).failure.startswith("/stubborn: CancelledError")
+    recording = execute(main, clock="virtual")
+    assert told(recording).count("never") == 1
+    assert_equal(recording)
+    assert replay(recording).failure.startswith("/stubborn: CancelledError")
 
 
 def test_a_subtree_with_a_node_that_cannot_be_kept_has_no_journal_and_runs_on() -> None:
@@ -173,7 +183,7 @@ def test_a_subtree_with_a_node_that_cannot_be_kept_has_no_journal_and_runs_on() 
     journal = execute(main, clock="virtual")
     assert journal.refused["world/team"].startswith("/holding: ")
     with pytest.raises(ReplayError, match=r"there is no journal of world/team: /holding: .*lambda"):
-        journal.tape("world/team")
+        journal.recording("world/team")
     (whole,) = [line for line in lines if line.event == "a journal is not whole"]
     assert whole.fields["node_name"] == "world/team"
 
@@ -188,7 +198,7 @@ def test_when_a_journal_was_given_up_nothing_is_kept_of_what_comes_in_later() ->
             system.crash(Doubler, RuntimeError("struck"))  # no code of its next life is recorded
             await system.clock.sleep(1.0)
             assert system.node(Doubler).incarnation == 2
-            return [*journal._recordings["world/team"].spool.entries]
+            return [*journal._boundaries["world/team"].spool.entries]
 
     assert execute(main, clock="virtual") == []
 
@@ -203,9 +213,9 @@ def test_a_node_is_in_the_journal_of_its_subtree_alone() -> None:
         return journal
 
     journal = execute(main, clock="virtual")
-    assert len(starts_of(journal.tape("world/team"))) == 2
+    assert len(starts_of(journal.recording("world/team"))) == 2
     with pytest.raises(ReplayError, match="there is no journal of summer: it has not started"):
-        journal.tape("summer")
+        journal.recording("summer")
 
 
 def test_the_journal_of_a_subtree_is_begun_while_it_runs_by_a_restart_of_its_nodes(tmp_path: Path) -> None:
@@ -234,12 +244,12 @@ def test_the_journal_of_a_subtree_is_begun_while_it_runs_by_a_restart_of_its_nod
     assert "no node runs below world/teem; did you mean 'world/team'?" in reasons[0]
     assert "no journal of /summer can be begun: it is in that of world/team/inner" in reasons[1]
     assert "no journal of world/team can be begun: /summer is in that of world/team/inner" in reasons[2]
-    tape = load(tmp_path / "world.team.inner.subtree.journal")
-    assert (tape.node, tape.start.incarnation) == ("world/team/inner", 2)
-    assert_equal(tape)
-    assert journals_in(tmp_path / "bag") == {"world/team/inner"} == {*tapes_in(tmp_path / "bag")}
+    recording = load(tmp_path / "world.team.inner.subtree.journal")
+    assert (recording.node, recording.start.incarnation) == ("world/team/inner", 2)
+    assert_equal(recording)
+    assert journals_in(tmp_path / "bag") == {"world/team/inner"} == {*recordings_in(tmp_path / "bag")}
     assert [has_journal(tmp_path / "bag", path) for path in ("world/team/inner", "world/team")] == [True, False]
-    assert repr(tape_in(tmp_path / "bag", "world/team/inner").start) == repr(tape.start)
+    assert repr(recording_in(tmp_path / "bag", "world/team/inner").start) == repr(recording.start)
 
 
 def test_a_call_inside_of_nodes_that_do_otherwise_times_out_when_it_is_due() -> None:
@@ -254,30 +264,30 @@ def test_a_call_inside_of_nodes_that_do_otherwise_times_out_when_it_is_due() -> 
                 except CallTimeout:
                     self.told(String(data=f"gave up at {self.clock.now():.3f}"))
 
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("world/team")
         async with run(Supervisor("world", children=[Child(Source), TEAM]), observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.3)
-        return journal.tape("world/team")
+        return journal.recording("world/team")
 
     verdict = replay(execute(main, clock="virtual"), changed="summer", node=Eager)
     first = {one.name: one for one in verdict.differences}["/told"]
-    # its call goes out when the nodes leave the tape, at the first step that is not that of the recording: at 0.01 s
+    # its call goes out when the nodes leave the recording, at the first step that is not that of the recording: at 0.01 s
     assert (first.number, first.time, first.replayed) == (1, 0.04, "gave up at 0.040")
 
 
 def test_versions_that_are_not_those_of_the_recording_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("watcher")
         async with run(Watcher, observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.2)
-        return journal.tape("watcher")
+        return journal.recording("watcher")
 
-    tape = execute(main, clock="virtual")
-    assert replay(tape).other_versions == ()
-    here: Any = tape.start.versions
+    recording = execute(main, clock="virtual")
+    assert replay(recording).other_versions == ()
+    here: Any = recording.start.versions
     other = tuple((what, "0.1" if what == "numpy" else version) for what, version in here)
-    object.__setattr__(tape.start, "versions", other)
-    verdict = replay(tape)
+    object.__setattr__(recording.start, "versions", other)
+    verdict = replay(recording)
     assert verdict.equal
     assert verdict.other_versions == (f"numpy {dict(here)['numpy']} (recorded with 0.1)",)

@@ -9,7 +9,7 @@ import pytest
 from actors import Child, Node, Topic, background, every, execute, publishes, run
 from actors.interfaces.std_msgs.msg import String
 from actors.nodes import ClockPublisher
-from actors.replay import Journal, Tape, replay
+from actors.replay import Journal, Recording, replay
 from actors.runtime.node import ErrorVerdict
 from actors.runtime.timers import TickMissed
 from tests.actors.replay.story import HERO, OTHERS, TOLD, Hero, Visitor, lived
@@ -52,11 +52,11 @@ class Blocking(Node):
             time.sleep(seconds)  # noqa: ASYNC251
 
 
-def texts(tape: Tape) -> list[str]:
-    return [value.data for kind, name, value in tape.outputs() if (kind, name) == ("publish", "/told")]
+def texts(recording: Recording) -> list[str]:
+    return [value.data for kind, name, value in recording.outputs() if (kind, name) == ("publish", "/told")]
 
 
-async def switched(kind: type[Node], *, simulated: bool) -> Tape:
+async def switched(kind: type[Node], *, simulated: bool) -> Recording:
     """A node whose `use_sim_time` is switched to and fro."""
     journal = Journal("ticking")
     node = Child(kind, name="ticking", parameters={"use_sim_time": simulated})
@@ -65,7 +65,7 @@ async def switched(kind: type[Node], *, simulated: bool) -> Tape:
             await system.clock.sleep(0.513)
             assert system.node("ticking").set_parameter("use_sim_time", use).successful
         await system.clock.sleep(0.513)
-    return journal.tape("ticking")
+    return journal.recording("ticking")
 
 
 @pytest.mark.parametrize("clock", CLOCKS)
@@ -73,14 +73,14 @@ async def switched(kind: type[Node], *, simulated: bool) -> Tape:
 def test_a_node_whose_time_is_switched_while_it_runs_is_replayed_with_its_timers_and_sleeps(
     clock: Clock, simulated: bool
 ) -> None:
-    tape = execute(lambda: switched(Ticking, simulated=simulated), clock=clock)
-    assert sum(text.startswith("tick at") for text in texts(tape)) > 8
-    verdict = replay(tape)
+    recording = execute(lambda: switched(Ticking, simulated=simulated), clock=clock)
+    assert sum(text.startswith("tick at") for text in texts(recording)) > 8
+    verdict = replay(recording)
     assert (verdict.differences, verdict.lacking, verdict.equal) == ((), "", True)
 
 
 def test_a_story_of_all_that_a_journal_carries_is_replayed_over_a_switch_of_its_time() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("hero")
         async with run(ClockPublisher, OTHERS, HERO, Visitor, observers=(journal,), sinks=(), seed=5) as system:
             await system.clock.sleep(0.113)
@@ -88,7 +88,7 @@ def test_a_story_of_all_that_a_journal_carries_is_replayed_over_a_switch_of_its_
             await lived(system, 0.3)
             system.node(Hero).set_parameter("use_sim_time", False)  # which is true again in its second life
             await system.clock.sleep(0.2)
-        return journal.tape("hero")
+        return journal.recording("hero")
 
     verdict = replay(execute(main, clock="virtual"))
     assert (verdict.differences, verdict.lacking, verdict.equal) == ((), "", True)
@@ -96,7 +96,7 @@ def test_a_story_of_all_that_a_journal_carries_is_replayed_over_a_switch_of_its_
 
 
 def test_a_timer_that_a_changed_node_has_beside_the_recorded_ones_ticks_as_it_would_have_in_the_recorded_run() -> None:
-    tape = execute(lambda: switched(Ticking, simulated=True), clock="virtual")
+    recording = execute(lambda: switched(Ticking, simulated=True), clock="virtual")
     live = execute(lambda: switched(Ticked, simulated=True), clock="virtual")
     heard: list[str] = []
 
@@ -107,7 +107,7 @@ def test_a_timer_that_a_changed_node_has_beside_the_recorded_ones_ticks_as_it_wo
         def more(self) -> None:
             heard.append(f"more at {self.clock.now():.3f}")
 
-    verdict = replay(tape, node=Listening)
+    verdict = replay(recording, node=Listening)
     assert (verdict.failure, verdict.lacking) == ("", "")
     ticks = [text for text in texts(live) if text.startswith("more")]
     assert heard[1:] == ticks[1:]  # until the first one, the node did as it was recorded
@@ -116,13 +116,13 @@ def test_a_timer_that_a_changed_node_has_beside_the_recorded_ones_ticks_as_it_wo
 
 @pytest.mark.realtime
 def test_ticks_that_were_lost_to_a_busy_event_loop_are_lost_in_the_replay_and_counted_alike() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("strict")
         async with run(Strict, Blocking, observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.5)
-        return journal.tape("strict")
+        return journal.recording("strict")
 
-    tape = execute(main, clock="real")
-    assert sum("more tick(s)" in text for text in texts(tape)) >= 2
-    verdict = replay(tape)
+    recording = execute(main, clock="real")
+    assert sum("more tick(s)" in text for text in texts(recording)) >= 2
+    verdict = replay(recording)
     assert (verdict.differences, verdict.lacking, verdict.equal) == ((), "", True)

@@ -18,7 +18,7 @@ import zstandard
 from msgspec._utils import rebuild  # type: ignore[import-untyped]
 
 from actors.interfaces.std_msgs.msg import Float64MultiArray, Int32, MultiArrayDimension, MultiArrayLayout
-from actors.replay import ReplayError, Tape
+from actors.replay import Recording, ReplayError
 from actors.replay.comparison import first_difference
 from actors.replay.encoding import (
     array_made,
@@ -32,7 +32,7 @@ from actors.replay.encoding import (
     tuple_made,
 )
 from actors.replay.parts import pack, unpack, whole
-from actors.replay.tape import Start, Unkept
+from actors.replay.recording import Start, Unkept
 
 
 class Numbered(Exception):
@@ -110,14 +110,14 @@ def test_a_value_that_cannot_be_pickled_is_left_out_and_the_rest_is_kept() -> No
 
 
 def test_a_tape_says_what_it_holds_and_refuses_to_begin_amid_a_life() -> None:
-    tape = Tape("/a", [start(), 2.5, ("step", 3.5, 1), ("out", "publish", "/t", 1)])
-    assert repr(tape) == "<journal of /a: 4 entries>"
-    assert tape.counts() == {"start": 1, "clock reading": 1, "step": 1, "out": 1}
-    assert tape.seconds == 1.5
-    assert tape.start.node == "/a"
+    recording = Recording("/a", [start(), 2.5, ("step", 3.5, 1), ("out", "publish", "/t", 1)])
+    assert repr(recording) == "<journal of /a: 4 entries>"
+    assert recording.counts() == {"start": 1, "clock reading": 1, "step": 1, "out": 1}
+    assert recording.seconds == 1.5
+    assert recording.start.node == "/a"
     with pytest.raises(ReplayError, match="the journal of /a does not begin with a start of the node"):
-        _ = Tape("/a", tape.entries[1:]).start
-    assert Tape("/a").seconds == 0.0
+        _ = Recording("/a", recording.entries[1:]).start
+    assert Recording("/a").seconds == 0.0
 
 
 def test_a_start_names_the_versions_that_a_replay_depends_on(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,7 +127,7 @@ def test_a_start_names_the_versions_that_a_replay_depends_on(monkeypatch: pytest
     def unknown(package: str) -> str:
         raise PackageNotFoundError(package)
 
-    monkeypatch.setattr("actors.replay.tape.version", unknown)
+    monkeypatch.setattr("actors.replay.recording.version", unknown)
     assert dict(start()[3].versions)["numpy"] == "none"  # a source tree that was never installed
 
 
@@ -300,10 +300,10 @@ def test_the_parts_of_a_journal_share_what_they_may_become() -> None:
 
 def test_a_journal_whose_start_is_none_is_refused() -> None:
     with pytest.raises(ReplayError, match="does not begin with a start"):
-        _ = Tape("/a", [("start", 1.0, 0, "x")]).start
+        _ = Recording("/a", [("start", 1.0, 0, "x")]).start
 
 
 def test_a_journal_with_an_unfinished_start_is_refused() -> None:
     begun = thawed(frozen(Called(object_made, (Start.__module__, "Start"))))
     with pytest.raises(ReplayError, match="does not begin with a start"):
-        _ = Tape("/a", [("start", 1.0, 0, begun)]).start
+        _ = Recording("/a", [("start", 1.0, 0, begun)]).start

@@ -16,8 +16,8 @@ import pytest
 from actors import Child, Node, Supervisor, execute, run
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.std_srvs.srv import SetBool, Trigger, Trigger_Request, Trigger_Response
-from actors.replay import Journal, ReplayError, load, replay, tape_in
-from actors.replay.tape import starts_of
+from actors.replay import Journal, ReplayError, load, recording_in, replay
+from actors.replay.recording import starts_of
 from robot.assembly import Robot
 from robot.contracts import DOCK, EMERGENCY_STOP, NAVIGATE_TO_POSE, STAND
 from robot.geometry.messages import pose_stamped
@@ -127,9 +127,11 @@ def test_six_nodes_are_replayed_alone_bit_for_bit_by_processes_without_body_and_
         journal, goals = execute(troubled_walk, clock=clock)
     assert goals[0] == "<ABORTED: preempted by a newer goal>"
     with pytest.raises(ReplayError, match="KinematicBody is the robot's hardware"):
-        journal.tape("motors")
+        journal.recording("motors")
     asked = [
-        entry for entry in journal.tape("safety_monitor").entries if isinstance(entry, tuple) and entry[0] == "done"
+        entry
+        for entry in journal.recording("safety_monitor").entries
+        if isinstance(entry, tuple) and entry[0] == "done"
     ]
     assert any("CallTimeout" in repr(entry[5]) for entry in asked)  # the call that timed out
     program = """
@@ -140,7 +142,7 @@ alive = sorted({type(one).__name__ for one in gc.get_objects()} & {"KinematicBod
 print(json.dumps([verdict.equal, verdict.compared, [*map(str, verdict.differences)], verdict.lacking, alive, "mujoco" in sys.modules]))
 """
     for node in NODES:
-        lives = [entry for entry in journal.tape(node).entries if isinstance(entry, tuple) and entry[0] == "start"]
+        lives = [entry for entry in journal.recording(node).entries if isinstance(entry, tuple) and entry[0] == "start"]
         assert len(lives) == 2, node  # it crashed, and lived again
         path = journal.save(tmp_path / node, node)
         done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True, check=True)
@@ -152,7 +154,7 @@ print(json.dumps([verdict.equal, verdict.compared, [*map(str, verdict.difference
 
 def test_a_constant_that_was_changed_is_found_at_its_first_effect() -> None:
     journal, _ = execute(troubled_walk, clock="virtual")
-    first = replay(journal.tape("navigation"), parameters={"max_speed": 0.5}).differences[0]
+    first = replay(journal.recording("navigation"), parameters={"max_speed": 0.5}).differences[0]
     assert (first.kind, first.name, first.field) == ("feedback", "/navigate_to_pose", "estimated_time_remaining.sec")
     assert 3.5 < first.time < 4.0, "the walk had just begun"
     assert first.recorded < first.replayed, "the slower robot needs longer"
@@ -182,14 +184,14 @@ def docked() -> Journal:
 
 @pytest.mark.parametrize("subtree", ["all/robot/navigation", "all/robot/safety"])
 def test_a_subtree_of_the_robot_is_replayed_alone_by_what_crossed_its_border(docked: Journal, subtree: str) -> None:
-    tape = docked.tape(subtree)
-    verdict = replay(tape)
+    recording = docked.recording(subtree)
+    verdict = replay(recording)
     assert (verdict.differences, verdict.inner, verdict.lacking) == ((), (), "")
     assert verdict.compared > 100
-    inner = {entry[1:3] for entry in tape.entries if isinstance(entry, tuple) and entry[0] == "inner"}
+    inner = {entry[1:3] for entry in recording.entries if isinstance(entry, tuple) and entry[0] == "inner"}
     assert inner == INNER[subtree]
-    senders = {entry[5] for entry in tape.entries if isinstance(entry, tuple) and entry[0] == "publisher"}
-    assert not senders & {start.node for start in starts_of(tape)}, "what passes inside is no input"
+    senders = {entry[5] for entry in recording.entries if isinstance(entry, tuple) and entry[0] == "publisher"}
+    assert not senders & {start.node for start in starts_of(recording)}, "what passes inside is no input"
 
 
 def test_a_planted_constant_inside_a_subtree_is_found_at_its_first_effect_at_the_border(
@@ -198,7 +200,7 @@ def test_a_planted_constant_inside_a_subtree_is_found_at_its_first_effect_at_the
     monkeypatch.setattr(
         "robot.nodes.docking.BEFORE", Pose2(-0.75, 0.0)
     )  # m before the station: where the docking node has the robot sent
-    verdict = replay(docked.tape("all/robot/navigation"))
+    verdict = replay(docked.recording("all/robot/navigation"))
     (inside,) = verdict.inner
     assert (inside.kind, inside.name) == ("goal", "/navigate_to_pose")
     (found,) = verdict.differences
@@ -210,7 +212,7 @@ def test_a_subtree_with_the_body_is_refused_by_the_name_of_its_node(docked: Jour
     with pytest.raises(
         ReplayError, match=r"no journal of all/robot/control: /motors: .*KinematicBody is the robot's hardware"
     ):
-        docked.tape("all/robot/control")
+        docked.recording("all/robot/control")
 
 
 def test_a_run_writes_the_journals_that_it_keeps_into_a_folder(tmp_path: Path) -> None:
@@ -240,7 +242,7 @@ def test_the_flight_record_of_a_run_holds_the_journals_that_it_kept(tmp_path: Pa
     words = ("--backend", "kinematic", "--duration", "5", "--replay", "battery", "--flight-record", str(record))
     done = robot("run", "--clock", "virtual", *words)
     assert done.returncode == 0, done.stderr
-    verdict = replay(tape_in(record, "battery"))
+    verdict = replay(recording_in(record, "battery"))
     assert verdict.equal, verdict
     assert verdict.compared > 5
 
@@ -249,9 +251,9 @@ def test_a_run_keeps_the_journal_of_a_subtree_and_names_the_one_that_was_meant(t
     words = ("--backend", "kinematic", "--duration", "3", "--replay", "robot/navigation", "--journals", str(tmp_path))
     done = robot("run", "--clock", "virtual", *words)
     assert done.returncode == 0, done.stderr
-    tape = load(tmp_path / "robot.navigation.subtree.journal")
-    assert {start.node for start in starts_of(tape)} == {"/navigation", "/docking", "/tutorial_walks"}
-    assert replay(tape).equal
+    recording = load(tmp_path / "robot.navigation.subtree.journal")
+    assert {start.node for start in starts_of(recording)} == {"/navigation", "/docking", "/tutorial_walks"}
+    assert replay(recording).equal
     refused = robot("run", "--replay", "robot/navigatio")
     assert refused.returncode == 2
     assert "--replay: there is no subtree 'robot/navigatio'; did you mean 'robot/navigation'?" in refused.stderr

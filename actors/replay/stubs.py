@@ -1,4 +1,4 @@
-"""Stand-ins for the others of a recording: the ends of topics and the servers that a replayed node is matched with."""
+"""Stubs for the others of a recording: the ends of topics and the servers that a replayed node is matched with."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from actors.topics.peers import PublisherPeer, Target
 
 
-class Other:
+class StubNode:
     """A node of the recording that is not here."""
 
     def __init__(self, fqn: str) -> None:
@@ -26,7 +26,7 @@ class Other:
         """Do nothing: the recording has its log."""
 
 
-class _OtherEnd:
+class _StubEnd:
     """One end of a topic that belongs to a node that is not here."""
 
     here = False
@@ -34,7 +34,7 @@ class _OtherEnd:
 
     def __init__(self, entry: TopicEntry, node: str, kind: type[Message], qos: QoS) -> None:
         self.entry = entry
-        self.node = Other(node)
+        self.node = StubNode(node)
         self.type = kind
         self.qos = qos
         self.matched: dict[Any, None] = {}
@@ -59,7 +59,7 @@ class _OtherEnd:
         return peers
 
 
-class OtherPublisher(_OtherEnd):
+class StubPublisher(_StubEnd):
     """A publisher of the recording. What it keeps for late joiners is given to them by `catch_up(publisher, target)`."""
 
     arrival = None
@@ -71,7 +71,7 @@ class OtherPublisher(_OtherEnd):
         node: str,
         kind: type[Message],
         qos: QoS,
-        catch_up: Callable[[OtherPublisher, Target], None],
+        catch_up: Callable[[StubPublisher, Target], None],
     ) -> None:
         super().__init__(entry, node, kind, qos)
         self.number = number
@@ -99,7 +99,7 @@ class OtherPublisher(_OtherEnd):
         """Do nothing: nobody taps a replay."""
 
 
-class OtherSubscription(_OtherEnd):
+class StubSubscription(_StubEnd):
     """A subscription of the recording. It takes every message, and does nothing with it."""
 
     received = dropped = waiting = 0
@@ -119,13 +119,13 @@ class OtherSubscription(_OtherEnd):
         """Do nothing."""
 
 
-class Asked:
+class StubCall:
     """A call, or the request for a goal, to a server that is not here."""
 
     due = math.inf
     """The deadline, if the recording has no such call."""
 
-    def __init__(self, server: OtherServer) -> None:
+    def __init__(self, server: StubServer) -> None:
         self.server = server
         self.future: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
 
@@ -138,14 +138,14 @@ class Asked:
         return CallTimeout("nobody answers in a replay: the recording has no such call")
 
 
-class OtherServer:
+class StubServer:
     """A server of a service or an action that is not here. `asked(call, timeout)` is told of what it is asked."""
 
     node = None
     active = 0
 
     def __init__(
-        self, host: str, kind: type[Any], concurrent: int, asked: Callable[[Asked, float | None], None]
+        self, host: str, kind: type[Any], concurrent: int, asked: Callable[[StubCall, float | None], None]
     ) -> None:
         self.host = host
         self.type = kind
@@ -153,13 +153,13 @@ class OtherServer:
         self.calls = self.goals = 0
         self._asked = asked
 
-    def open(self) -> tuple[Asked, ...]:
+    def open(self) -> tuple[StubCall, ...]:
         return ()
 
-    def submit(self, *arguments: Any) -> Asked:
+    def submit(self, *arguments: Any) -> StubCall:
         """Take a request, ``(message, caller, timeout)``, or the request for a goal, ``(goal_id, message, client)``."""
         self.calls += 1
-        call = Asked(self)
+        call = StubCall(self)
         self._asked(call, arguments[2] if isinstance(arguments[2], (int, float)) else None)
         return call
 
@@ -170,7 +170,7 @@ class OtherServer:
         return f"{self.host} did not answer within {seconds:g} s"
 
 
-class OtherFollower:
+class StubFollower:
     """The client of a goal that the replayed node serves."""
 
     def __init__(self, owner: str) -> None:

@@ -1,4 +1,4 @@
-"""The event loop of a replay: its time is what the tape says."""
+"""The event loop of a replay: its time is what the recording says."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import TypeVarTuple
 _Ts = TypeVarTuple("_Ts")
 
 
-class TapeLoop(asyncio.SelectorEventLoop):
+class ReplayLoop(asyncio.SelectorEventLoop):
     """An event loop whose `time()` is `now`, seconds, which the driver of a replay sets; after `release` it goes on by itself.
 
     Until then timers do nothing. Those of replayed nodes are called by the driver; those of the system around them, such as its ticker, must not
-    do what the tape does.
+    do what the recording does.
 
     `virtual` and `epoch`, the time of day at the start of the recorded system, are read by its clock; with `virtual`, its nodes wait as on a
     virtual loop.

@@ -1,4 +1,4 @@
-"""`Replaying`: the boundary of a node, or a subtree, that is replayed. What it sends is compared, what it is given comes from the tape."""
+"""`ReplayingBoundary`: the boundary of a node, or a subtree, that is replayed. What it sends is compared, what it is given comes from the recording."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from actors.inbox.boundary import BOUNDARY
 from actors.replay.boundary import JournalBoundary
 from actors.replay.comparison import ABSENT, Difference, first_difference
-from actors.replay.tape import APART, BACK, NO_TIME, SENT, WITHIN, Entry, Tape, comes_in
+from actors.replay.recording import APART, BACK, NO_TIME, SENT, WITHIN, Entry, Recording, comes_in
 
 if TYPE_CHECKING:
     from actors.replay.debugger import Break
@@ -26,25 +26,25 @@ AWAITED = frozenset({"call", "goal", "cancel", "offload"})
 """What a member sends and awaits."""
 
 
-class Replaying(JournalBoundary):
-    """Gives its members what their tape holds, and compares what they send. It is driven by `actors.replay.driver.Driver`.
+class ReplayingBoundary(JournalBoundary):
+    """Gives its members what their recording holds, and compares what they send. It is driven by `actors.replay.driver.Driver`.
 
     Invariants:
 
-    - `at` is the place on the tape: everything before it has been given, or was compared.
-    - While `astray` is false, the members do what they did in the recording, step by step. Once it is true, because their code schedules
+    - `at` is the place in the recording: everything before it has been given, or was compared.
+    - While `diverged` is false, the members do what they did in the recording, step by step. Once it is true, because their code schedules
       or reads otherwise than in the recording, their callbacks run as they are due, and what they send is compared by name and number only.
     - `planned` holds the callbacks of the members that have not run, by their number.
     - `differences` are those of what passes the boundary, `inner` those of what passes between members; each has the first of its name.
     """
 
-    def __init__(self, tape: Tape, pause: Break | None, limit: int) -> None:
+    def __init__(self, recording: Recording, pause: Break | None, limit: int) -> None:
         super().__init__()
-        self.tape = tape
+        self.recording = recording
         self.at = 0
-        self.now = tape.start.origin
+        self.now = recording.start.origin
         """The time, seconds of the event loop's clock."""
-        self.astray = False
+        self.diverged = False
         self.over = False
         self.planned: dict[int, asyncio.Handle] = {}
         self.awaited: dict[int, asyncio.Future[Any]] = {}
@@ -58,9 +58,9 @@ class Replaying(JournalBoundary):
         self._pause = pause
         self._limit = limit
         self._ahead: set[int] = set()
-        """The places on the tape, behind `at`, of what was given in advance."""
+        """The places in the recording, behind `at`, of what was given in advance."""
         self._asked: Counter[tuple[str, str]] = Counter()
-        self._expected = _by_name(tape)
+        self._expected = _by_name(recording)
         self._last: tuple[str, str] = ("", "")
         self._joining = -1
         """The number of the subscription whose target the graph has asked for last: a late joiner is asked for just before it catches up."""
@@ -96,7 +96,7 @@ class Replaying(JournalBoundary):
         if self._pause is not None and self._pause.at(name, number):
             self._pause.stop()
         self._come_back()
-        if not self.astray:
+        if not self.diverged:
             entry = self.entry()
             if isinstance(entry, tuple) and entry[0] in SENT and entry[1:3] == (kind, name):
                 self.at += 1
@@ -114,7 +114,7 @@ class Replaying(JournalBoundary):
         """The recording did something else here."""
         if isinstance(entry, tuple) and entry[0] in SENT:
             self._missing(entry, f"{kind} {name}: {value!r}")
-        self.stray()
+        self.diverge()
 
     def _missing(self, entry: tuple[Any, ...], replayed: Any) -> None:
         """The recording sends something at a place where `replayed` was done."""
@@ -127,14 +127,14 @@ class Replaying(JournalBoundary):
         found = self.inner if inner else self.differences
         if any((one.kind, one.name) == (kind, name) for one in found):
             return
-        time = self.now - self.tape.start.origin
+        time = self.now - self.recording.start.origin
         found.append(Difference(kind, name, number, time, field, recorded, replayed))
         if len(self.differences) >= self._limit:
             self.over = True
 
-    def stray(self) -> None:
-        """The members' code has left the tape."""
-        self.astray = True
+    def diverge(self) -> None:
+        """The members' code has left the recording."""
+        self.diverged = True
 
     def end(self) -> None:
         """Compare what was sent with the whole recording, at its end."""
@@ -147,7 +147,7 @@ class Replaying(JournalBoundary):
     def missed(self, entry: tuple[Any, ...]) -> None:
         """The recording sends something that is not sent now."""
         self._missing(entry, ABSENT)
-        self.stray()
+        self.diverge()
 
     def let_go(self, loop: asyncio.AbstractEventLoop) -> None:
         """Let the loop run what the node's code has still to do, so that it can be ended."""
@@ -160,7 +160,7 @@ class Replaying(JournalBoundary):
 
     def entry(self) -> Entry | None:
         """The entry at the present place, behind what was given in advance; None at the end."""
-        entries = self.tape.entries
+        entries = self.recording.entries
         while self.at in self._ahead:
             self._ahead.discard(self.at)
             self.at += 1
@@ -168,7 +168,7 @@ class Replaying(JournalBoundary):
 
     def _come_back(self) -> None:
         """Give the node what others did to it while its code was out."""
-        while not (self.astray or self.over):
+        while not (self.diverged or self.over):
             entry = self.entry()
             if not comes_in(entry):
                 return
@@ -200,8 +200,8 @@ class Replaying(JournalBoundary):
                 self.apply(entry)
 
     def _step_entries(self) -> Iterator[tuple[int, tuple[Any, ...], bool]]:
-        """What comes in during the step that begins now, with its place on the tape, and whether the node has sent something before."""
-        entries, sent = self.tape.entries, False
+        """What comes in during the step that begins now, with its place in the recording, and whether the node has sent something before."""
+        entries, sent = self.recording.entries, False
         for place in range(self.at, len(entries)):
             entry = entries[place]
             if not isinstance(entry, tuple) or entry[0] in NO_TIME:
@@ -212,7 +212,7 @@ class Replaying(JournalBoundary):
             yield place, entry, sent
 
     def compute(self, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
-        entry = None if self.astray else self.entry()
+        entry = None if self.diverged else self.entry()
         if isinstance(entry, tuple) and entry[0] == "result":
             self.at += 1
             result: T = entry[1]
@@ -244,7 +244,7 @@ class Replaying(JournalBoundary):
         return target
 
     def uses(self, entry: Any) -> None:
-        """Do nothing: the tape knows who serves it."""
+        """Do nothing: the recording knows who serves it."""
 
     # -- the event loop ------------------------------------------------------------------------------------------------------
 
@@ -264,21 +264,21 @@ class Replaying(JournalBoundary):
         return handle
 
     def read(self, clock: Callable[[], float]) -> float:
-        if not (self.astray or self.over):
+        if not (self.diverged or self.over):
             self._come_back()
             entry = self.entry()
             if entry is None or isinstance(entry, tuple):
-                self.stray()
+                self.diverge()
             else:
                 self.at += 1
                 self.now = entry
         return clock() if self.over else self.now
 
 
-def _by_name(tape: Tape) -> dict[tuple[str, str], list[tuple[bool, Any]]]:
+def _by_name(recording: Recording) -> dict[tuple[str, str], list[tuple[bool, Any]]]:
     """What was sent in the recording, by kind and name: each with whether it was sent to members alone."""
     sent: dict[tuple[str, str], list[tuple[bool, Any]]] = {}
-    for entry in tape.entries:
+    for entry in recording.entries:
         if isinstance(entry, tuple) and entry[0] in SENT:
             sent.setdefault((entry[1], entry[2]), []).append((entry[0] == "inner", entry[3]))
     return sent

@@ -12,8 +12,8 @@ from actors import Child, Node, Service, background, every, execute, parameter, 
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from actors.parameters.errors import ParameterNotDeclared
-from actors.replay import Journal, Tape, replay
-from actors.replay.tape import APART
+from actors.replay import Journal, Recording, replay
+from actors.replay.recording import APART
 from tests.actors.replay.story import NUMBERS, OTHERS, TOLD, squared, story
 
 LATE = Service(Trigger, "late")
@@ -155,21 +155,21 @@ class Bare(Node):
         self.told(String(data=f"tick at {self.clock.now():.1f}"))
 
 
-async def recorded(node: type[Node], *others: type[Node], seconds: float = 0.1) -> Tape:
+async def recorded(node: type[Node], *others: type[Node], seconds: float = 0.1) -> Recording:
     child = Child(node)
     journal = Journal(child.name)
     async with run(*others, child, observers=(journal,), sinks=(), seed=5) as system:
         await system.clock.sleep(seconds)
-    return journal.tape(child.name)
+    return journal.recording(child.name)
 
 
 @pytest.fixture(scope="module")
-def plain() -> Tape:
+def plain() -> Recording:
     return execute(lambda: recorded(Plain), clock="virtual")
 
 
 @pytest.fixture(scope="module")
-def answering() -> Tape:
+def answering() -> Recording:
     """Two lives, with a crash in between, and a call that was answered."""
     return execute(lambda: recorded(Answering, OTHERS.factory, Asking, seconds=0.08), clock="virtual")  # type: ignore[arg-type]
 
@@ -178,40 +178,40 @@ def told(verdict: Any) -> list[tuple[str, Any, Any]]:
     return [(one.field, one.recorded, one.replayed) for one in verdict.differences if one.name == "/told"]
 
 
-def test_what_a_changed_node_does_not_send_any_more_is_told(plain: Tape) -> None:
+def test_what_a_changed_node_does_not_send_any_more_is_told(plain: Recording) -> None:
     assert replay(plain).equal
     assert told(replay(plain, node=Silent)) == [("", String(data="hello 9"), "nothing")]
 
 
-def test_what_a_changed_node_sends_beyond_the_recording_is_told(plain: Tape) -> None:
+def test_what_a_changed_node_sends_beyond_the_recording_is_told(plain: Recording) -> None:
     assert told(replay(plain, node=Louder)) == [("", "nothing", String(data="and goodbye"))]
 
 
-def test_a_node_that_needs_less_to_send_the_same_is_equal_to_its_recording(plain: Tape) -> None:
+def test_a_node_that_needs_less_to_send_the_same_is_equal_to_its_recording(plain: Recording) -> None:
     assert replay(plain, node=Lazy).equal
 
 
 def test_a_node_that_sends_in_another_order_differs_where_the_recording_sent_something_else() -> None:
-    tape = execute(lambda: recorded(Two), clock="virtual")
-    first, *_ = replay(tape, node=TwoTheOtherWay).differences
+    recording = execute(lambda: recorded(Two), clock="virtual")
+    first, *_ = replay(recording, node=TwoTheOtherWay).differences
     assert (first.kind, first.name, first.recorded) == ("publish", "/told", String(data="first"))
     assert first.replayed == "publish /numbers: std_msgs.msg.Int32(data=2)"
 
 
 def test_an_unchanged_node_is_played_to_up_to_its_first_difference(monkeypatch: pytest.MonkeyPatch) -> None:
-    tape = execute(lambda: recorded(Two), clock="virtual")
+    recording = execute(lambda: recorded(Two), clock="virtual")
     monkeypatch.setattr(Two, "word", "other")
     monkeypatch.setattr(Two, "count", 4)
-    ended, through = replay(tape), replay(tape, every=True)
+    ended, through = replay(recording), replay(recording, every=True)
     assert [one.name for one in through.differences] == ["/told", "/numbers"]
     assert ended.differences == through.differences[:1]
 
 
-def test_a_callback_that_a_node_off_the_tape_has_taken_back_does_not_run(plain: Tape) -> None:
+def test_a_callback_that_a_node_off_the_tape_has_taken_back_does_not_run(plain: Recording) -> None:
     assert told(replay(plain, node=Hesitant)) == [("", String(data="hello 9"), "nothing")]
 
 
-def test_a_mended_node_lives_on_where_the_recorded_one_crashed(answering: Tape) -> None:
+def test_a_mended_node_lives_on_where_the_recorded_one_crashed(answering: Recording) -> None:
     assert replay(answering).equal
     lives = [entry for entry in answering.entries if isinstance(entry, tuple) and entry[0] == "start"]
     verdict = replay(answering, node=Mended)
@@ -220,19 +220,19 @@ def test_a_mended_node_lives_on_where_the_recorded_one_crashed(answering: Tape) 
     assert told(verdict) == [("data", "1", "number 1")]
 
 
-def test_a_request_that_a_changed_node_leaves_unanswered_runs_out_as_it_would_have(answering: Tape) -> None:
+def test_a_request_that_a_changed_node_leaves_unanswered_runs_out_as_it_would_have(answering: Recording) -> None:
     verdict = replay(answering, node=Unanswering)
     assert verdict.lacking == ""
     assert [one for one in verdict.differences if one.kind == "answer"]
 
 
 def test_an_error_of_whoever_sets_parameters_is_no_error_of_the_node() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         journal = Journal("plain")
         async with run(Plain, observers=(journal,), sinks=()) as system:
             with pytest.raises(ParameterNotDeclared):
                 system.node(Plain).set_parameter("ghost", 1)
-        return journal.tape("plain")
+        return journal.recording("plain")
 
     verdict = replay(execute(main, clock="virtual"))
     assert verdict.equal
@@ -241,23 +241,23 @@ def test_an_error_of_whoever_sets_parameters_is_no_error_of_the_node() -> None:
 
 def test_a_node_that_takes_nothing_of_what_the_recorded_one_took_goes_its_own_way() -> None:
     journal, _ = execute(story, clock="virtual")
-    verdict = replay(journal.tape("hero"), node=Bare, parameters={})
+    verdict = replay(journal.recording("hero"), node=Bare, parameters={})
     lacking = {one.name for one in verdict.differences}
     assert (verdict.failure, verdict.lacking) == ("", "")
     assert {"/told", "/measured", "/ask"} <= lacking
 
 
 def test_what_no_journal_carries_does_not_end_the_replay_of_a_node_that_has_left_the_recording() -> None:
-    async def main() -> Tape:
+    async def main() -> Recording:
         BELL[:] = [asyncio.Event()]
         journal = Journal("ringing")
         async with run(Ringing, observers=(journal,), sinks=()) as system:
             await system.clock.sleep(0.1)
             BELL[0].set()
             await system.clock.sleep(0.1)
-        return journal.tape("ringing")
+        return journal.recording("ringing")
 
-    tape = execute(main, clock="virtual")
+    recording = execute(main, clock="virtual")
     BELL[:] = [asyncio.Event()]
 
     class Late(Ringing):
@@ -265,18 +265,18 @@ def test_what_no_journal_carries_does_not_end_the_replay_of_a_node_that_has_left
             await self.clock.sleep(0.02)
             await super().on_start()
 
-    verdict = replay(tape, node=Late)
+    verdict = replay(recording, node=Late)
     assert verdict.lacking == ""
     assert told(verdict) == [("", String(data="woken"), "nothing")]  # at its time; it came later
 
 
-def test_a_journal_that_speaks_of_what_it_has_not_told_before_ends_the_replay_with_an_error(plain: Tape) -> None:
+def test_a_journal_that_speaks_of_what_it_has_not_told_before_ends_the_replay_with_an_error(plain: Recording) -> None:
     start, *rest = plain.entries
-    damaged = Tape(plain.node, [start, ("deliver", 0.0, APART, 0, 17, String(data="lost"), None), *rest])
+    damaged = Recording(plain.node, [start, ("deliver", 0.0, APART, 0, 17, String(data="lost"), None), *rest])
     with pytest.raises(KeyError, match="17"):
         replay(damaged)
 
 
-def test_an_interrupt_from_the_keyboard_ends_the_replay(plain: Tape) -> None:
+def test_an_interrupt_from_the_keyboard_ends_the_replay(plain: Recording) -> None:
     with pytest.raises(KeyboardInterrupt):
         replay(plain, pause=("/told", 0), debugger=lambda: signal.raise_signal(signal.SIGINT))

@@ -1,4 +1,4 @@
-"""`TapeDeadlines`: the timeouts of calls in a replay."""
+"""`ReplayDeadlines`: the timeouts of calls in a replay."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from actors.time.deadlines import Waiting
 
 
-class TapeDeadlines:
-    """Takes the place of the `Deadlines` of a system in which a tape is played. None passes by itself: the tape says which calls were not
+class ReplayDeadlines:
+    """Takes the place of the `Deadlines` of a system in which a recording is played. None passes by itself: the recording says which calls were not
     answered in time, and once the nodes have left it, the driver has deadlines pass when they are due.
 
     `now()` is the time, seconds on the clock of the event loop.

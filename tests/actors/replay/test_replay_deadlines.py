@@ -1,4 +1,4 @@
-"""The timeouts of calls whose node has left the tape: the replay lets them pass, in the order in which they are due."""
+"""The timeouts of calls whose node has left the recording: the replay lets them pass, in the order in which they are due."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from actors.replay.tape_deadlines import TapeDeadlines
+from actors.replay.replay_deadlines import ReplayDeadlines
 
 
 @dataclass
@@ -21,7 +21,7 @@ class Call:
 
 
 async def test_the_call_that_is_due_first_fails_and_the_others_wait_on() -> None:
-    deadlines = TapeDeadlines(lambda: 10.0)
+    deadlines = ReplayDeadlines(lambda: 10.0)
     long, short, answered = Call("long"), Call("short"), Call("answered")
     for call, timeout in ((long, 5.0), (short, 2.0), (answered, 1.0)):
         deadlines.watch(call, timeout)
