@@ -74,12 +74,13 @@ _OF_WRITERS: Final[_Status] = {
     1 << 11: ("matched", "dds_get_publication_matched_status"),
 }
 _OF_READERS: Final[_Status] = {
+    1 << 12: ("matched", "dds_get_subscription_matched_status"),
     1 << 2: ("deadline_missed", "dds_get_requested_deadline_missed_status"),
     1 << 4: ("incompatible_qos", "dds_get_requested_incompatible_qos_status"),
     1 << 5: ("sample_lost", "dds_get_sample_lost_status"),
     1 << 10: ("liveliness_changed", "dds_get_liveliness_changed_status"),
-    1 << 12: ("matched", "dds_get_subscription_matched_status"),
 }
+"""In the order in which they are told: who is matched comes first."""
 
 
 class Endpoint:
@@ -111,6 +112,8 @@ class Endpoint:
         self._on_status = on_status
         self._closed = False
         self._matched = 0
+        self._guids: frozenset[bytes] | None = None
+        """Of those that are matched; None: they have changed."""
         self.received = Counter[bytes]()
         """The bytes from each writer of others, by its GUID."""
         self._entity = self._created(create)
@@ -129,7 +132,12 @@ class Endpoint:
         return self._matched
 
     def matched_guids(self) -> frozenset[bytes]:
-        """The GUIDs of the endpoints that it is matched with at this moment."""
+        """The GUIDs of the endpoints that it is matched with, as of the last status that says so."""
+        if self._guids is None:
+            self._guids = self._listed()
+        return self._guids
+
+    def _listed(self) -> frozenset[bytes]:
         list_them = getattr(self._library, self._matched_list)
         count: int = max(list_them(self._entity, None, 0), 0)
         handles = (c.c_uint64 * count)()
@@ -198,8 +206,13 @@ class Endpoint:
             return
         if status.kind == "matched":
             self._matched = status.total
+            self._guids = None
+            self._rematched()
         if self._on_status is not None:
             self._on_status(status)
+
+    def _rematched(self) -> None:
+        """It is matched with others than before."""
 
 
 class Writer(Endpoint):
@@ -265,16 +278,14 @@ class Writer(Endpoint):
     def losses(self) -> Counter[bytes]:
         return self._lost + Counter({guid: self.unsent - before for guid, (_, before) in self._since.items()})
 
-    def _tell(self, status: Status) -> None:
-        if status.kind == "matched" and not self._closed:
-            guids = self.matched_guids()
-            for gone in self._since.keys() - guids:
-                written, dropped = self._since.pop(gone)
-                self._sent[gone] += self._bytes - written
-                self._lost[gone] += self.unsent - dropped
-            for new in guids - self._since.keys():
-                self._since[new] = self._bytes, self.unsent
-        super()._tell(status)
+    def _rematched(self) -> None:
+        guids = self.matched_guids()
+        for gone in self._since.keys() - guids:
+            written, dropped = self._since.pop(gone)
+            self._sent[gone] += self._bytes - written
+            self._lost[gone] += self.unsent - dropped
+        for new in guids - self._since.keys():
+            self._since[new] = self._bytes, self.unsent
 
     def assert_liveliness(self) -> None:
         """Tell the readers that its owner is alive, with MANUAL_BY_TOPIC."""

@@ -7,16 +7,20 @@ pipes of the far end's process: it writes a line when it is ready, for each wind
 from __future__ import annotations
 
 import asyncio
+import importlib
 import json
+import math
 import os
+import socket
 import statistics
 import sys
 import time
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-__all__ = ["COUNTS", "IMAGE", "SMALL", "Arrivals", "Far", "Work", "calls", "far_end", "stream", "ticks"]
+__all__ = ["COUNTS", "IMAGE", "SMALL", "Arrivals", "Far", "Work", "calls", "far_end", "measure", "stream", "ticks"]
 
 Work: TypeAlias = Literal["messages", "latency", "images", "shared", "calls", "goals", "first"]
 
@@ -53,6 +57,16 @@ class Far:
             raise RuntimeError("the far end has ended")
         return json.loads(line)
 
+    @property
+    def processor(self) -> float:
+        """Seconds of processor time that it has used; NaN where the system does not tell."""
+        try:
+            text = Path(f"/proc/{self._process.pid}/stat").read_text(encoding="ascii")
+        except OSError:
+            return math.nan
+        fields = text.rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
 
 @asynccontextmanager
 async def far_end(name: str, work: Work, port: int, *, wait: bool = True) -> AsyncGenerator[Far]:
@@ -69,6 +83,34 @@ async def far_end(name: str, work: Work, port: int, *, wait: bool = True) -> Asy
     finally:
         process.kill()
         await process.wait()
+
+
+async def measure(name: str, work: Work) -> list[float]:
+    """The figures of one round of a contestant."""
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        port: int = one.getsockname()[1]
+    module = importlib.import_module(f"tests.benchmarks._wire.{name}")
+    if work == "first":
+        return [1e3 * await module.until_first(port, lambda: far_end(name, work, port, wait=False))]
+    async with asyncio.timeout(120), far_end(name, work, port) as far:
+        figures: list[float] = await module.near(work, port, far)
+        return figures
+
+
+class Spent:
+    """The processor time of both ends from its making on."""
+
+    def __init__(self, far: Far) -> None:
+        self._far = far
+        self._before = self._now()
+
+    def each(self, count: int) -> float:
+        """Microseconds for each of so many."""
+        return 1e6 * (self._now() - self._before) / count
+
+    def _now(self) -> float:
+        return time.process_time() + self._far.processor
 
 
 class Arrivals:
@@ -107,8 +149,9 @@ class Arrivals:
 
 
 async def stream(work: Work, far: Far, put: Callable[[], object]) -> list[float]:
-    """Messages per second, all of them arrived."""
+    """Messages per second, all of them arrived, and the processor time of both ends for each, in microseconds."""
     window, count = WINDOWS[work], COUNTS[work]
+    spent = Spent(far)
     began, sent, arrived = time.perf_counter(), 0, 0
     while arrived < count:
         while sent < count and sent - arrived < AHEAD * window:
@@ -117,7 +160,7 @@ async def stream(work: Work, far: Far, put: Callable[[], object]) -> list[float]
             sent += window
             await asyncio.sleep(0)
         arrived = await far.line()
-    return [count / (time.perf_counter() - began)]
+    return [count / (time.perf_counter() - began), spent.each(count)]
 
 
 async def ticks(far: Far, put: Callable[[int], object]) -> list[float]:
@@ -132,10 +175,11 @@ async def ticks(far: Far, put: Callable[[int], object]) -> list[float]:
 
 
 async def calls(
-    call: Callable[[], Awaitable[object]], work: Work = "calls", callers: tuple[int, ...] = (1, 16)
+    far: Far, call: Callable[[], Awaitable[object]], work: Work = "calls", callers: tuple[int, ...] = (1, 16)
 ) -> list[float]:
-    """Answered calls per second, for each number of calls under way at once."""
+    """Answered calls per second, for each number of calls under way at once, and the processor time of both ends for each, in microseconds."""
     rates: list[float] = []
+    spent, answered = Spent(far), 0
     for number in callers:
         each = COUNTS[work] // number
 
@@ -146,4 +190,5 @@ async def calls(
         began = time.perf_counter()
         await asyncio.gather(*(ask() for _ in range(number)))
         rates.append(each * number / (time.perf_counter() - began))
-    return rates
+        answered += each * number
+    return [*rates, spent.each(answered)]

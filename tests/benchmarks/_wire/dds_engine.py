@@ -57,7 +57,7 @@ async def near(work: Work, port: int, far: Far) -> list[float]:
     participant = await joined(port)
     try:
         if work == "calls":
-            return await asked(participant)
+            return await asked(participant, far)
         writer = participant.writer("rt/stamps" if work == "latency" else "rt/texts", TYPE, KEPT)
         await matched(writer)
         if work == "latency":
@@ -68,7 +68,7 @@ async def near(work: Work, port: int, far: Far) -> list[float]:
         await participant.close()
 
 
-async def asked(participant: Participant) -> list[float]:
+async def asked(participant: Participant, far: Far) -> list[float]:
     open_calls: dict[bytes, asyncio.Future[None]] = {}
     numbers = iter(range(10**9))
 
@@ -85,7 +85,7 @@ async def asked(participant: Participant) -> list[float]:
     writer, reader = participant.writer("rq/ask", TYPE, KEPT), participant.reader("rr/ask", TYPE, KEPT, done)
     await matched(writer)
     await matched(reader)
-    return await calls(ask)
+    return await calls(far, ask)
 
 
 async def matched(endpoint: Reader | Writer) -> None:

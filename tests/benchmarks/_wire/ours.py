@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Callable
 from contextlib import asynccontextmanager
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Fee
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import Int64, String
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
+from actors.transport import Transport
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.benchmarks._wire import IMAGE, SMALL, Arrivals, Far, Work, calls, stream, ticks
 
@@ -30,9 +31,16 @@ TEXT = String(data="x" * (SMALL - 9))
 PICTURE = Image(height=480, width=640, encoding="rgb8", step=1920, data=np.zeros(IMAGE, np.uint8))
 
 
+Joined: TypeAlias = Callable[[int, Work], Transport]
+"""Makes a transport of both ends."""
+
+
+def zenoh(port: int, work: Work) -> Transport:
+    return ZenohTransport(ZenohConfig(gossip_port=port, shared_memory=SHARED if work == "shared" else 0))
+
+
 @asynccontextmanager
-async def system(port: int, work: Work, kind: Any, *args: object) -> AsyncGenerator[System]:
-    transport = ZenohTransport(ZenohConfig(gossip_port=port, shared_memory=SHARED if work == "shared" else 0))
+async def system(transport: Transport, kind: Any, *args: object) -> AsyncGenerator[System]:
     async with run(
         Child(kind, name=kind.__name__.lower(), args=args), transport=transport, signals=False, sinks=()
     ) as it:
@@ -78,17 +86,17 @@ class Server(Node):
         yield Done(Fibonacci.Result(sequence=[0, 1]))
 
 
-async def far(work: Work, port: int) -> None:
+async def far(work: Work, port: int, joined: Joined = zenoh) -> None:
     arrivals = Arrivals(work)
     of_server = work in ("calls", "goals")
-    async with system(port, work, *((Server,) if of_server else (Taker, arrivals, work))) as running:
+    async with system(joined(port, work), *((Server,) if of_server else (Taker, arrivals, work))) as running:
         if work != "first":
             arrivals.ready()
         await running.wait()
 
 
-async def near(work: Work, port: int, far: Far) -> list[float]:
-    async with system(port, work, Near) as running:
+async def near(work: Work, port: int, far: Far, joined: Joined = zenoh) -> list[float]:
+    async with system(joined(port, work), Near) as running:
         node = running.node("near")
         match work:
             case "messages":
@@ -105,10 +113,10 @@ async def near(work: Work, port: int, far: Far) -> list[float]:
                 return await ticks(far, lambda now: stamps.publish(Int64(data=now)))
             case "calls":
                 await node.wait_for(ASK, timeout=20.0)
-                return await calls(lambda: node.call(ASK, Trigger.Request()))
+                return await calls(far, lambda: node.call(ASK, Trigger.Request()))
             case _:
                 await node.wait_for(COUNT, timeout=20.0)
-                return await calls(lambda: goal(node), "goals")
+                return await calls(far, lambda: goal(node), "goals")
 
 
 async def goal(node: Node) -> None:
@@ -122,9 +130,9 @@ async def heard(publisher: Any) -> None:
     await asyncio.sleep(0.1)
 
 
-async def until_first(port: int, started: Any) -> float:
+async def until_first(port: int, started: Any, joined: Joined = zenoh) -> float:
     """Seconds from the start of a second process until the first message has arrived there."""
-    async with system(port, "first", Near) as running:
+    async with system(joined(port, "first"), Near) as running:
         texts = running.node("near").publisher(TEXTS)
         await asyncio.sleep(0.3)
         began = time.monotonic()

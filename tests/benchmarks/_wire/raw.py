@@ -63,7 +63,7 @@ async def near(work: Work, port: int, far: Far) -> list[float]:
             return await ticks(far, lambda now: publisher.put(STAMP.pack(now), attachment=ATTACHMENT))
         if work == "calls":
             time.sleep(0.1)  # noqa: ASYNC251
-            return await calls(lambda: ask(session))
+            return await calls(far, lambda: ask(session))
         payload = b"\0" * (SMALL if work == "messages" else IMAGE)
         return await stream(work, far, lambda: publisher.put(payload, attachment=ATTACHMENT))
     finally:

@@ -38,7 +38,8 @@ async def near(work: Work, port: int, far: Far) -> list[float]:
                 await asking.send(b"\0" * 8)
                 await asking.recv()
 
-            return [*await calls(call, callers=(1,)), float("nan")]  # such a socket has one question at a time
+            rate, spent = await calls(far, call, callers=(1,))
+            return [rate, float("nan"), spent]  # such a socket has one question at a time
     with zmq.Context() as plain, plain.socket(zmq.PUSH) as socket:
         socket.connect(where)
         if work == "latency":

@@ -191,6 +191,8 @@ async def with_daemon(bench: Bench) -> None:
             ("action type /ros/fibonacci", "Fibonacci"),
             (f"action find {FIBONACCI}", "/ros/fibonacci"),
         ):
+            if bench.ros.middleware == "fastrtps" and line.startswith("action") and "list" not in line:
+                continue  # see `lost`
             expected = await bench.shows(*line.split(), parts=(part,))
             equal(await ours(bench, *line.split()), expected, ordered=False, without=lost(bench))
     finally:
