@@ -91,8 +91,9 @@ def _line_in(path: Path, error: BaseException) -> Line:
     """The innermost line of this file on the way to the error; its first one, if it has none."""
     found = 1
     trace = error.__traceback__
+    name = str(path.absolute())  # as the import system names it
     while trace is not None:
-        if trace.tb_frame.f_code.co_filename == str(path):
+        if trace.tb_frame.f_code.co_filename == name:
             found = trace.tb_lineno
         trace = trace.tb_next
     return Line(str(path), found)

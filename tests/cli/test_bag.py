@@ -137,6 +137,13 @@ async def test_recording_wants_to_be_told_what(robot: Command, tmp_path: Path) -
     assert (nowhere.code, nowhere.err) == (1, "--remap 'a': write it as OLD:=NEW\n")
 
 
+async def test_a_folder_that_cannot_be_made_is_told_once(robot: Command, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    refused = await robot("bag", "record", "--all", "-o", str(tmp_path / "file" / "walk"))
+    assert (refused.code, refused.out) == (1, "")
+    assert refused.err == f"{tmp_path}/file/walk cannot be made: Not a directory\n"
+
+
 async def test_on_a_full_disk_the_command_ends_with_the_reason(
     system: System, environment: dict[str, str], tmp_path: Path
 ) -> None:

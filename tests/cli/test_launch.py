@@ -205,6 +205,19 @@ def test_a_launch_file_with_a_mistake_starts_nothing_and_names_it(
     assert err.startswith(f"{path}:3: package 'control' has no executable 'moter_node'; did you mean 'motor_node'?")
 
 
+def test_a_slip_in_a_python_launch_file_is_named_with_its_line_and_the_argument_that_was_meant(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # the path is relative, as a user types it
+    text = "from launch_ros.actions import Node\ndef generate_launch_description():\n    return [\n        Node(executable='b', nam='c')]\n"
+    (tmp_path / "slip.launch.py").write_text(text)
+
+    code, lines, err = launched(capsys, "--check", "slip.launch.py")
+
+    assert (code, lines) == (1, [])
+    assert err == "slip.launch.py:4: TypeError: Node() has no argument nam; did you mean 'name'?\n"
+
+
 def test_check_names_everything_that_is_wrong_and_starts_nothing(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

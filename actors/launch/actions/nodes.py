@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.launch.actions.configuration import joined_namespace
 from actors.launch.actions.processes import ExecuteProcess
@@ -15,12 +16,14 @@ from actors.launch.parameters import layers_of
 from actors.launch.plan import NodeSpec, Transitions
 from actors.launch.substitution import Text, as_bool, normalized, perform
 from actors.names.names import fully_qualified, normalize_namespace, validate_node_name
+from actors.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
     from actors.launch.context import LaunchContext
     from actors.launch.plan import Scope
 
+_OPTIONS: Final = inspect.signature(ExecuteProcess).parameters.keys() - {"cmd", "name"}
 CONTAINERS = "rclcpp_components"
 """The package of ROS 2's containers. Where it is not installed, a container of this framework takes their place."""
 
@@ -48,6 +51,10 @@ class Node(ExecuteProcess):
         arguments: Iterable[Text] | None = None,
         **options: Any,
     ) -> None:
+        if unknown := options.keys() - _OPTIONS:
+            word = min(unknown)
+            hint = did_you_mean(word, {*_OPTIONS, *inspect.signature(Node).parameters} - {"options", "cmd"})
+            raise TypeError(f"{type(self).__name__}() has no argument {word}{hint}")
         super().__init__(cmd=[executable], name=exec_name, **options)
         self.executable = normalized(executable)
         self.package = None if package is None else normalized(package)

@@ -24,6 +24,7 @@ from actors.transport.zenoh.contact import Source
 from actors.transport.zenoh.heartbeat import Heartbeat
 from actors.transport.zenoh.history import ask_history, declare_publishers, declare_subscriber
 from actors.transport.zenoh.library import direct, import_zenoh
+from actors.transport.zenoh.memory import give_back
 from actors.transport.zenoh.outlets import Outlet
 from actors.transport.zenoh.presence import Presence, Process, scope_of
 from actors.transport.zenoh.queries import Server
@@ -34,6 +35,8 @@ from actors.transport.zenoh.traffic import Traffic
 _SETTLING: Final = 0.01
 """Seconds for which vanished tokens and unanswered questions are collected, because those of one lost process come one by one."""
 _LONGEST_SESSION: Final = 32
+MANY: Final = 1000
+"""After so many tokens have vanished, the memory of what was known of them is given back."""
 QUESTIONS: Final = 10
 """So many beats of ours from one question to processes of ROS 2 to the next."""
 
@@ -75,6 +78,7 @@ class Connection:
         self._afterwards: list[Callable[[], None]] = []
         self._settling: Any = None
         self._beats = 0
+        self._gone = 0
         own = Process(scope_of(tokens), self._own_session, os.getpid(), socket.gethostname())
         self._process = self._declare_token(own.token)
         alive = f"@robactor/{own.scope}/alive"
@@ -233,7 +237,10 @@ class Connection:
 
     def _settle(self) -> None:
         self._settling = None
-        self._presence.settle()
+        self._gone += self._presence.settle()
+        if self._gone >= MANY:
+            self._gone = 0
+            self._answers.do(give_back)
         afterwards, self._afterwards = self._afterwards, []
         for call in afterwards:
             call()

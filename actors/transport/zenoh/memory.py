@@ -11,7 +11,7 @@ import atexit
 import os
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 LARGE: Final = 64 * 1024
 """Bytes from which on a payload is large: Zenoh then sends it in fragments, or by shared memory."""
@@ -58,3 +58,12 @@ def _remove_unless_used(descriptor: int, segment: Path) -> None:
     with suppress(BlockingIOError):
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         segment.unlink()
+
+
+def give_back() -> None:
+    """Give free memory back to the system where the C library is glibc, which keeps all that lies below a piece in use."""
+    import ctypes  # late: it is rarely needed
+
+    trim: Any = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)

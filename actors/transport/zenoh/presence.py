@@ -157,10 +157,10 @@ class Presence:
             peer.silent = True
             self._hide(session, tuple(peer.tokens))
 
-    def settle(self) -> None:
-        """Report what has vanished: lost processes first, then the tokens."""
+    def settle(self) -> int:
+        """Report what has vanished: lost processes first, then the tokens. Returns how many tokens these were."""
         if not self._vanishing:
-            return
+            return 0
         vanishing, self._vanishing = self._vanishing, {}
         gone: dict[str, list[str]] = {}
         for token in vanishing:
@@ -176,6 +176,7 @@ class Presence:
                 left.append((peer, tokens))
         for peer, tokens in left:
             self._withdraw(peer, tokens)
+        return len(vanishing)
 
     def _has_room(self, tokens: Sized) -> bool:
         return len(tokens) < MOST_TOKENS and self._count < MOST_ALTOGETHER

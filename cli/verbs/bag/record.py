@@ -7,6 +7,7 @@ import asyncio
 import sys
 from contextlib import suppress
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 
 from actors import Child, temporary
@@ -75,7 +76,7 @@ async def _record(options: argparse.Namespace, path: Path, told: RecordOptions) 
     async with seen(options) as graph:
         for node in options.replay:
             await keep_journal(graph, node, options)
-        graph.system.observe(lines=show)
+        graph.system.observe(lines=partial(_show_others, absolute(options.node_name)))
         child = Child(
             Recorder,
             name=options.node_name,
@@ -110,6 +111,12 @@ async def _watched(recorder: Recorder) -> None:
 
 def _summary(recorder: Recorder) -> str:
     return f"{recorder.recorded} messages recorded, {recorder.dropped} lost, {size(recorder.size)}"
+
+
+def _show_others(recorder: str, record: LogRecord) -> None:
+    """Show a line, unless it is of the end of the recorder: that is told as the error of the command."""
+    if record.fields.get("node_name") != recorder:
+        show(record)
 
 
 def show(record: LogRecord) -> None:

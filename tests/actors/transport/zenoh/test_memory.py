@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import fcntl
 import os
 import secrets
@@ -16,7 +17,7 @@ from typing import Any
 import pytest
 
 from actors.transport.zenoh import ZenohConfig
-from actors.transport.zenoh.memory import leave_no_segments
+from actors.transport.zenoh.memory import give_back, leave_no_segments
 from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.zenoh.wires import free_port
@@ -211,3 +212,24 @@ def test_without_such_a_folder_nothing_happens(folder: Path, at_exit: list[Calla
     leave_no_segments()
     for call in at_exit:
         call()
+
+
+def resident() -> int:
+    """MB of memory that this process has."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") >> 20
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "malloc_trim"), reason="the C library is not glibc")
+def test_memory_of_what_is_freed_is_given_back_although_something_above_it_is_in_use() -> None:
+    blocks = [bytearray(1000) for _ in range(100_000)]
+    above = bytearray(1000)
+    del blocks
+    before = resident()
+    give_back()
+    assert resident() < before - 50
+    assert above
+
+
+def test_with_another_c_library_nothing_happens(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ctypes, "CDLL", lambda _: object())
+    give_back()

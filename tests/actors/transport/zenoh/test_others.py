@@ -131,6 +131,29 @@ async def test_the_questions_to_a_process_that_has_fallen_silent_end_unless_anot
     assert len(kept) == 8
 
 
+async def test_when_many_tokens_have_vanished_their_memory_is_given_back(
+    a: Party, other: zenoh.Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.connection.MANY", 3)
+    changes, loop = Changes(), asyncio.get_running_loop()
+    given: list[str] = []
+
+    def note(what: str) -> None:
+        given.append(what)
+        changes.note()
+
+    monkeypatch.setattr("actors.transport.zenoh.connection.give_back", lambda: loop.call_soon_threadsafe(note, "all"))
+    tokens = [
+        other.liveliness().declare_token(of_server(str(other.zid())).replace("%b", f"%b{number}"))
+        for number in range(3)
+    ]
+    await a.until(lambda: len(a.told("appeared")) == 3, "all tokens appear")
+    for token in tokens:
+        token.undeclare()
+    await changes.until(lambda: given, "memory is given back")
+    assert len(a.told("vanished")) == 3
+
+
 async def test_processes_of_ros_2_are_asked_now_and_then_so_that_something_comes_from_them(
     a: Party, other: zenoh.Session, ours: zenoh.Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
