@@ -36,6 +36,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.testing import Rig
+from actors.transport import remote_actions
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.sessions import new_session
 from actors.transport.format.types import write_type
@@ -461,6 +462,45 @@ async def test_status_and_feedback_that_are_none_or_of_other_goals_are_ignored(h
         outlet.put(message, b"")
     assert await goal == result(3)
     assert goal.feedback_count == 3
+
+
+ENDED = tuple(
+    GoalStatusMessage(goal_info=GoalInfo(goal_id=UUID(uuid=number.to_bytes(16, "big"))), status=4)
+    for number in range(500)
+)
+
+
+@pytest.mark.parametrize(
+    ("shape", "status"),
+    [
+        (lambda usual: usual, GoalStatus.CANCELING),
+        (lambda usual: b"\0\0\0\0" + usual[4:], GoalStatus.EXECUTING),  # another byte order: nonsense
+        (lambda usual: usual[:4] + b"\xff\xff\xff\xff" + usual[8:], GoalStatus.EXECUTING),  # longer than it is
+        (lambda usual: usual[:8] + bytes(8) + usual[8:], GoalStatus.EXECUTING),  # the id stands where none is
+        (lambda usual: usual[:-1], GoalStatus.EXECUTING),
+    ],
+)
+@pytest.mark.parametrize("last", [True, False])
+async def test_a_list_of_many_goals_is_searched_for_ones_own(
+    hosts: Hosts, shape: Any, status: GoalStatus, last: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    decoded: list[Any] = []
+    plain = remote_actions.decode
+    monkeypatch.setattr(remote_actions, "decode", lambda kind, data: decoded.append(kind) or plain(kind, data))
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    goal = await client.start_goal(COUNT, order(3))
+    await client.quiet()
+    decoded.clear()
+    (key,) = (one.key for one in hosts.ends[client].subscriptions if "status" in one.key)
+    own = GoalStatusMessage(goal_info=GoalInfo(goal_id=UUID(uuid=goal.goal_id)), status=3)
+    attachment = write_attachment(Attachment(1, 0, bytes(16)))
+    outlet = hosts.ends[server].outlet(key, Delivery())
+    outlet.put(shape(encode(GoalStatusArray(status_list=(*ENDED, own) if last else (own, *ENDED)))), attachment)
+    outlet.put(encode(GoalStatusArray(status_list=ENDED)), attachment)  # it is not there: nothing is known of it
+    await client.quiet()
+    assert goal.status is status
+    assert decoded.count(GoalStatusArray) == (0 if status is GoalStatus.CANCELING else 1)
+    assert await goal == result(3)
 
 
 async def test_a_server_that_neither_accepts_nor_rejects_is_named(hosts: Hosts) -> None:
