@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
-from cli.starting import end_at_signals
+from cli.starting import end_at_signals, leave
 
 TYPE_CHECKING = False  # as that of `typing`, which takes a while to import
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def console() -> None:
     """Run one command, and exit; 1 if the package `robot` is another project's.
 
     Until a command is ready to end in order, a signal ends it at once and without a word. A command that looks at the graph exits without
-    the interpreter's own end: threads that are still opening a network connection do not survive that.
+    the interpreter's own end: threads that are still opening a network connection do not survive that. What is registered for the end is called.
     """
     end_at_signals()
     hidden = other_robot()
@@ -30,9 +30,9 @@ def console() -> None:
         sys.stdout.flush()
         sys.stderr.flush()
     except OSError:  # the reader of our output has gone
-        os._exit(code)
+        leave(code)
     if "actors.transport" in sys.modules:
-        os._exit(code)
+        leave(code)
     sys.exit(code)
 
 

@@ -9,6 +9,10 @@ import atexit
 import os
 import signal
 
+TYPE_CHECKING = False  # as that of `typing`, which takes a while to import
+if TYPE_CHECKING:
+    from typing import NoReturn
+
 LONGEST = 3
 """Seconds that what is registered with `atexit` may take; then SIGALRM ends the program."""
 
@@ -37,5 +41,10 @@ def _end(number: int, frame: object) -> None:
     for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(each, signal.SIG_IGN)
     signal.alarm(LONGEST)
-    atexit._run_exitfuncs()  # pyright: ignore[reportPrivateUsage]  # and not `sys.exit`, which would unwind what is being imported
-    os._exit(128 + number)
+    leave(128 + number)  # and not `sys.exit`, which would unwind what is being imported
+
+
+def leave(code: int) -> NoReturn:
+    """End the process without the interpreter's own end; what is registered for the end is called."""
+    atexit._run_exitfuncs()  # pyright: ignore[reportPrivateUsage]
+    os._exit(code)

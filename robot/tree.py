@@ -76,7 +76,7 @@ if TYPE_CHECKING:
 CONTROL_HANG = 0.1
 """Seconds for which the event loop of the control process may stand still before it is killed."""
 HANG = 5.0
-"""The same for the others: whoever misses them stops the robot long before."""
+"""The same for the others: the nodes that need them stop the robot long before."""
 
 
 DRIVERS = frozenset((Motors, Proprioception, Lidar, TurningLidar, Camera, DepthCameras, ArmDriver, ImageCompressor))

@@ -18,7 +18,7 @@ OTHERS: Final = (
     (b"PK\3\4", "is a ZIP archive: unpack it first"),
     (b"\x1f\x8b", "is compressed by gzip: unpack it first by `gunzip {path}`"),
 )
-"""The first bytes of files of other formats, and what is said of them."""
+"""The first bytes of files of other formats, and the error for each."""
 
 
 def begin_of(path: Path) -> bytes:

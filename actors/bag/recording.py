@@ -56,7 +56,7 @@ class Recorder(Node):
 
     # Invariants:
     # * `_captures` holds the subscription of each channel that is recorded, and none once recording is over.
-    # * Messages go through `_outbox`, or with `snapshot` wait in `_ring`. `_lock` is held by whoever uses the writer.
+    # * Messages go through `_outbox`, or with `snapshot` wait in `_ring`. the thread that uses the writer holds `_lock`.
 
     node_name = "rosbag2_recorder"
     no_replay = "writes files, which no journal carries"

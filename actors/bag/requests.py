@@ -1,4 +1,4 @@
-"""Recorded requests and goals, sent again to whoever serves them now."""
+"""Recorded requests and goals, sent again to the servers of now."""
 
 from __future__ import annotations
 

@@ -87,6 +87,8 @@ class NodeView(msgspec.Struct, frozen=True):
     """The machine of a node of another process; empty for a node of this process, and if it is not known."""
     process: int = 0
     """The process of a node of another process; 0 for a node of this process, and if it is not known."""
+    session: str = ""
+    """The identity on the network of the process of a node of another process, known also where `process` is not; empty for a node of this one."""
 
 
 class LinkView(msgspec.Struct, frozen=True, order=True):
@@ -234,7 +236,7 @@ def _node(known: KnownNode) -> NodeView:
 
 
 def _elsewhere(known: KnownElsewhere) -> NodeView:
-    return NodeView(known.fqn, "", "elsewhere", 0, 0, host=known.host, process=known.process)
+    return NodeView(known.fqn, "", "elsewhere", 0, 0, host=known.host, process=known.process, session=known.session)
 
 
 def _link(known: KnownLink) -> LinkView:

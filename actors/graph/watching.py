@@ -64,3 +64,8 @@ class KnownElsewhere(Protocol):
     def process(self) -> int:
         """The id of its process on that machine; 0 if it is not known."""
         ...
+
+    @property
+    def session(self) -> str:
+        """The identity of its process on the network."""
+        ...

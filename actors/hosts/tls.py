@@ -119,7 +119,7 @@ async def serve(
 
 
 class _Caller:
-    """Whoever has connected to an agent. Invariant: without a session nothing of what it sends is taken."""
+    """The one that has connected to an agent. Invariant: without a session nothing of what it sends is taken."""
 
     def __init__(self, agent: Agent, owners: Sequence[str]) -> None:
         self._agent = agent

@@ -35,7 +35,7 @@ LARGE: Final = 1 << 20
 def is_settled(value: Any, dtype: np.dtype[Any]) -> bool:
     """Whether `value` can be kept as it is: flat, of this dtype, and a view of memory that nobody can write to through it.
 
-    An array that owns its memory is not: whoever reads the message could make it writeable, or resize it.
+    An array that owns its memory is not: a reader of the message could make it writeable, or resize it.
     """
     return (
         type(value) is ndarray

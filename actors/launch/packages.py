@@ -31,7 +31,7 @@ GROUP = "robactor.nodes"
 """The group of entry points in which a distribution names its nodes."""
 
 EXAMPLES = "robactor.examples"
-"""The group of entry points in which a distribution names its examples: they are no packages of whoever installs it."""
+"""The group of entry points in which a distribution names its examples: they are no packages of its users."""
 
 OURS = "robactor"
 """The distribution of this framework: a package in `paths` that has the name of one of its own goes before it."""

@@ -57,7 +57,7 @@ class _Pipe:
     def __init__(self, stream: asyncio.StreamReader, written: int, transport: asyncio.ReadTransport) -> None:
         self.stream = stream
         self.written = written
-        """The end for the process. Whoever opened the pipe closes it."""
+        """The end for the process. The code that opened the pipe closes it."""
         self._transport = transport
 
     @classmethod

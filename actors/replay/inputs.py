@@ -94,7 +94,7 @@ class Inputs:
         self._boundary.enter("crash", (), self._life_of(node).inbox.put_control, Failure(error, "crash"))
 
     def parameters(self, node: str, values: dict[str, Any]) -> None:
-        with suppress(Exception):  # the error of whoever sets what cannot be set
+        with suppress(Exception):  # an error of the one that sets what cannot be set
             self._life_of(node).node.set_parameters(values)
 
     def _life_of(self, node: str) -> Incarnation:

@@ -36,7 +36,7 @@ class Spool:
     With `publish` each part that was written is in `fresh` until someone takes it. A file that cannot be written any more ends the journal,
     and `failure` says why.
 
-    Invariants: all entries are, in order, in the file, in `_chunks`, and in `entries`. Whoever adds to `entries` calls `settle` between two
+    Invariants: all entries are, in order, in the file, in `_chunks`, and in `entries`. Code that adds to `entries` calls `settle` between two
     steps.
     """
 

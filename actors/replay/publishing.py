@@ -1,4 +1,4 @@
-"""The journal of a node or subtree as a topic beside the others, so that whoever records a bag has it, too."""
+"""The journal of a node or subtree as a topic beside the others, so that a bag that is recorded contains it, too."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The signals that ask a program for its end, for the systems of one event loop, and for a script whose event loop runs in another thread.
 
-SIGINT, SIGTERM and SIGHUP are one kind. SIGPIPE stands for the end of whoever reads the program's output; the signal itself, which a socket
+SIGINT, SIGTERM and SIGHUP are one kind. SIGPIPE stands for the end of the program that reads the output; the signal itself, which a socket
 causes as well, is ignored by Python.
 """
 

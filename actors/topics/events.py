@@ -46,7 +46,7 @@ class EndpointEvents:
 
     * A timer is set only while there is a listener and the endpoint's `due` returns a time. Without listeners no timer runs.
     * After `close` there are no listeners and no timer, and none are added; the counters keep their values.
-    * The timer runs in the context of the node that the endpoint belongs to, whoever sets it.
+    * The timer runs in the context of the node that the endpoint belongs to, also if another one sets it.
     * No counter ever decreases.
     """
 

@@ -44,6 +44,7 @@ class NodeElsewhere(NamedTuple):
     fqn: str
     host: str
     process: int
+    session: str
 
 
 def connect(runtime: Runtime, transport: Transport, domain_id: int | None = None) -> None:
@@ -248,4 +249,5 @@ class Bridge:
         links = {link.session: link for link in self._transport.report()}
         for node in tuple(self._nodes):
             link = links.get(node.session)
-            yield NodeElsewhere(node.fqn, "" if link is None else link.host, 0 if link is None else link.process)
+            host, process = ("", 0) if link is None else (link.host, link.process)
+            yield NodeElsewhere(node.fqn, host, process, node.session)

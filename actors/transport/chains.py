@@ -32,7 +32,7 @@ class NodesHere(Protocol):
 
 @runtime_checkable
 class Chained(Protocol):
-    """Whoever has sent a request from another process."""
+    """The sender of a request from another process."""
 
     @property
     def chain(self) -> tuple[Waiting, ...]: ...

@@ -161,12 +161,13 @@ class Watch:
             process = self._process(last, before)
             if process.nodes or process.leases:
                 hosts.setdefault(last.host, Host(last.host, [])).processes.append(process)
-        silent: dict[tuple[str, int], Process] = {}
+        silent: dict[tuple[str, int, str], Process] = {}
         for node in nodes:
             if node.name not in told and self._is_shown(node.name):
-                process = silent.setdefault((node.host, node.process), Process(node.process or None))
+                of = (node.host, node.process, "" if node.process else node.session)
+                process = silent.setdefault(of, Process(node.process or None))
                 process.nodes.append(NodeRow(node.name))
-        for (host, _), process in silent.items():
+        for (host, _, _), process in silent.items():
             hosts.setdefault(host, Host(host or None, [])).processes.append(process)
         for one in hosts.values():
             one.processes.sort(key=lambda process: (process.process is None, process.process or 0))

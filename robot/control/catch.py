@@ -1,4 +1,4 @@
-"""Catching a walk: a robot in motion is brought to rest by steps, whoever walked it before and however that one ended.
+"""Catching a walk: a robot in motion is brought to rest by steps, whatever walked it before and however that ended.
 
 What is known at the first step is one sample of IMU and joints: the standing feet tell the speed, how far they are behind tells the phase of the
 stride, and the body is taken for level. From there on the robot walks at zero speed until it has come to rest. Equations:

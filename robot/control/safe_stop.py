@@ -1,6 +1,6 @@
 """The safe stop: from whatever the legs are doing to sitting. No gait, no estimate, and if need be no IMU.
 
-It belongs to whoever commands the motors, for the moment when its commander falls silent.
+It runs where the motors are commanded, for the moment when the node that walks the robot falls silent.
 
 A robot that walks and has an IMU is first brought to rest by steps (`robot.control.catch`). Without an IMU the joints must do: standing feet tell
 its speed (what they move backwards at), feet in the air make one last step ahead of it, then all feet brake at a bounded rate while the body

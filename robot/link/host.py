@@ -1,4 +1,4 @@
-"""The process of a body: physics, sensors and the drives' firmware in real time, whoever listens. It has no event loop and no nodes."""
+"""The process of a body: physics, sensors and the drives' firmware in real time, with or without listeners. It has no event loop and no nodes."""
 
 from __future__ import annotations
 

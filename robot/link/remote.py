@@ -185,7 +185,7 @@ class LinkedBody(Simulated):
         """Learn how the caller's clock goes: `until` is its present."""
         self._offset = max(
             self._offset, until - self._now()
-        )  # whoever is held up between the two reads is behind, never ahead
+        )  # a reader that is held up between the two reads is behind, never ahead
 
     def command(self, targets: MotorTargets) -> None:
         """Send targets; the drives take them as of now."""
@@ -195,7 +195,7 @@ class LinkedBody(Simulated):
         self._segment.commands.write(command_record(command))
 
     def supply(self, voltage: float) -> None:
-        """Tell the drives what the battery gives them; whoever has the battery may, whoever commands."""
+        """Tell the drives what the battery gives them; the process that has the battery may, also if another one commands."""
         command = Command(Order.SUPPLY, self._now(), self._epoch, voltage=voltage)
         self._segment.commands.write(command_record(command))
 

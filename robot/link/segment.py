@@ -92,7 +92,7 @@ class Segment:
         self._bytes[16:HEAD] = _SECONDS.pack(seconds)
 
     def close(self) -> None:
-        """Let go of the memory. Whoever made it calls `remove`, too."""
+        """Let go of the memory. The process that made it calls `remove`, too."""
         _here.pop(self.name, None)
         with suppress(BufferError):  # a ring is being read in another frame; the process's end closes it
             self._memory.close()
@@ -149,7 +149,7 @@ def _layout(things: int) -> list[tuple[int, int]]:
 
 
 def _attach(name: str) -> shared_memory.SharedMemory:
-    """Before Python 3.13 whoever attaches a segment also removes it when it ends: unless it is not told to."""
+    """Before Python 3.13 a process that attaches a segment also removes it when it ends, unless it is told not to."""
     if sys.version_info >= (3, 13):
         return shared_memory.SharedMemory(name, track=False)
     tracker: Any = resource_tracker

@@ -1,4 +1,4 @@
-"""Short turns on a processor, which Linux gives to whoever asks: no privilege, no larger share, but a turn that comes sooner.
+"""Short turns on a processor, which Linux gives to any thread that asks: no privilege, no larger share, but a turn that comes sooner.
 
 A process that wakes beside endless loops gets its turn when its virtual deadline is the earliest, and that is its share's length after it became
 due: with turns of 0.1 ms instead of 1.4 it goes before them at once, as long as it takes no more than its share. See sched(7), sched_setattr(2),

@@ -1,4 +1,4 @@
-"""What the charge of the battery means for the robot: its levels, and where they begin. Whoever decides by the charge takes them from here."""
+"""What the charge of the battery means for the robot: its levels, and where they begin. All code that decides by the charge takes them from here."""
 
 from __future__ import annotations
 

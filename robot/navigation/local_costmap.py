@@ -68,7 +68,7 @@ class LocalCostmap:
         self._since: Floats = np.full(shape, np.inf)
         self._marked = np.zeros(shape, dtype=np.bool_)
         self._fleeting = np.zeros(shape, dtype=np.bool_)
-        """Marks of what moves: whoever walks towards the robot hides them, and has left them."""
+        """Marks of what moves: a person who walks towards the robot hides them, and has left them."""
         self._blocked: list[tuple[float, float]] = []
         self.changes = 0
         """How often marks were added or removed."""

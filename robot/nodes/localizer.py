@@ -244,7 +244,7 @@ class Localizer(Node):
         return f"the scan fits {len(places)} places alike"
 
     async def _weigh(self, rivals: Rivals, ranges: Floats, moved: Pose2) -> None:
-        """Go where the robot is as soon as scans tell it. Whoever waits for the event loop has a turn after each place."""
+        """Go where the robot is as soon as scans tell it. Other tasks of the event loop have a turn after each place."""
         for _ in rivals.weighing(ranges, moved):
             await self.clock.sleep(0.0)
         if self._rivals is not rivals:

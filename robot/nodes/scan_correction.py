@@ -28,7 +28,7 @@ WAITING: Final = 3
 class ScanCorrection(Node):
     """Publishes lidar/scan: each lidar/scan_raw as a level LiDAR at the body's origin would have seen it when the last beam looked.
 
-    A sweep waits for the odometry of its end, 20 ms at most. Without odometry there are no scans: whoever needs them notices their silence.
+    A sweep waits for the odometry of its end, 20 ms at most. Without odometry there are no scans: the nodes that need them notice their silence.
     In the result a range of 0 is a beam of which nothing is known, such as one that met the floor or a leg.
     """
 

@@ -51,7 +51,7 @@ SILENT = "the safety monitor is silent"
 
 
 class RobotController(Node):
-    """Passes on the commands of whoever drives: teleop before joystick before voice before autonomy, each for `timeout` seconds.
+    """Passes on the commands of the source that drives: teleop before joystick before voice before autonomy, each for `timeout` seconds.
 
     Takes teleop/cmd_vel, joy/cmd_vel, voice_command, autonomy/cmd_vel, teleop/cmd_vel_stamped, autonomy/cmd_vel_stamped, safety/state,
     lidar/scan; publishes cmd_vel, drive_status; serves robot/enable.

@@ -240,7 +240,7 @@ def _with_negative_values(argv: Sequence[str]) -> list[str]:
 
 
 def _web(given: argparse.Namespace) -> Web | None:
-    """What is said of the web server. There is one on the real clock unless it is switched off."""
+    """The settings of the web server. There is one on the real clock unless it is switched off."""
     wanted = given.web is not None or given.web_host is not None or bool(given.web_origin) or given.bags is not None
     if given.no_web and wanted:
         raise UsageError("--no-web: leave out the other options of the web server, or this one")

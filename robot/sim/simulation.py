@@ -1,7 +1,7 @@
 """The simulated robot: hardware that is controlled as a real one is, and besides known to the last detail by judges, tests and pictures.
 
 Two back ends serve this one interface: ``physics`` (MuJoCo: contacts, falls, torque limits, motor delay) and ``kinematic``
-(numpy only: it cannot fall, so it may never be reported as walking performance). Both are advanced on demand: whoever reads or
+(numpy only: it cannot fall, so it may never be reported as walking performance). Both are advanced on demand: code that reads or
 commands first says which instant it is, and the body integrates up to there, so several nodes share one body without a rate of its own.
 """
 

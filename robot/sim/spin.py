@@ -25,7 +25,7 @@ def beam_directions(angles: Floats) -> Floats:
 class Spin:
     """One revolution after the other, each of `sweep` seconds.
 
-    `look` tells the ranges (m) of beams at the given angles (rad) now. Whoever moves the body asks `due` when that is wanted next, and calls
+    `look` tells the ranges (m) of beams at the given angles (rad) now. The code that moves the body asks `due` when that is wanted next, and calls
     `turn` at that instant. What `take` gives is never a part of a revolution. Those that nobody takes are not computed.
     """
 

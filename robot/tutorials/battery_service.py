@@ -1,6 +1,6 @@
 """The battery service: a server that knows one robot's battery, and a client that asks for it once.
 
-A service is the right form here: a question with one answer, at once, and for whoever asks.
+A service is the right form here: a question with one answer, at once, and for the caller alone.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A first node with a topic each way, a service and a timer; and its twin, whose idea of `sensor_input` is another.
 
-The two run side by side, but the twin's `sensor_input` is a String where the node's is a Float32. Whoever publishes numbers there is told that
+The two run side by side, but the twin's `sensor_input` is a String where the node's is a Float32. A node that publishes numbers there is told that
 the twin cannot hear them, and so is the twin; it never gets one.
 """
 

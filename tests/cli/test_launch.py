@@ -13,6 +13,7 @@ import pytest
 
 from cli.command import run_command
 from tests.actors.launch.files import python, written, xml
+from tests.cli.conftest import ROOT
 from tests.wires import BOTH
 
 
@@ -329,3 +330,24 @@ def test_a_file_that_cannot_be_read_is_no_tree(capsys: pytest.CaptureFixture[str
 
     assert code == 1
     assert f"{path}:1: " in err
+
+
+def test_a_copy_of_a_file_that_a_substitution_makes_ends_with_the_program(tmp_path: Path) -> None:
+    (tmp_path / "p.yaml").write_text("node:\n  ros__parameters: {a: 1}\n")
+    (tmp_path / "copy.launch.py").write_text(
+        "from launch import LaunchDescription\nfrom launch.actions import LogInfo\nfrom nav2_common.launch import RewrittenYaml\n"
+        "def generate_launch_description():\n"
+        "    return LaunchDescription([LogInfo(msg=RewrittenYaml('p.yaml', {'a': '2'}))])\n"
+    )
+    (tmp_path / "tmp").mkdir()
+    start = "from cli.entry import console; console()"
+    done = subprocess.run(
+        [sys.executable, "-c", start, "launch", "copy.launch.py"],
+        cwd=tmp_path,
+        env=os.environ | {"TMPDIR": str(tmp_path / "tmp"), "PYTHONPATH": str(ROOT), "RMW_IMPLEMENTATION": "in_process"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert str(tmp_path / "tmp") in done.stdout
+    assert list((tmp_path / "tmp").iterdir()) == []

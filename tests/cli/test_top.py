@@ -27,8 +27,8 @@ def process(*nodes: NodeFigures, **figures: Any) -> ProcessFigures:
     return ProcessFigures(nodes=nodes, **{**given, "at": 10.0, "cpu": 1.0, **figures})
 
 
-def elsewhere(name: str, host: str = "", of: int = 0) -> NodeView:
-    return NodeView(name, "", "elsewhere", 0, 0, host=host, process=of)
+def elsewhere(name: str, host: str = "", of: int = 0, session: str = "") -> NodeView:
+    return NodeView(name, "", "elsewhere", 0, 0, host=host, process=of, session=session)
 
 
 def told(*all: ProcessFigures) -> Watch:
@@ -53,6 +53,13 @@ def test_the_first_report_has_no_rates_and_neither_has_a_node_that_is_new() -> N
     )
     watch.take(process(node("/gait"), node("/new", handled=9), at=11.0), 0.0)
     assert [row.rate for row in watch.hosts([], 0.0)[0].processes[0].nodes] == [0.0, None]
+
+
+def test_processes_of_ros2_which_tell_nothing_are_counted_by_their_identity() -> None:
+    nodes = [elsewhere("/a", session="1"), elsewhere("/b", session="1"), elsewhere("/c", session="2")]
+    ((host,),) = [told().hosts(nodes, 0.0)]
+    assert [[row.name for row in one.nodes] for one in host.processes] == [["/a", "/b"], ["/c"]]
+    assert next(table([host], 60)) == "hosts 1, processes 2, nodes 3"
 
 
 def test_what_nobody_tells_is_shown_as_not_known_and_last() -> None:

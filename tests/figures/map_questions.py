@@ -28,7 +28,7 @@ class Question:
 
     @property
     def pathless(self) -> bool:
-        """Whether the file says that there is no way: it writes a length of 0 between two different cells."""
+        """Whether the file names no way: it writes a length of 0 between two different cells."""
         return self.length == 0.0 and self.start != self.goal
 
     def agrees(self, cost: float) -> bool:

@@ -140,13 +140,13 @@ def _gyro_wrong(trial: Trial, random: Random, delay: float) -> Outcome:
     return _watched(trial, f"gyro {'xyz'[axis]} {kind} {amount:.2f}")
 
 
-# -- whoever commands the drives --------------------------------------------------------------------------------------
+# -- what commands the drives --------------------------------------------------------------------------------------
 
 
 class _Loop:
     """The control loop of a robot whose targets may fail to come: its drives then act by themselves.
 
-    Invariant: the sensors are sampled once per control period, whoever commands: what comes late comes late by time.
+    Invariant: the sensors are sampled once per control period, whatever commands: what comes late comes late by time.
     """
 
     def __init__(self, trial: Trial) -> None:

@@ -40,7 +40,7 @@ class Connections:
     """The open processes of a network, and the connections between them (`session.Surroundings`).
 
     Invariants: there is at most one connection between two processes; it ends when both have lost it, and then they look for each other
-    again. Whoever can hear nothing from the other for `lease` loses it, unless something is heard before; whoever can still hear the
+    again. A process that can hear nothing from the other for `lease` loses it, unless something is heard before; one that can still hear the
     other learns within the time of a message that the other has lost it or has died.
     """
 

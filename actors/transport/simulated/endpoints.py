@@ -54,7 +54,7 @@ class Subscription:
 
 
 class Server:
-    """Whoever answers the questions on a key."""
+    """The server that answers the questions on a key."""
 
     def __init__(self, key: str, take: Callable[[Query], None], withdraw: Callable[[Declared], None]) -> None:
         self.key = key

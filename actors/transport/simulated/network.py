@@ -94,7 +94,7 @@ class Network:
     # The router ----------------------------------------------------------------------------------------------------------
 
     def stop_router(self) -> None:
-        """End the process of the router. Whoever is connected by it learns of it at once. Without a router nothing happens."""
+        """End the process of the router. The processes that are connected by it learn of it at once. Without a router nothing happens."""
         self._topology.routes = False
         self._connections.break_routes()
         self._connections.look_around()

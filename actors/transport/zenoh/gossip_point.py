@@ -1,6 +1,6 @@
 """The gossip point: how the processes of one host find each other without a daemon, whichever starts or ends first.
 
-Every process connects to one well-known port of the loopback interface, and tries again as long as nobody answers. Whoever can bind the
+Every process connects to one well-known port of the loopback interface, and tries again as long as nobody answers. The process that can bind the
 port listens there with a second session, in router mode, which only tells those that connect of each other; they then link directly. When
 the process that holds the port ends, the others keep their links, and one of them binds the port. A router, which the programs of ROS 2
 meet by, has another port, so that it can be started and ended at any time; every process looks for it, too.

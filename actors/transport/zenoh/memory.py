@@ -1,7 +1,7 @@
 """The memory of large payloads: kept for the next ones, shared with other processes of the host if that is wanted, and not left behind.
 
 Zenoh's shared memory is made of segments, files of /dev/shm: one for the payloads of each process, some small ones beside it. They stay there
-if a process is killed, and Zenoh leaves some of them when a process ends. Whoever uses a segment has a lock on it, so one without a lock is
+if a process is killed, and Zenoh leaves some of them when a process ends. Each user of a segment has a lock on it, so one without a lock is
 used by nobody.
 """
 

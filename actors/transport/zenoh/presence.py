@@ -62,7 +62,7 @@ class _Peer:
     tokens: dict[str, None] = field(default_factory=dict[str, None])
     """Those of ROS 2."""
     processes: dict[str, Process] = field(default_factory=dict[str, Process])
-    """What is said of its process, by token: anybody can say something."""
+    """The processes that tokens name for it, by token: anybody can announce such a token."""
     silent: bool = False
     """Its loop has not been heard of for too long, although its tokens are there."""
 
@@ -79,7 +79,7 @@ class Presence:
     Anybody can announce a token that names the session of another process, and withdraw it: that takes nothing away but this token. Zenoh does
     not report a token as vanished while anybody holds it.
 
-    What is said is bounded: of one session `MOST_TOKENS` are taken, and `MOST_ALTOGETHER` of all; the tokens beyond are not shown.
+    Tokens are bounded: of one session `MOST_TOKENS` are taken, and `MOST_ALTOGETHER` of all; the tokens beyond are not shown.
 
     Invariants: a peer is known while it has a token, and is shown by `Events.link` while it is not silent; a token is shown by `Events.appeared` while it is
     there, its peer is shown, and it has not vanished. A token that names no session is shown while it is there.
@@ -104,7 +104,7 @@ class Presence:
     def beating(self) -> list[str]:
         """The sessions that are shown and are expected to be heard: those of this library, by their names.
 
-        What is said of a session does not count: anybody could beat for a process of ROS 2, which never does, and then fall silent for it.
+        Tokens that name a session do not count: anybody could beat for a process of ROS 2, which never does, and then fall silent for it.
         """
         return [session for session, peer in self._peers.items() if not peer.silent and is_ours(session)]
 

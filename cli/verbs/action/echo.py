@@ -43,7 +43,7 @@ class Interface(NamedTuple):
 
 
 async def echo(options: argparse.Namespace) -> Exit:
-    """Print what is told, each message as it comes, until Ctrl-C."""
+    """Print each message as it comes, until Ctrl-C."""
     chosen = _chosen(options)
     name = absolute(options.action_name)
     async with seen(options) as graph:

@@ -131,6 +131,6 @@ def event_values(event: ParameterEvent) -> list[dict[str, Any]]:
     """What an event of `/parameter_events` says, as the protocol shows it. A deleted parameter has no value; one of no known type is left out."""
     values: list[dict[str, Any]] = []
     for one in (*event.new_parameters, *event.changed_parameters):
-        with suppress(ValueError):  # a type that there is not
+        with suppress(ValueError):  # a type that does not exist
             values.append(shown(event.node, from_value(one.name, one.value)))
     return values + [{"name": f"{event.node}.{one.name}"} for one in event.deleted_parameters]

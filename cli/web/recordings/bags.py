@@ -42,7 +42,7 @@ class Bags:
         self._folder = folder
         self._running: _Running | None = None
         self._known: dict[Path, tuple[int, dict[str, Any]]] = {}
-        """What is told of a bag, with the time of its last change."""
+        """What the page shows of a bag, with the time of its last change."""
         self._lock = asyncio.Lock()
 
     def path(self, name: str) -> Path:

@@ -148,7 +148,7 @@ class Audience:
         return watching or asyncio.get_running_loop().time() < self._metrics_until
 
     def asked_for_metrics(self) -> None:
-        """Have other processes tell their figures: whoever asks for metrics will ask again."""
+        """Have other processes tell their figures: a client that asks for metrics will ask again."""
         self._metrics_until = asyncio.get_running_loop().time() + METRICS
 
     async def _tell_parameters(self) -> None:

@@ -40,7 +40,7 @@ __all__ = [
 class ArmState(Message, frozen=True, kw_only=True):
     """robactor_msgs/msg/ArmState
 
-    Where the tutorial's arm is, so that whoever is asked for it need not move it.
+    Where the tutorial's arm is, so that a node that is asked for it need not move it.
     """
 
     joint_angles: float64_array = default()
