@@ -58,6 +58,7 @@ from actors.actions.client import Goal
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import Outcome
 from actors.check.checker import check_node, check_tree
+from actors.contracts.content_filter import ContentFilter, InvalidFilter
 from actors.contracts.contracts import Aborted, Action, Done, Service, Steps, Topic, parallel, queue
 from actors.errors import (
     ActionUnavailable,
@@ -111,7 +112,6 @@ from actors.supervision.policy import (
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.system import System, graph_of, system_of
 from actors.time.clock import Clock
-from actors.topics.content_filter import ContentFilter, InvalidFilter
 from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream
 

@@ -27,6 +27,7 @@ from actors.system import system_here
 
 if TYPE_CHECKING:
     from actors.actions.client import Goal
+    from actors.contracts.content_filter import ContentFilter
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
@@ -223,11 +224,18 @@ class BlockingNode:
 
         self._do(work, "`node.publisher(topic).publish(message)`")
 
-    def subscribe(self, topic: Topic[M], *, qos: QoS | int | None = None) -> BlockingStream[M]:
+    def subscribe(
+        self,
+        topic: Topic[M],
+        *,
+        qos: QoS | int | None = None,
+        patience: float = 0.0,
+        filter: ContentFilter | None = None,
+    ) -> BlockingStream[M]:
         """Subscribe to `topic` from now on: ``for message in node.subscribe(TOPIC)``. `next` reads from the newest subscription."""
 
         async def work(node: Node) -> Stream[M]:
-            stream = self._streams[topic] = node.subscribe(topic, qos=qos)
+            stream = self._streams[topic] = node.subscribe(topic, qos=qos, patience=patience, filter=filter)
             return stream
 
         return BlockingStream(self._do, self._do(work, "`node.subscribe(topic)`"))

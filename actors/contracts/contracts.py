@@ -17,6 +17,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias, TypeVar, cast
 
 from actors.checks import is_number, is_whole
+from actors.contracts.content_filter import ContentFilter
 from actors.contracts.declaration import Declaration
 from actors.errors import DeclarationError
 from actors.qos import DEFAULT, of
@@ -118,7 +119,8 @@ def _refuse_bare(misplaced: tuple[object, ...], written: str) -> None:
     raise DeclarationError(f"@{written}({misplaced[0]!r:.60}): its options are given by name")
 
 
-def _checked_concurrency(what: str, concurrent: int) -> int:
+def checked_concurrency(what: str, concurrent: int) -> int:
+    """The option `concurrent` of a handler. Raises `DeclarationError`."""
     if not is_whole(concurrent) or concurrent < 0:
         raise DeclarationError(
             f"{what}: concurrent={concurrent!r:.40} must be 0 (one at a time with the node's other handlers) or more, and a whole number"
@@ -126,17 +128,30 @@ def _checked_concurrency(what: str, concurrent: int) -> int:
     return concurrent
 
 
+def check_reading(where: str, topic: Topic[Any], patience: object, filter: ContentFilter | None) -> None:
+    """Raise `DeclarationError` or `InvalidFilter` unless these options of a subscription of `topic` are valid."""
+    if not is_number(patience) or not 0.0 <= patience < inf:
+        raise DeclarationError(f"{where}(patience={patience!r:.40}): give a number of seconds of at least 0")
+    if filter is not None:
+        if not isinstance(cast("object", filter), ContentFilter):
+            raise DeclarationError(f"{where}(filter={filter!r:.40}): give a ContentFilter(expression)")
+        filter.check(topic.type)
+
+
 class TopicHandler(Declaration):
     """The declaration made by ``@TOPIC.on()``."""
 
-    __slots__ = ("concurrent", "patience", "qos", "topic")
+    __slots__ = ("concurrent", "filter", "patience", "qos", "topic")
 
-    def __init__(self, topic: Topic[Any], qos: QoS, concurrent: int, patience: float) -> None:
+    def __init__(
+        self, topic: Topic[Any], qos: QoS, concurrent: int, patience: float, filter: ContentFilter | None
+    ) -> None:
         super().__init__()
         self.topic = topic
         self.qos = qos
         self.concurrent = concurrent
         self.patience = patience
+        self.filter = filter
 
     def __repr__(self) -> str:
         return f"@{self.topic!r}.on()"
@@ -199,22 +214,27 @@ class Topic(Generic[M]):
         return f"Topic({self.type.__name__}, {self.name!r})"
 
     def on(
-        self, *misplaced: Never, qos: QoS | int | None = None, concurrent: int = 0, patience: float = 0.0
+        self,
+        *misplaced: Never,
+        qos: QoS | int | None = None,
+        concurrent: int = 0,
+        patience: float = 0.0,
+        filter: ContentFilter | None = None,
     ) -> Callable[[Callable[[Node, M], Nothing]], Callable[[Node, M], Nothing]]:
         """Decorate the method that handles this topic's messages, one at a time together with the node's other handlers.
 
         With `concurrent=n` the handler runs in tasks of its own instead, at most n at once; use it for handlers that wait. `qos` overrides
-        the quality of service of the contract. An exception that leaves the handler ends the node's incarnation (see `Node.on_error`).
+        the quality of service of the contract; with a `filter` the handler gets only the messages that this takes. An exception that leaves
+        the handler ends the node's incarnation (see `Node.on_error`).
 
         A message of another process wakes the event loop, unless it may wait: for `patience` seconds at most, or until the loop turns for
         something else. That suits a handler that only notes the message for a later use, and spares much of its cost. The depth must
         hold what comes meanwhile. Messages of this process, and those that are kept for late subscribers, do not wait.
         """
         _refuse_bare(misplaced, f"{self!r}.on")
-        checked = _checked_concurrency(repr(self), concurrent)
-        if not 0.0 <= patience < inf:
-            raise DeclarationError(f"{self!r}.on(patience={patience!r}): give a number of seconds of at least 0")
-        declaration = TopicHandler(self, self.qos if qos is None else of(qos), checked, patience)
+        checked = checked_concurrency(repr(self), concurrent)
+        check_reading(f"{self!r}.on", self, patience, filter)
+        declaration = TopicHandler(self, self.qos if qos is None else of(qos), checked, patience, filter)
 
         def decorate(function: Callable[[Node, M], Nothing]) -> Callable[[Node, M], Nothing]:
             declaration.attach(function)
@@ -248,7 +268,7 @@ class Service(Generic[Req, Resp]):
         With `concurrent=n` at most n requests are answered at once, each in a task of its own.
         """
         _refuse_bare(misplaced, f"{self!r}.serve")
-        declaration = ServiceHandler(self, _checked_concurrency(repr(self), concurrent))
+        declaration = ServiceHandler(self, checked_concurrency(repr(self), concurrent))
 
         def decorate(
             function: Callable[[Node, Req], Coroutine[Any, Any, Resp]],

@@ -29,7 +29,7 @@ def tree_of(where: str, *given: Runnable) -> Supervisor | DynamicSupervisor:
         children += [_spec_of(where, each) for each in several]
     if not children:
         raise DeclarationError(f"{where}: there is nothing to run; give it a node class, a Child or a Supervisor")
-    return Supervisor("system", children=children)
+    return Supervisor("system", *children)
 
 
 def _spec_of(where: str, given: Any) -> Spec:

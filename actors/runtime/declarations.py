@@ -17,6 +17,7 @@ from actors.contracts.contracts import (
     ServiceHandler,
     Topic,
     TopicHandler,
+    check_reading,
 )
 from actors.contracts.declaration import Declaration, declarations_of, positional
 from actors.contracts.signatures import check_argument, check_nothing_returned, check_response, check_steps
@@ -29,6 +30,7 @@ from actors.qos.policies import QoS
 from actors.runtime.members import check_members, members_of
 
 if TYPE_CHECKING:
+    from actors.contracts.content_filter import ContentFilter
     from actors.interfaces.message import Message
     from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
@@ -89,7 +91,12 @@ class StreamDeclaration(_EndpointDeclaration[M]):
     It has no public constructor: `subscribes` gives one.
     """
 
-    __slots__ = ()
+    __slots__ = ("filter", "patience")
+
+    def __init__(self, topic: Topic[M], qos: QoS, patience: float, filter: ContentFilter | None) -> None:
+        super().__init__(topic, qos)
+        self.patience = patience
+        self.filter = filter
 
     def __repr__(self) -> str:
         return f"subscribes({self.topic!r})"
@@ -115,9 +122,15 @@ def publishes(topic: Topic[M], *, qos: QoS | int | None = None) -> PublisherDecl
     return PublisherDeclaration(topic, topic.qos if qos is None else of(qos))
 
 
-def subscribes(topic: Topic[M], *, qos: QoS | int | None = None) -> StreamDeclaration[M]:
-    """Declare that the node subscribes to `topic` without a handler: the attribute is a `Stream`, with the newest message in `.latest`."""
-    return StreamDeclaration(topic, topic.qos if qos is None else of(qos))
+def subscribes(
+    topic: Topic[M], *, qos: QoS | int | None = None, patience: float = 0.0, filter: ContentFilter | None = None
+) -> StreamDeclaration[M]:
+    """Declare that the node subscribes to `topic` without a handler: the attribute is a `Stream`, with the newest message in `.latest`.
+
+    The options are those of `Topic.on`.
+    """
+    check_reading(f"subscribes({topic!r})", topic, patience, filter)
+    return StreamDeclaration(topic, topic.qos if qos is None else of(qos), patience, filter)
 
 
 class TimerDeclaration(Declaration):

@@ -38,6 +38,7 @@ from actors.topics.timed_publisher import publisher_for
 
 if TYPE_CHECKING:
     from actors.actions.peers import ActionPeer
+    from actors.contracts.content_filter import ContentFilter
     from actors.contracts.contracts import Action, Topic
     from actors.graph.graph import TopicEntry
     from actors.graph.servers import ServiceEntry
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.interceptor import Interceptor
     from actors.services.peers import ServicePeer, Submit
-    from actors.topics.content_filter import ContentFilter
     from actors.topics.handler import Handler
     from actors.topics.publisher import Publisher
 
@@ -140,16 +140,16 @@ class Endpoints:
                 else:
                     publisher.suspend()
 
-    def subscribe(self, topic: Topic[M], qos: QoS, filter: ContentFilter | None = None) -> Stream[M]:
+    def subscribe(
+        self, topic: Topic[M], qos: QoS, filter: ContentFilter | None = None, patience: float = 0.0
+    ) -> Stream[M]:
         """A stream, with the quality of service that the node's parameters override."""
         life = self._life
         life.check_use()
-        if filter is not None:
-            filter.check(topic.type)
         entry = self._graph.topic(life.identity.topic(topic.name))
         qos = self._overridden(entry.name, "subscription", qos)
         requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
-        subscription = StreamSubscription(life, entry, topic.type, requested, self.stream_closed, filter)
+        subscription = StreamSubscription(life, entry, topic.type, requested, self.stream_closed, filter, patience)
         self.join(subscription)
         return Stream(subscription, life.runtime.loop)
 
@@ -173,35 +173,47 @@ class Endpoints:
         raise DeclarationError(f"{life.fqn} has no handler of {name}: declare one with @{topic!r}.on()")
 
     def handle(
-        self, topic: Topic[M], qos: QoS, handler: Handler[M], label: str, concurrent: int = 0, patience: float = 0.0
+        self,
+        topic: Topic[M],
+        qos: QoS,
+        handler: Handler[M],
+        label: str,
+        concurrent: int = 0,
+        patience: float = 0.0,
+        filter: ContentFilter | None = None,
     ) -> None:
         """Subscribe `handler` to `topic`. A subscription of the last life is taken over, with the messages that wait in it."""
         life = self._life
         life.check_use()
         entry = self._graph.topic(life.identity.topic(topic.name))
         qos = self._overridden(entry.name, "subscription", qos)
-        subscription = self._left_over(entry, topic.type, label, concurrent)
+        subscription = self._left_over(entry, topic.type, label, concurrent, filter is not None)
         if subscription is not None:
-            subscription.take_over(life, handler)
+            subscription.take_over(life, handler, filter)
             return
         qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
         if concurrent:
             subscription = ConcurrentSubscription(
-                life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience
+                life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter
             )
+            if life.serving:
+                subscription.start(life.spawn)
         else:
-            subscription = HandlerSubscription(life, entry, topic.type, qos, life.inbox, label, handler, patience)
+            subscription = HandlerSubscription(
+                life, entry, topic.type, qos, life.inbox, label, handler, patience, filter
+            )
         life.record.subscriptions.append(subscription)
         entry.add_subscription(subscription)
 
     def _left_over(
-        self, entry: TopicEntry, type: type[M], label: str, concurrent: int
+        self, entry: TopicEntry, type: type[M], label: str, concurrent: int, filtered: bool
     ) -> HandlerSubscription[M] | None:
         """The first subscription of the last life with the same handler, topic and type that has not been taken over; else None."""
         life = self._life
         for each in life.record.subscriptions:
             same = each.node is not life and each.label == label and each.entry is entry and each.type is type
-            if same and concurrent == (each.concurrent if isinstance(each, ConcurrentSubscription) else 0):
+            how = (each.concurrent if isinstance(each, ConcurrentSubscription) else 0, each.filter is not None)
+            if same and how == (concurrent, filtered):
                 return each
         return None
 
@@ -366,7 +378,7 @@ class Endpoints:
         node, declarations = life.node, life.declarations
         for topic in declarations.topics:
             handler, label = getattr(node, topic.attribute), declarations.labels[topic.attribute]
-            self.handle(topic.topic, topic.qos, handler, label, topic.concurrent, topic.patience)
+            self.handle(topic.topic, topic.qos, handler, label, topic.concurrent, topic.patience, topic.filter)
         for service in declarations.services:
             handler, label = getattr(node, service.attribute), declarations.labels[service.attribute]
             self.serve(service.service, handler, label, service.concurrent)
@@ -383,7 +395,7 @@ class Endpoints:
         for published in declarations.publishers:
             setattr(node, published.attribute, self.publisher(published.topic, published.qos))
         for stream in declarations.streams:
-            setattr(node, stream.attribute, self.subscribe(stream.topic, stream.qos))
+            setattr(node, stream.attribute, self.subscribe(stream.topic, stream.qos, stream.filter, stream.patience))
 
     def serve_concurrently(self) -> None:
         """Let concurrent handlers begin, with the messages and requests that came during the start phase."""

@@ -16,6 +16,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
+from actors.contracts.contracts import check_reading, checked_concurrency
 from actors.errors import DeclarationError, NotStarted
 from actors.places import claim
 from actors.qos import of
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from random import Random
 
     from actors.actions.client import Goal
+    from actors.contracts.content_filter import ContentFilter
     from actors.contracts.contracts import Action, Service, Topic
     from actors.interfaces.message import Message
     from actors.logs import NodeLog
@@ -41,7 +43,6 @@ if TYPE_CHECKING:
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
-    from actors.topics.content_filter import ContentFilter
     from actors.topics.handler import HandlerSubscription
     from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
@@ -216,10 +217,16 @@ class Node(Habits):
         return _life_of(self).endpoints.publisher(topic, topic.qos if qos is None else of(qos))
 
     def subscribe(
-        self, topic: Topic[M], *, qos: QoS | int | None = None, filter: ContentFilter | None = None
+        self,
+        topic: Topic[M],
+        *,
+        qos: QoS | int | None = None,
+        patience: float = 0.0,
+        filter: ContentFilter | None = None,
     ) -> Stream[M]:
-        """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``. With a `filter`, to what it takes."""
-        return _life_of(self).endpoints.subscribe(topic, topic.qos if qos is None else of(qos), filter)
+        """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``. The options are those of `Topic.on`."""
+        check_reading(f"{self.fqn}.subscribe", topic, patience, filter)
+        return _life_of(self).endpoints.subscribe(topic, topic.qos if qos is None else of(qos), filter, patience)
 
     def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
         """What feeds this node's handler of `topic`: its counts, its `status`, its `events()`. Raises `DeclarationError` without one."""
@@ -258,23 +265,40 @@ class Node(Habits):
         return _life_of(self).endpoints.goal(action, goal, timeout)
 
     def on(
-        self, topic: Topic[M], handler: Callable[[M], Coroutine[Any, Any, None] | None], *, qos: QoS | int | None = None
+        self,
+        topic: Topic[M],
+        handler: Callable[[M], Coroutine[Any, Any, None] | None],
+        *,
+        qos: QoS | int | None = None,
+        concurrent: int = 0,
+        patience: float = 0.0,
+        filter: ContentFilter | None = None,
     ) -> None:
-        """Let `handler` take the topic's messages from now on, as `Topic.on` does for a method."""
+        """Let `handler` take the topic's messages from now on, as `Topic.on` does for a method, with its options."""
         if not callable(handler):
             raise DeclarationError(
                 f"{self.fqn}.on({topic!r}, {handler!r:.60}): the handler must be a function or a method"
             )
+        checked_concurrency(f"{self.fqn}.on({topic!r})", concurrent)
+        check_reading(f"{self.fqn}.on", topic, patience, filter)
         label = f"{self.fqn} {name_of(handler)} on {topic.name}"
-        _life_of(self).endpoints.handle(topic, topic.qos if qos is None else of(qos), handler, label)
+        asked = topic.qos if qos is None else of(qos)
+        _life_of(self).endpoints.handle(topic, asked, handler, label, concurrent, patience, filter)
 
-    def serve(self, service: Service[Req, Resp], handler: Callable[[Req], Coroutine[Any, Any, Resp]]) -> None:
-        """Let `handler` answer the service from now on, as `Service.serve` does for a method."""
+    def serve(
+        self,
+        service: Service[Req, Resp],
+        handler: Callable[[Req], Coroutine[Any, Any, Resp]],
+        *,
+        concurrent: int = 0,
+    ) -> None:
+        """Let `handler` answer the service from now on, as `Service.serve` does for a method, with its options."""
         if not is_async(handler):
             raise DeclarationError(
                 f"{self.fqn}.serve({service!r}, {name_of(handler)}): the handler answers by `await`; make it `async def`"
             )
-        _life_of(self).endpoints.serve(service, handler, name_of(handler))
+        checked_concurrency(f"{self.fqn}.serve({service!r})", concurrent)
+        _life_of(self).endpoints.serve(service, handler, name_of(handler), concurrent)
 
     # -- work ---------------------------------------------------------------------------------------------------------------
 

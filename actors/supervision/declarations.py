@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import ClassVar, TypeAlias, cast
+from typing import Any, ClassVar, TypeAlias, cast
 
 from actors.checks import (
     checked_choice,
@@ -39,8 +39,9 @@ from actors.supervision.policy import (
 
 
 class Supervisor(Declaration):
-    """An ordered group of children with one policy. Supervisors nest: a child may be a supervisor.
+    """An ordered group of children with one policy: ``Supervisor("robot", Battery, Child(Listener, name="ear"))``. Supervisors nest.
 
+    The children follow the name, or are listed in `children`; a class stands for ``Child(class)``.
     Children start in order, each after the one before is ready, and stop in strict reverse order. `strategy` says which
     children are restarted with one that failed, `intensity` how often before the supervisor gives up, `auto_shutdown`
     whether the end of significant children ends it. `restart`, `stop`, `backoff` and `significant` are for its own
@@ -81,8 +82,8 @@ class Supervisor(Declaration):
     def __init__(
         self,
         name: str,
-        children: Sequence[Spec] = (),
-        *,
+        *given: Spec | type[object] | Sequence[Spec | type[object]],
+        children: Sequence[Spec | type[object]] = (),
         strategy: Strategy = one_for_one,
         intensity: Intensity = Intensity(),  # noqa: B008  # it is immutable
         auto_shutdown: AutoShutdown = never,
@@ -107,7 +108,7 @@ class Supervisor(Declaration):
             name=checked_name(where, name),
             strategy=strategy,
             intensity=intensity,
-            children=_checked_children(where, children, auto_shutdown),
+            children=_checked_children(where, given, children, auto_shutdown),
             auto_shutdown=auto_shutdown,
             restart=restart,
             stop=stop,
@@ -136,9 +137,9 @@ class Supervisor(Declaration):
 class DynamicSupervisor(Declaration):
     """A supervisor whose children are instances of one `template`, each with its own arguments, spawned while it runs.
 
-    It starts without children. Instances restart one for one, stop together, and are forgotten when they have ended for
-    good. `max_children` is the most that it has at once, those being restarted included. The other options are those of
-    `Supervisor`.
+    It starts without children. A class as the template stands for ``Child(class)``. Instances restart one for one, stop together, and are
+    forgotten when they have ended for good. `max_children` is the most that it has at once, those being restarted included. The other
+    options are those of `Supervisor`.
     """
 
     __slots__ = (
@@ -166,7 +167,7 @@ class DynamicSupervisor(Declaration):
     def __init__(
         self,
         name: str,
-        template: Child,
+        template: Child | type[object],
         *,
         max_children: int | None = None,
         intensity: Intensity = Intensity(),  # noqa: B008  # it is immutable
@@ -178,16 +179,17 @@ class DynamicSupervisor(Declaration):
     ) -> None:
         where = f"DynamicSupervisor({shown(name)})"
         stop = math.inf if stop is None else stop
-        if not isinstance(cast("object", template), Child):
+        made = child_of(template)
+        if not isinstance(made, Child):
             raise DeclarationError(f"{where}: template must be a Child, not {shown(template)}{_hint(template)}")
         if max_children is not None and (not is_whole(max_children) or max_children < 0):
             raise DeclarationError(f"{where}: max_children must be None or a whole number, not {shown(max_children)}")
         _check_own_options(where, intensity, auto_shutdown)
-        check_child(where, template, auto_shutdown)
+        check_child(where, made, auto_shutdown)
         check_policy(where, restart, stop, backoff, significant)
         self._set(
             name=checked_name(where, name),
-            template=template,
+            template=made,
             max_children=max_children,
             intensity=intensity,
             auto_shutdown=auto_shutdown,
@@ -246,25 +248,36 @@ def check_child(where: str, child: object, auto_shutdown: AutoShutdown) -> None:
         )
 
 
+def child_of(given: Spec | type[object]) -> Spec:
+    """What is given as a child: a class stands for ``Child(class)``; anything else is returned as it is."""
+    return Child(given) if isinstance(given, type) and not issubclass(given, Declaration) else cast("Spec", given)
+
+
 def _hint(child: object) -> str:
     """What to write in place of a factory or a node; empty for anything else."""
     name = class_of_node(child) or (factory_name(child) if callable(child) else None)
     return f"; write Child({name}), which makes the node" if name else ""
 
 
-def _checked_children(where: str, children: Sequence[Spec], auto_shutdown: AutoShutdown) -> tuple[Spec, ...]:
-    if isinstance(children, (type, Declaration)):
-        one = f"Child({factory_name(children)})" if isinstance(children, type) else shown(children)
-        raise DeclarationError(f"{where}: children must be a list, write children=[{one}]")
+def _checked_children(
+    where: str, given: Sequence[object], listed: Sequence[Spec | type[object]], auto_shutdown: AutoShutdown
+) -> tuple[Spec, ...]:
+    if isinstance(listed, (type, Declaration)):
+        single = f"Child({factory_name(listed)})" if isinstance(listed, type) else shown(listed)
+        raise DeclarationError(f"{where}: children must be a list, write children=[{single}]")
+    several: list[Any] = []
+    for one in (*given, checked_sequence(where, "children", listed)):
+        several += one if isinstance(one, (list, tuple)) else (one,)
+    children = tuple(child_of(one) for one in several)
     seen: dict[str, Spec] = {}
-    for child in (given := checked_sequence(where, "children", children)):
+    for child in children:
         check_child(where, child, auto_shutdown)
         if (twin := seen.get(child.name)) is not None:
             raise DeclarationError(
                 f"{where}: duplicate id {child.name!r}: {shown(twin)} and {shown(child)}; give one of them another name"
             )
         seen[child.name] = child
-    return given
+    return children
 
 
 def _check_own_options(where: str, intensity: object, auto_shutdown: object) -> None:

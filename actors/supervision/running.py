@@ -9,7 +9,7 @@ from typing import TypeAlias
 from actors.errors import WrongThread
 from actors.supervision.child_task import GRACE, ChildTask, LeakedChild
 from actors.supervision.children import Children, Phase
-from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
+from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor, child_of
 from actors.supervision.entry import Entry
 from actors.supervision.errors import NotFound
 from actors.supervision.events import (
@@ -195,12 +195,13 @@ class RunningSupervisor:
 
     # ------------------------------------------------------------------ changing
 
-    async def start_child(self, spec: Spec) -> ChildRef | None:
-        """Add a child after the others and start it. Returns its reference when it is ready, None if it declined to start.
+    async def start_child(self, spec: Spec | type[object]) -> ChildRef | None:
+        """Add a child after the others and start it; a class stands for ``Child(class)``. Returns its reference when it is ready, None if it
+        declined to start.
 
         Raises `AlreadyStarted`, `AlreadyPresent`, `DeclarationError`; `StartFailed`, and then the child is not kept.
         """
-        return await self._request(StartChild(spec))
+        return await self._request(StartChild(child_of(spec)))
 
     async def spawn(
         self, *args: object, name: str | None = None, parameters: Mapping[str, object] | None = None

@@ -13,6 +13,7 @@ from actors.topics.subscription import Subscription
 if TYPE_CHECKING:
     from collections import deque
 
+    from actors.contracts.content_filter import ContentFilter
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, TopicRegistry
@@ -49,8 +50,9 @@ class HandlerSubscription(Subscription[M]):
         label: str,
         handler: Handler[M],
         patience: float = 0.0,
+        filter: ContentFilter | None = None,
     ) -> None:
-        super().__init__(node, entry, type, qos, patience)
+        super().__init__(node, entry, type, qos, patience, filter)
         self.inbox = inbox
         self.label = label
         self.handler = handler
@@ -79,14 +81,15 @@ class HandlerSubscription(Subscription[M]):
         elif inbox.watch is None and inbox.current is not None:
             inbox.wake()
 
-    def take_over(self, node: Participant, handler: Handler[M]) -> None:
+    def take_over(self, node: Participant, handler: Handler[M], filter: ContentFilter | None = None) -> None:
         """Deliver to a new incarnation of the node from now on, including the messages that wait already.
 
         A transient local subscription also receives the messages kept by its publishers, as a late joiner does. They come before those that
-        wait; none is delivered twice.
+        wait; none is delivered twice. A subscription has a filter in all lives, or in none.
         """
         self.node = node
         self.handler = handler
+        self.filter = filter
         if self.qos.transient_local:
             self._renew()
 
@@ -94,7 +97,7 @@ class HandlerSubscription(Subscription[M]):
         held = cast("deque[M | ExpiringMessage[M]]", self.messages)
         waiting = {id(one.message if isinstance(one, ExpiringMessage) else one) for one in held}
         latched = [one for publisher in self.publishers for one in publisher.latched[-self.depth :]]
-        missing = [one for one in latched if id(one) not in waiting]
+        missing = [one for one in latched if id(one) not in waiting and self.takes(one)]
         room = self.depth - len(self.messages)
         missing = missing[-room:] if room > 0 else []
         self.received += len(missing)
@@ -170,8 +173,9 @@ class ConcurrentSubscription(HandlerSubscription[M]):
         handler: Handler[M],
         concurrent: int,
         patience: float = 0.0,
+        filter: ContentFilter | None = None,
     ) -> None:
-        super().__init__(node, entry, type, qos, inbox, label, handler, patience)
+        super().__init__(node, entry, type, qos, inbox, label, handler, patience, filter)
         self.concurrent = concurrent
         self.active = 0
         self._spawn: Spawn | None = None

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncGenerator, Callable
-from functools import partial
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 from actors.errors import CallTimeout, Ended
 from actors.inbox.expiring import ExpiringMessage
@@ -16,11 +15,11 @@ from actors.topics.subscription import Subscription
 from actors.waiting import wake
 
 if TYPE_CHECKING:
+    from actors.contracts.content_filter import ContentFilter
     from actors.interfaces.message import Message
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
     from actors.qos.policies import QoS
-    from actors.topics.content_filter import ContentFilter
-    from actors.topics.peers import Participant, PublisherPeer, Target, TopicRegistry
+    from actors.topics.peers import Participant, TopicRegistry
 
 M = TypeVar("M", bound="Message")
 
@@ -32,7 +31,7 @@ class StreamSubscription(Subscription[M]):
     # * `reader` is the future that the iterating task waits for; None while it does not wait.
     # * Once `closed`, it has left the topic and is matched with no publisher. Messages that wait can still be taken out.
 
-    __slots__ = ("_on_close", "closed", "filter", "latest", "reader")
+    __slots__ = ("_on_close", "closed", "latest", "reader")
 
     def __init__(
         self,
@@ -44,17 +43,11 @@ class StreamSubscription(Subscription[M]):
         filter: ContentFilter | None = None,
         patience: float = 0.0,
     ) -> None:
-        super().__init__(node, entry, type, qos, patience)
-        self.filter = filter
-        """What it takes of its messages; None for all."""
+        super().__init__(node, entry, type, qos, patience, filter)
         self.latest: M | None = None
         self.reader: asyncio.Future[None] | None = None
         self.closed = False
         self._on_close = on_close
-
-    def target(self, publisher: PublisherPeer) -> Target:
-        deliver = super().target(publisher)
-        return deliver if self.filter is None else partial(_deliver_taken, self.filter, deliver)
 
     def deliver(self, message: M) -> None:
         self.received += 1
@@ -81,13 +74,6 @@ class StreamSubscription(Subscription[M]):
             self._on_close(self)
         if self.reader is not None:
             wake(self.reader, None)
-
-
-def _deliver_taken(filter: ContentFilter, deliver: Target, message: Any) -> None:
-    """Deliver a message, or the one in a wrapper, if the filter takes it."""
-    wrapped: Any = message
-    if filter.takes(wrapped.message if isinstance(message, ExpiringMessage) else message):
-        deliver(message)
 
 
 class Stream(Generic[M]):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
+from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from actors.inbox.boundary import asked
@@ -19,6 +20,7 @@ from actors.topics.events import EventStream
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
+    from actors.contracts.content_filter import ContentFilter
     from actors.interfaces.message import Message
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
     from actors.qos.policies import QoS
@@ -41,12 +43,22 @@ class Subscription(Endpoint, Generic[M]):
     # * A publisher is in `matched` exactly as long as it is matched with this subscription.
 
     __slots__ = (
-        "depth", "dropped", "keep_all", "matched", "messages", "must_unwrap", "patience", "received", "senders", "type",
+        "depth", "dropped", "filter", "keep_all", "matched", "messages", "must_unwrap", "patience", "received", "senders", "type",
     )  # fmt: skip
 
-    def __init__(self, node: Participant, entry: TopicRegistry, type: type[M], qos: QoS, patience: float = 0.0) -> None:
+    def __init__(
+        self,
+        node: Participant,
+        entry: TopicRegistry,
+        type: type[M],
+        qos: QoS,
+        patience: float = 0.0,
+        filter: ContentFilter | None = None,
+    ) -> None:
         super().__init__(node, entry, qos)
         self.type = type
+        self.filter = filter
+        """What it takes of its messages; None for all."""
         self.patience = patience
         """For how long what arrives from other processes may wait for more, seconds."""
         self.depth = qos.limit if qos.keep_all else qos.depth
@@ -79,9 +91,21 @@ class Subscription(Endpoint, Generic[M]):
 
     def target(self, publisher: PublisherPeer) -> Target:
         """Return the function that `publisher` calls to deliver a message to this subscription."""
+        deliver: Target = self.deliver
         if nanoseconds(publisher.qos.lifespan) is not None:
-            return self._deliver_expiring
-        return self.deliver if self.kept_events is None or self.kept_events.deadline is None else self._deliver_in_time
+            deliver = self._deliver_expiring
+        elif self.kept_events is not None and self.kept_events.deadline is not None:
+            deliver = self._deliver_in_time
+        return deliver if self.filter is None else partial(self._deliver_taken, deliver)
+
+    def takes(self, message: M | ExpiringMessage[M]) -> bool:
+        """Whether the filter, if there is one, takes a message, or the one in a wrapper."""
+        bare: Any = message.message if isinstance(message, ExpiringMessage) else message
+        return self.filter is None or self.filter.takes(bare)
+
+    def _deliver_taken(self, deliver: Target, message: Any) -> None:
+        if self.takes(message):
+            deliver(message)
 
     def _deliver_in_time(self, message: M) -> None:
         """Deliver a message, and record its arrival for the deadline."""

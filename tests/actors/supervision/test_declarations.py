@@ -116,15 +116,22 @@ def test_a_child_needs_an_id(factory: Any) -> None:
     assert Child(factory, name="x").name == "x"
 
 
-@pytest.mark.parametrize("stranger", [GpsDriver, 42, None])
+@pytest.mark.parametrize("stranger", [camera, 42, None, "gps", Supervisor])
 def test_only_children_can_be_children(stranger: Any) -> None:
-    with pytest.raises(DeclarationError, match="a child must be a Child or a Supervisor"):
-        Supervisor("robot", children=[stranger])
+    for make in (lambda: Supervisor("robot", children=[stranger]), lambda: Supervisor("robot", stranger)):
+        with pytest.raises(DeclarationError, match="a child must be a Child or a Supervisor"):
+            make()
 
 
-def test_a_class_in_the_place_of_a_child_is_told_how() -> None:
-    with pytest.raises(DeclarationError, match=r"write Child\(GpsDriver\)"):
-        Supervisor("robot", children=[GpsDriver])  # type: ignore[list-item]
+def test_a_class_stands_for_a_child_wherever_a_child_is_given() -> None:
+    child = Child(GpsDriver)
+    assert Supervisor("robot", GpsDriver) == Supervisor("robot", children=[GpsDriver]) == Supervisor("robot", child)
+    assert DynamicSupervisor("pool", GpsDriver) == DynamicSupervisor("pool", child)
+
+
+def test_a_function_in_the_place_of_a_child_is_told_how() -> None:
+    with pytest.raises(DeclarationError, match=r"write Child\(camera\)"):
+        Supervisor("robot", camera)  # type: ignore[arg-type]
 
 
 BIG = Supervisor("big", children=[Child(GpsDriver, name=f"gps_{number}", args=("x" * 50,)) for number in range(200)])
@@ -137,12 +144,15 @@ BIG = Supervisor("big", children=[Child(GpsDriver, name=f"gps_{number}", args=("
         (lambda: Child(Child(GpsDriver)), "a Child is a child as it is"),  # type: ignore[arg-type]
         (lambda: Child(Node()), r"write Child\(Node\)"),  # type: ignore[arg-type]
         (lambda: Supervisor("x", [Node()]), r"write Child\(Node\)"),  # type: ignore[list-item]
-        (lambda: Supervisor("x", BIG), r"children must be a list, write children=\[Supervisor\('big'"),  # type: ignore[arg-type]
+        (
+            lambda: Supervisor("x", children=BIG),  # type: ignore[arg-type]
+            r"children must be a list, write children=\[Supervisor\('big'",
+        ),
         (lambda: Supervisor("x", [BIG, BIG]), "duplicate id 'big'"),
         (lambda: Supervisor(BIG), "name must be a text"),  # type: ignore[arg-type]
         (lambda: Supervisor("x", strategy=BIG), "strategy must be one_for_one, "),  # type: ignore[arg-type]
         (lambda: DynamicSupervisor("x", BIG), "template must be a Child"),  # type: ignore[arg-type]
-        (lambda: DynamicSupervisor("x", GpsDriver), r"write Child\(GpsDriver\)"),  # type: ignore[arg-type]
+        (lambda: DynamicSupervisor("x", camera), r"write Child\(camera\)"),  # type: ignore[arg-type]
         (lambda: Child(GpsDriver, name=BIG), "name must be a text"),  # type: ignore[arg-type]
         (lambda: Child(GpsDriver, parameters=BIG), "parameters must be a mapping"),  # type: ignore[arg-type]
     ],
@@ -154,9 +164,10 @@ def test_a_tree_in_the_wrong_place_is_told_in_one_short_line(make: Callable[[], 
     assert "\n" not in str(told.value)
 
 
-def test_the_children_may_be_the_second_argument() -> None:
+def test_the_children_follow_the_name_or_are_listed() -> None:
     children = [Child(GpsDriver)]
-    assert Supervisor("robot", children) == Supervisor("robot", children=children)
+    assert Supervisor("robot", children) == Supervisor("robot", children=children) == Supervisor("robot", *children)
+    assert Supervisor("robot", GpsDriver, children=[Child(camera)]).children == (Child(GpsDriver), Child(camera))
     assert repr(Supervisor("robot", children)) == "Supervisor('robot', children=(Child(GpsDriver, name='gps_driver'),))"
     assert repr(Supervisor("robot")) == "Supervisor('robot')"
 

@@ -150,7 +150,7 @@ async def test_a_temporary_child_that_declines_leaves_no_trace() -> None:
         assert supervisor.counts().specs == 0
 
 
-@pytest.mark.parametrize("spec", [42, None, World, Supervisor])
+@pytest.mark.parametrize("spec", [42, None, child, Supervisor])
 @virtual
 async def test_a_bad_spec_given_to_start_child_disturbs_nobody(spec: object) -> None:
     world = World()
@@ -403,3 +403,14 @@ def test_start_failure_reaches_main_with_its_cause() -> None:
 async def test_dynamic_supervisors_start_empty() -> None:
     async with running(World(), DynamicSupervisor("pool", child("worker"))) as pool:
         assert pool.children() == []
+
+
+@virtual
+async def test_a_class_may_be_started_as_a_child() -> None:
+    class LateComer:
+        """Follows the script of its name."""
+
+    async with running(World(), Supervisor("root")) as supervisor:
+        ref = await supervisor.start_child(LateComer)
+        assert ref is not None and ref.id == "late_comer"
+        assert supervisor.child_spec("late_comer") == Child(LateComer)

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
-from actors import ContentFilter, InvalidFilter, Node, QoS, Topic, qos
+from actors import Child, ContentFilter, DeclarationError, InvalidFilter, Node, QoS, Service, Topic, qos, subscribes
 from actors.interfaces.builtin_interfaces.msg import Time
+from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.sensor_msgs.msg import JointState
 from actors.interfaces.std_msgs.msg import Bool, Header, Int32
 from actors.testing import Rig
 from tests.stage import NUMBERS, WORDS, number, values, word
 
+OTHERS = Topic(Int32, "others")
 JOINTS = JointState(header=Header(stamp=Time(sec=7), frame_id="arm"), name=["hip", "knee"], position=[0.5, -1.5])
 
 
@@ -119,3 +122,98 @@ async def test_a_field_that_the_messages_lack_is_refused_with_the_subscription(r
     assert "/words" not in rig.system.graph.topics or not rig.system.graph.topics["/words"].subscriptions
     joints = Topic(JointState, "joints")
     assert rig.me.subscribe(joints, filter=ContentFilter("position[5] > 0")).received == 0
+
+
+class Picky(Node):
+    """Takes what is large, in three ways."""
+
+    kept = subscribes(NUMBERS, filter=ContentFilter("data > 2"))
+
+    def __init__(self) -> None:
+        self.seen: list[int] = []
+
+    async def on_start(self) -> None:
+        self.on(OTHERS, self.note, filter=ContentFilter("data < 0"))
+
+    def note(self, message: Int32) -> None:
+        self.seen.append(message.data)
+
+    @NUMBERS.on(filter=ContentFilter("data > 2"))
+    def take(self, message: Int32) -> None:
+        self.seen.append(message.data)
+
+
+async def test_handlers_and_declared_streams_are_filtered_as_well_and_still_are_after_a_restart(rig: Rig) -> None:
+    await rig.start(Child(Picky))
+    for life in range(2):
+        for value in (1, 3, 2, 4):
+            rig.publish(NUMBERS, number(value))
+        rig.publish(OTHERS, number(5))
+        rig.publish(OTHERS, number(-5 - life))
+        await rig.advance(0.1)
+        node = rig.node(Picky)
+        assert (sorted(node.seen), node.kept.received) == ([-5 - life, 3, 4], 2)
+        assert rig.incarnation(Picky) == life + 1
+        rig.crash(Picky)
+        await rig.advance(0.1)
+
+
+async def test_a_latched_message_that_the_filter_rejects_is_not_redelivered_to_the_next_life(rig: Rig) -> None:
+    latched = Topic(Int32, "latched", qos.LATCHED.replace(depth=5))
+    seen: list[int] = []
+
+    class Late(Node):
+        @latched.on(filter=ContentFilter("data >= 3"))
+        def take(self, message: Int32) -> None:
+            seen.append(message.data)
+
+    await rig.start(Child(Late))
+    publisher = rig.me.publisher(latched)
+    for value in range(5):
+        publisher(number(value))
+    await rig.advance(0.1)
+    rig.crash(Late)
+    await rig.advance(0.1)
+    assert seen == [3, 4, 3, 4]
+
+
+async def test_what_is_no_filter_and_no_patience_is_refused_wherever_it_is_given(rig: Rig) -> None:
+    await rig.start(Node)
+    wrong: Any = "data > 2"
+    for refused in (
+        lambda: NUMBERS.on(filter=wrong),
+        lambda: subscribes(NUMBERS, filter=wrong),
+        lambda: rig.me.subscribe(NUMBERS, filter=wrong),
+        lambda: rig.me.on(NUMBERS, print, filter=wrong),
+    ):
+        with pytest.raises(DeclarationError, match=r"filter='data > 2'\): give a ContentFilter\(expression\)"):
+            refused()
+    with pytest.raises(DeclarationError, match=r"/rig.on\(patience='1'\): give a number of seconds of at least 0"):
+        rig.me.on(NUMBERS, print, patience=cast("Any", "1"))
+    with pytest.raises(DeclarationError, match="concurrent=-1 must be 0"):
+        rig.me.on(NUMBERS, print, concurrent=-1)
+
+
+async def test_a_handler_and_a_server_that_are_given_while_the_node_runs_may_be_concurrent(rig: Rig) -> None:
+    await rig.start(Node)
+    begun: list[int] = []
+
+    async def slowly(message: Int32) -> None:
+        begun.append(message.data)
+        await rig.me.clock.sleep(1.0)
+
+    async def add(request: AddTwoInts.Request) -> AddTwoInts.Response:
+        await rig.me.clock.sleep(1.0)
+        return AddTwoInts.Response(sum=request.a + request.b)
+
+    rig.me.on(NUMBERS, slowly, concurrent=2)
+    adding = Service(AddTwoInts, "add")
+    rig.me.serve(adding, add, concurrent=2)
+    for value in range(3):
+        rig.publish(NUMBERS, number(value))
+    asked = [asyncio.create_task(rig.call(adding, AddTwoInts.Request(a=1, b=n), timeout=5.0)) for n in range(2)]
+    await rig.advance(0.5)
+    assert begun == [0, 1]
+    await rig.advance(1.0)
+    assert begun == [0, 1, 2]
+    assert [(await one).sum for one in asked] == [1, 2]
