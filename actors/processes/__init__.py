@@ -14,9 +14,10 @@ There are two kinds of processes behind the Protocol `life.Process`:
 
 * `spawned`: an interpreter of its own, on the real clock. The control channel is an inherited socket pair (`channel`, `main`). The parent
   sees the end by the process descriptor, and a loop that hangs by missing beats; the process sees the end of its parent by the closed
-  channel (`guard`), ends its nodes in order, and is gone after 5 s in any case.
+  channel (`watchdog`), ends its nodes in order, and is gone after 5 s in any case.
 * `simulated`: a system of its own on the same virtual loop, for `Rig`: deterministic, without a real process.
 
-Messages between nodes do not use the control channel but the transport, as between any two processes (`meeting`).
-`home` brings home what a process tells: log lines, reports, the records of nodes. `pickling` copies errors with their tracebacks as text.
+Messages between nodes do not use the control channel but the transport, as between any two processes (`rendezvous`).
+`parent` brings what a process tells into the system of its parent: log lines, reports, the records of nodes. `pickling` copies errors with their tracebacks
+as text.
 """

@@ -48,7 +48,7 @@ class Process(Protocol):
         ...
 
 
-class Home(Protocol):
+class Parent(Protocol):
     """What takes in all that a process tells, but the facts of its own life, and knows the system around it."""
 
     def order(self) -> Order:
@@ -107,8 +107,8 @@ class ProcessLife:
     - `_asked` is the reason for which the end was asked for; None before. `_doomed` is set once the process is to be killed.
     """
 
-    def __init__(self, home: Home, launch: Launch) -> None:
-        self._home = home
+    def __init__(self, parent: Parent, launch: Launch) -> None:
+        self._parent = parent
         self._launch = launch
         self._loop = asyncio.get_running_loop()
         self._process: Process | None = None
@@ -126,12 +126,12 @@ class ProcessLife:
             try:
                 await asyncio.wait([work])
             except asyncio.CancelledError as error:
-                if self._home.killed():
+                if self._parent.killed():
                     canceled = error
                     self._put_down()
                 elif self._asked is None:  # by somebody other than the supervisor: end in order, as a node does
                     canceled = error
-                    self._home.bound()
+                    self._parent.bound()
                     self.stop("its task was canceled by somebody else")
         died = work.result()
         if canceled is not None:
@@ -147,19 +147,19 @@ class ProcessLife:
 
     def state_of(self, path: Sequence[str]) -> ChildState:
         """The state of a descendant of the child, as far as the process has told it."""
-        return self._home.state_of(path)
+        return self._parent.state_of(path)
 
     async def _work(self, started: Callable[[], None]) -> Exception:
         """Launch the process and wait for its end, which is returned."""
-        process = self._process = await self._launch(self._home.order(), self._take)
-        self._home.begin(process)
+        process = self._process = await self._launch(self._parent.order(), self._take)
+        self._parent.begin(process)
         if self._asked is not None:
             process.send(StopAsked(self._asked))
         if self._doomed:
             process.kill()
         await _first_of(self._ready, self._over, process.ended)
         if self._ready.done():
-            known = self._loop.create_task(self._home.known())
+            known = self._loop.create_task(self._parent.known())
             await _first_of(known, self._over, process.ended)
             if known.done() and (error := known.exception()) is not None:
                 self._unmet = error
@@ -175,7 +175,7 @@ class ProcessLife:
         late = self._loop.call_later(LAST_SECONDS, process.kill)
         await _first_of(process.ended)
         late.cancel()
-        self._home.end()
+        self._parent.end()
         return process.ended.result()
 
     def _take(self, event: Event) -> None:
@@ -184,7 +184,7 @@ class ProcessLife:
         elif isinstance(event, Over):
             self._over.set_result(event)
         else:
-            self._home.take(event)
+            self._parent.take(event)
 
     def _put_down(self) -> None:
         """End the process: by SIGKILL, but after an orderly end that took too long first by `terminate`."""
@@ -207,14 +207,14 @@ class ProcessLife:
             raise died
         over = self._over.result()
         if over.exit is not None:
-            request = self._home.exits(over.exit)
+            request = self._parent.exits(over.exit)
             raise request from request.error
         reason = over.reason
         if isinstance(reason, Failed):
             raise reason.error
         if isinstance(reason, (Killed, Leaked)):
             if reason.after is not None:
-                self._home.kill(reason.after)
+                self._parent.kill(reason.after)
             raise asyncio.CancelledError
         if isinstance(reason, Stopped):
             if reason.cause is not None:

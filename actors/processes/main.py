@@ -19,7 +19,6 @@ from msgspec import structs
 from actors.logs import WARN
 from actors.places import line_of
 from actors.processes.channel import HEAD, Channel, framed
-from actors.processes.guard import ORPHAN_SECONDS, Guard
 from actors.processes.hosted import HostedTree
 from actors.processes.maker import Processes
 from actors.processes.messages import (
@@ -36,6 +35,7 @@ from actors.processes.messages import (
 from actors.processes.pickling import unpack
 from actors.processes.preparation import prepare
 from actors.processes.signals import PARENT, leave_to_parent
+from actors.processes.watchdog import ORPHAN_SECONDS, Watchdog
 from actors.runtime.stall import work_of
 from actors.supervision.reasons import Failed
 from actors.time.real_loop import new_event_loop
@@ -112,14 +112,14 @@ class Served:
         self._hosted = HostedTree(
             order, transport, self.tell, lambda runtime: Processes(runtime, transport, order.recorders)
         )
-        self._guard = Guard(channel.fileno(), notes, self.where, orphan_seconds=0.0 if fenced else ORPHAN_SECONDS)
+        self._watchdog = Watchdog(channel.fileno(), notes, self.where, orphan_seconds=0.0 if fenced else ORPHAN_SECONDS)
 
     async def run(self) -> None:
         """Run the order to its end, and return when the parent has been told of it."""
         loop = self._loop
         await loop.create_connection(lambda: self._channel, sock=self._socket)
         loop.add_signal_handler(PARENT, self._signaled)
-        self._guard.start()
+        self._watchdog.start()
         os.set_blocking(self._notes, False)
         self._beat()
         try:
@@ -128,7 +128,7 @@ class Served:
             self._beating.cancel()
             self._channel.close()
             await self._closed.wait()
-            self._guard.stop()
+            self._watchdog.stop()
 
     def tell(self, event: Event) -> None:
         """Send an event to the parent. Never waits: log lines that the parent does not read in time are lost, and counted."""
@@ -156,7 +156,7 @@ class Served:
     def _beat(self) -> None:
         now = self._loop.time()
         self._beating = self._loop.call_at(next_beat(now, self._period), self._beat)
-        self._guard.turned()
+        self._watchdog.turned()
         with suppress(OSError):  # the parent has not looked for very long, or is gone
             os.write(self._notes, BEAT)
         # One that must not hang for long beats more often than it tells this.

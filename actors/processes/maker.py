@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 from msgspec import structs
 
 from actors.errors import DeclarationError
-from actors.processes.home import TreeHome
 from actors.processes.life import ProcessLife
-from actors.processes.meeting import Meeting
 from actors.processes.messages import CrashAsked
+from actors.processes.parent import ParentSide
+from actors.processes.rendezvous import Rendezvous
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.processes.ahead import Ahead
     from actors.processes.flights import Recorder
     from actors.processes.life import Launch, Process
     from actors.processes.messages import Event, Order
+    from actors.processes.prefork import PreforkPool
     from actors.processes.spawned import Started
     from actors.runtime.runtime import Runtime
     from actors.supervision.child import Child
@@ -31,7 +31,7 @@ class Processes:
     """The source of lives in processes of their own, of one system (`runtime.OtherProcesses`), and those that run. `elsewhere` launches those
     on other machines.
 
-    Invariants: `running` has each process that runs, by the path of its child. `_ahead` is None until a process of this machine is launched.
+    Invariants: `running` has each process that runs, by the path of its child. `_prefork` is None until a process of this machine is launched.
     """
 
     def __init__(
@@ -44,14 +44,14 @@ class Processes:
         self._runtime = runtime
         self._elsewhere = elsewhere
         self._recorders = recorders
-        self._meeting = Meeting(runtime, transport)
-        self._ahead: Ahead | None = None
+        self._rendezvous = Rendezvous(runtime, transport)
+        self._prefork: PreforkPool | None = None
         self.running: dict[tuple[str, ...], Process] = {}
 
     def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int) -> ProcessLife:
         """Make a new life of `child`. Raises what `Directory.enter` raises."""
-        home = TreeHome(self._runtime, self._meeting, child, path, partial(self._running, path))
-        return ProcessLife(home, self._launch)
+        parent = ParentSide(self._runtime, self._rendezvous, child, path, partial(self._running, path))
+        return ProcessLife(parent, self._launch)
 
     def crash(self, path: tuple[str, ...], error: Exception) -> None:
         """Make the node at this path fail with `error`."""
@@ -79,7 +79,7 @@ class Processes:
             if self._elsewhere is None:
                 raise DeclarationError(f"{order.spec!r}: say where its hosts are: run(tree, hosts=..., transport=...)")
             return await self._elsewhere(order, take)
-        await self._meeting.open()
+        await self._rendezvous.open()
         if self._runtime.clock.virtual:
             from actors.processes.simulated import simulate
 
@@ -90,11 +90,11 @@ class Processes:
 
     def _started_ahead(self, order: Order) -> Started | None:
         """The interpreter that waits for this order, if one does. With the first order those of the rest of the tree are started."""
-        if self._ahead is None:
-            from actors.processes.ahead import Ahead
+        if self._prefork is None:
+            from actors.processes.prefork import PreforkPool
 
             supervisor = self._runtime.tree.supervisor
             assert supervisor is not None
-            self._ahead = Ahead(supervisor.spec, supervisor.path, order)
-            self._runtime.observers.closing.append(self._ahead.close)
-        return self._ahead.take(order)
+            self._prefork = PreforkPool(supervisor.spec, supervisor.path, order)
+            self._runtime.observers.closing.append(self._prefork.close)
+        return self._prefork.take(order)

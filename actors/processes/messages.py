@@ -1,4 +1,4 @@
-"""What a process and its parent tell each other: the order, with which the process begins, requests of the parent, and what comes home."""
+"""What a process and its parent tell each other: the order, with which the process begins, requests of the parent, and what goes back to the parent."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def preparation(*, main: bool, modules: tuple[str, ...] = ()) -> Preparation:
     if not main:
         return Preparation(*common, modules=modules)
     module = sys.modules["__main__"]
-    sys.modules.setdefault(MAIN, module)  # so that what comes home from there is found here
+    sys.modules.setdefault(MAIN, module)  # so that what goes back from there to the parent is found here
     spec = module.__spec__
     if spec is not None:
         return Preparation(*common, main=spec.name)

@@ -100,6 +100,14 @@ class JournalBoundary(Interceptor):
         """Have the callback with this number called."""
 
     @abstractmethod
+    def read(self, clock: Callable[[], float]) -> float:
+        """The time that a member's code reads from `clock`."""
+
+    @abstractmethod
+    def in_thread(self, start: Callable[[], asyncio.Future[Any]], name: str) -> asyncio.Future[Any]:
+        """The future of work in an executor, which `start()` begins."""
+
+    @abstractmethod
     def expected(self, future: asyncio.Future[Any], number: int) -> None:
         """A member was given a future that others complete, or may."""
 
@@ -133,18 +141,38 @@ class JournalBoundary(Interceptor):
         arguments: tuple[Any, ...],
         context: Context | None,
     ) -> asyncio.Handle:
+        """Have `callback` called soon, or at the loop time `when`. `plain(callback, *arguments, context=context)` is the loop's own way."""
         self._scheduled += 1
         return self.plan(plain, when, self._scheduled, callback, arguments, context)
 
     def begin(self, task: OwnedTask) -> None:
+        """A task of a member has been made."""
         self._begun += 1
-        boundary: Any = self
-        task.boundary, task.number = boundary, self._begun
+        task.boundary, task.number = self, self._begun
         self.tasks[task.number] = task
         task.add_done_callback(_forgets(self.tasks), context=Context())
 
     def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: Any) -> bool:
+        """Other code cancels a task of a member: call `cancel(message)`."""
         return self.enter("interrupt", (task.number, None), cancel, message)
+
+    # -- the graph, which tells of every end that joins or leaves -------------------------------------------------------------
+
+    def publisher_joined(self, publisher: PublisherPeer) -> None:
+        """Do nothing."""
+
+    def publisher_left(self, publisher: PublisherPeer) -> None:
+        """Do nothing."""
+
+    def subscription_joined(self, subscription: SubscriptionPeer) -> None:
+        if self.owns(subscription):
+            self.number_of(subscription)
+
+    def subscription_left(self, subscription: SubscriptionPeer) -> None:
+        """Do nothing."""
+
+    def server_changed(self, entry: ServerEntry[Any]) -> None:
+        """Do nothing."""
 
     # -- what comes in ------------------------------------------------------------------------------------------------------
 
@@ -212,6 +240,9 @@ class JournalBoundary(Interceptor):
         return number
 
     # -- what goes out ------------------------------------------------------------------------------------------------------
+
+    def tapping(self, publisher: PublisherPeer) -> Target | None:
+        return nothing if self.owns(publisher) else None  # so that `publishing` is asked, even if nobody listens
 
     def publishing(self, publisher: PublisherPeer, targets: tuple[Target, ...]) -> tuple[Target, ...]:
         if not self.owns(publisher):
@@ -318,7 +349,7 @@ class JournalBoundary(Interceptor):
         self._awaited += 1
         self.futures[future] = self._awaited
         self.expected(future, self._awaited)
-        future.add_done_callback(_nothing)  # so that its end is always noticed as a callback of the node
+        future.add_done_callback(nothing)  # so that its end is always noticed as a callback of the node
 
 
 class Answer(asyncio.Future[Any]):
@@ -408,5 +439,5 @@ def _forgets(tasks: dict[int, OwnedTask]) -> Callable[[Any], None]:
     return forget
 
 
-def _nothing(_: object) -> None:
+def nothing(_: object) -> None:
     """Do nothing."""

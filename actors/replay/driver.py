@@ -66,7 +66,7 @@ class Driver:
                 self.boundary.served(entry)
 
         graph.open_standard_service = open_standard_service
-        graph.watchers.append(_Numbers(self.boundary))
+        graph.watchers.append(self.boundary)
 
     # -- the course of the recording ----------------------------------------------------------------------------------------------
 
@@ -201,34 +201,6 @@ class Driver:
         self.boundary.now = self._loop.now = time
 
 
-class _Numbers:
-    """Gives the subscriptions of the replayed nodes their numbers, as a recording does."""
-
-    def __init__(self, boundary: ReplayingBoundary) -> None:
-        self._boundary = boundary
-
-    def publisher_joined(self, publisher: Any) -> None:
-        if self._boundary.owns(publisher):
-            publisher.attach(_nothing)
-
-    def publisher_left(self, publisher: Any) -> None:
-        """Do nothing."""
-
-    def subscription_joined(self, subscription: Any) -> None:
-        if self._boundary.owns(subscription):
-            self._boundary.number_of(subscription)
-
-    def subscription_left(self, subscription: Any) -> None:
-        """Do nothing."""
-
-    def server_changed(self, entry: Any) -> None:
-        """Do nothing."""
-
-
 def _is_early(handle: asyncio.Handle, time: float) -> bool:
     """Whether a callback is a timer that is not due yet: then it is not the one that had its number in the recording."""
     return isinstance(handle, asyncio.TimerHandle) and handle.when() > time + RESOLUTION
-
-
-def _nothing(_: object) -> None:
-    """Do nothing."""

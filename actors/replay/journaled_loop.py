@@ -8,14 +8,16 @@ from concurrent.futures import Executor
 from contextvars import Context
 from functools import partial
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, TypeVarTuple, cast
+from typing import TYPE_CHECKING, Any, TypeVar, TypeVarTuple, cast
 
-from actors.inbox.boundary import BOUNDARY, Boundary, outside
+from actors.inbox.boundary import BOUNDARY, outside
 from actors.replay.errors import ReplayError
 from actors.time.extending import extend
 from actors.waiting import wake
 
 if TYPE_CHECKING:
+    from actors.replay.boundary import JournalBoundary
+
     _Loop = asyncio.BaseEventLoop
 else:
     _Loop = object
@@ -26,41 +28,10 @@ _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")
 
 
-class LoopBoundary(Boundary, Protocol):
-    """The boundary of a node, as the event loop meets it."""
-
-    def schedule(
-        self,
-        plain: Callable[..., asyncio.Handle],
-        when: float | None,
-        callback: Callback,
-        arguments: tuple[Any, ...],
-        context: Context | None,
-    ) -> asyncio.Handle:
-        """Have `callback` called soon, or at the loop time `when`. `plain(callback, *arguments, context=context)` is the loop's own way."""
-        ...
-
-    def read(self, clock: Callable[[], float]) -> float:
-        """The time that the node's code reads from `clock`."""
-        ...
-
-    def begin(self, task: OwnedTask) -> None:
-        """A task of the node has been made."""
-        ...
-
-    def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: Any) -> bool:
-        """Other code cancels a task of the node: call `cancel(message)`."""
-        ...
-
-    def in_thread(self, start: Callable[[], asyncio.Future[Any]], name: str) -> asyncio.Future[Any]:
-        """The future of work in an executor, which `start()` begins."""
-        ...
-
-
 class OwnedTask(asyncio.Task[Any]):
     """A task that knows whose code runs in it, so that it is noticed if other code cancels it."""
 
-    boundary: LoopBoundary | None = None
+    boundary: JournalBoundary | None = None
     number = 0
     """Its place among the tasks of its node."""
 
@@ -109,7 +80,7 @@ class JournaledLoop(_Loop):
             with outside():
                 return run(executor, func, *args)
 
-        return cast("LoopBoundary", boundary).in_thread(begin, "executor")
+        return cast("JournalBoundary", boundary).in_thread(begin, "executor")
 
 
 class RealJournaledLoop(JournaledLoop):
@@ -119,7 +90,7 @@ class RealJournaledLoop(JournaledLoop):
         boundary = BOUNDARY.get()
         if boundary is None or get_ident() != self.thread:  # work in a thread inherits the context of the node
             return super().time()
-        return cast("LoopBoundary", boundary).read(super().time)
+        return cast("JournalBoundary", boundary).read(super().time)
 
     def call_later(
         self, delay: float, callback: Callable[[*_Ts], object], *args: *_Ts, context: Context | None = None
@@ -179,7 +150,7 @@ def _task(loop: asyncio.AbstractEventLoop, coroutine: Coroutine[Any, Any, Any], 
     return task
 
 
-def _boundary_of(context: Context | None) -> LoopBoundary | None:
+def _boundary_of(context: Context | None) -> JournalBoundary | None:
     """The boundary in a context; in the present one for None."""
     boundary = BOUNDARY.get() if context is None else context.get(BOUNDARY)
-    return cast("LoopBoundary | None", boundary)
+    return cast("JournalBoundary | None", boundary)

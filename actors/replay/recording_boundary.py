@@ -8,7 +8,7 @@ from contextvars import Context
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.inbox.boundary import BOUNDARY, outside
-from actors.replay.boundary import CANCELED, JournalBoundary
+from actors.replay.boundary import CANCELED, JournalBoundary, nothing
 from actors.replay.recording import APART, BACK, WITHIN
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class RecordingBoundary(JournalBoundary):
         """Keep nothing any more: there will be no journal."""
         self.spool.failure = why
         self.spool.entries.clear()
-        self._put = _nothing
+        self._put = nothing
 
     def take(self) -> list[bytes]:
         """The parts of the journal that are new since the last call."""
@@ -215,14 +215,10 @@ class RecordingBoundary(JournalBoundary):
     def publisher_joined(self, publisher: PublisherPeer) -> None:
         others: list[Any] = publisher.entry.subscriptions
         self._joined(publisher, others)
-        if self.owns(publisher):
-            mine: Any = publisher
-            mine.attach(_nothing)  # so that `publishing` is asked, even if nobody listens
 
     def subscription_joined(self, subscription: SubscriptionPeer) -> None:
+        super().subscription_joined(subscription)
         others: list[Any] = subscription.entry.publishers
-        if self.owns(subscription):
-            self.number_of(subscription)
         self._joined(subscription, others)
 
     def _joined(self, peer: Any, others: list[Any]) -> None:
@@ -298,7 +294,3 @@ def state_of(entry: ServerEntry[Any], members: Container[str]) -> tuple[Any, ...
     if entry.restarting is not None:
         return ("restarting", *entry.restarting)
     return None if entry.stopped is None else ("stopped", entry.stopped)
-
-
-def _nothing(_: object) -> None:
-    """Do nothing."""

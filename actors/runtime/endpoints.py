@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine, Iterable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 from actors.actions.client import DIRECT, Goal
@@ -30,7 +31,7 @@ from actors.qos.overriding import changes
 from actors.qos.policies import QoS
 from actors.runtime.introspection import Introspection, has_introspection
 from actors.services.client import Client, submit
-from actors.services.server import InterceptedServer, Server
+from actors.services.server import InterceptedServer, Request, Server
 from actors.time.deadlines import check_timeout
 from actors.topics.handler import ConcurrentSubscription, HandlerSubscription
 from actors.topics.stream import Stream, StreamSubscription
@@ -46,6 +47,8 @@ if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.interceptor import Interceptor
     from actors.services.peers import ServicePeer, Submit
+    from actors.services.server import Handle, Take
+    from actors.topics.content_filter import ContentFilter
     from actors.topics.handler import Handler
     from actors.topics.publisher import Publisher
 
@@ -314,10 +317,12 @@ class Endpoints:
         if not (interceptors := self._interceptors):
             return Server(self._life, entry, type, handler, label, concurrent)
         server = InterceptedServer(self._life, entry, type, handler, label, concurrent)
+        taking: Take = partial(Server.submit, server)
+        handling: Handle = Request.handle
         for each in interceptors:
-            server.taking = each.taking(server, server.taking)
-            if declared:
-                server.handling = each.handling(server, server.handling)
+            taking = each.taking(server, taking)
+            handling = each.handling(server, handling) if declared else handling
+        server.taking, server.handling = taking, handling
         return server
 
     def serve_action(

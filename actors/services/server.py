@@ -10,7 +10,7 @@ import asyncio
 import math
 from collections import deque
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
 
 import msgspec
 
@@ -49,12 +49,14 @@ class Server:
         "inbox",
         "label",
         "node",
-        "request",
         "response",
         "took_long",
         "type",
         "waiting",
     )
+
+    request: ClassVar[type[Request]]
+    """The class of what `submit` makes."""
 
     def __init__(
         self,
@@ -77,7 +79,6 @@ class Server:
         self.active: dict[Request, None] | None = {} if concurrent else None
         self.waiting: deque[Request] | None = deque() if concurrent else None
         self.calls = 0
-        self.request: type[Request] = Request
         self.took_long = False
         """Whether a concurrent request has taken `LONG`, which is told once."""
 
@@ -227,27 +228,13 @@ class Request(msgspec.Struct, eq=False):
     """`run`, also in a derived class: the frame of a handler."""
 
 
-class InterceptedServer(Server):
-    """A server whose requests pass interceptors: on their way in, by `taking`, and when they are handled, by `handling`."""
+Server.request = Request  # it can be named only here
 
-    __slots__ = ("handling", "taking")
 
-    def __init__(
-        self,
-        node: Caller,
-        entry: Registration,
-        kind: type[ServiceType[Any, Any]],
-        handler: Callable[[Any], Awaitable[Message]],
-        label: str,
-        concurrent: int = 0,
-    ) -> None:
-        super().__init__(node, entry, kind, handler, label, concurrent)
-        self.request = InterceptedRequest
-        self.taking: Take = super().submit
-        self.handling: Handle = Request.handle
-
-    def submit(self, message: Any, caller: Requester, timeout: float) -> Request:
-        return self.taking(message, caller, timeout)
+Take: TypeAlias = Callable[[Any, Requester, float], Request]
+"""Takes in a request, as `Server.submit` does."""
+Handle: TypeAlias = Callable[[Request], Awaitable[None]]
+"""Handles a request and completes its future, as `Request.run` does."""
 
 
 class InterceptedRequest(Request, eq=False):
@@ -259,7 +246,16 @@ class InterceptedRequest(Request, eq=False):
             await server.handling(self)
 
 
-Take: TypeAlias = Callable[[Any, Requester, float], Request]
-"""Takes in a request, as `Server.submit` does."""
-Handle: TypeAlias = Callable[[Request], Awaitable[None]]
-"""Handles a request and completes its future, as `Request.run` does."""
+class InterceptedServer(Server):
+    """A server whose requests pass interceptors: on their way in, by `taking`, and when they are handled, by `handling`."""
+
+    __slots__ = ("handling", "taking")
+
+    request = InterceptedRequest
+    taking: Take
+    """`Server.submit`, behind the interceptors."""
+    handling: Handle
+    """`Request.handle`, behind the interceptors."""
+
+    def submit(self, message: Any, caller: Requester, timeout: float) -> Request:
+        return self.taking(message, caller, timeout)

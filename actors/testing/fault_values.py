@@ -128,7 +128,7 @@ class Profile:
     router: bool = False
     """Whether the network has a router."""
     seconds: float = 0.0
-    stormy_seconds: float = 0.0
+    faulty_seconds: float = 0.0
     """How long faults of the network could occur: until the body has called `Lab.recover`."""
 
 

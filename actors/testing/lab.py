@@ -27,7 +27,7 @@ from actors.system import System
 from actors.testing.failures import UnexpectedFailure
 from actors.testing.leaks import Leak
 from actors.testing.rig import Rig, quiet, virtual_loop
-from actors.testing.simulation.storm import Storm
+from actors.testing.simulation.injection import NetworkFaults
 from actors.transport.simulated.conditions import LAN, Conditions
 from actors.transport.simulated.network import Network
 
@@ -83,7 +83,7 @@ class Lab:
         self._machines: dict[str, _Machine] = {}
         self._router = False
         self._tasks: list[asyncio.Task[None]] = []
-        self._storm = Storm(self, self._network, faults)
+        self._faults = NetworkFaults(self, self._network, faults)
 
     # -- hosts --------------------------------------------------------------------------------------------------------------
 
@@ -214,7 +214,7 @@ class Lab:
         """
         if self.recovered_at is None:
             self.recovered_at = self.now
-        self._storm.end()
+        self._faults.end()
         for one, other in combinations(self._machines, 2):
             self.heal(one, other)
         await self._see_through()
@@ -261,7 +261,7 @@ class Lab:
 
     async def close(self) -> None:
         """Stop all systems, the newest first. Raises `Leak` and `UnexpectedFailure` as `Rig.close` does, for the first host with one."""
-        self._storm.end()
+        self._faults.end()
         errors: list[Exception] = []
         try:
             await self._see_through()

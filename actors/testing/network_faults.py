@@ -31,7 +31,7 @@ class OfNetwork(ABC):
     def draw(self, rng: Random, profile: Profile) -> list[Fault]:
         """Draw some faults of this kind; often none."""
         hosts = sorted(host for host, has_tree in profile.hosts.items() if has_tree)
-        count = rng.randint(1, self.at_most) if profile.stormy_seconds > 0.0 else 0
+        count = rng.randint(1, self.at_most) if profile.faulty_seconds > 0.0 else 0
         drawn = [self._draw_one(rng, hosts, profile) for _ in range(count)]
         return [fault for fault in drawn if fault is not None]
 
@@ -43,7 +43,7 @@ class OfNetwork(ABC):
         return [host for host in hosts if fnmatchcase(host, self.host)]
 
     def _start(self, rng: Random, profile: Profile) -> int:
-        return rng.randint(0, int(profile.stormy_seconds * 1000))
+        return rng.randint(0, int(profile.faulty_seconds * 1000))
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 from actors.inbox.boundary import outside
 from actors.transport.cycles import Cycles
 from actors.transport.domain_id import domain_from_environment
-from actors.transport.figures import Teller
+from actors.transport.figures import StatsPublisher
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.tokens import EndpointKind
 from actors.transport.local_actions import Actions
@@ -86,7 +86,7 @@ class Bridge:
         self._clients = Clients(side, self._cycles)
         self._services = Services(side, self._clients)
         self._actions = Actions(side, self._topics, self._services, self._clients)
-        self._teller = Teller(side)
+        self._stats = StatsPublisher(side)
         self._begun = False
         """Whether the transport has to be closed."""
         self._open = False
@@ -122,14 +122,14 @@ class Bridge:
         observers.dismissed.append(self._dismissed)
         for tell in self._early:
             tell()
-        self._teller.open()
+        self._stats.open()
 
     async def close(self) -> None:
         """Withdraw everything, and close the transport. The other processes learn of it at once."""
         if self._open:
             self._graph.watchers.remove(self)
         self._open = False
-        self._teller.close()
+        self._stats.close()
         if self._begun:
             await self._transport.close()
         for endpoint in list(self._endpoints.values()):
@@ -222,7 +222,7 @@ class Bridge:
     def wanted(self, publisher: PublisherHere) -> None:
         """See `Events.wanted`."""
         self._topics.wanted(publisher)
-        self._teller.wanted(publisher)
+        self._stats.wanted(publisher)
 
     def liveliness(self, gid: bytes) -> None:
         """See `Events.liveliness`."""

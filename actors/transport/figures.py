@@ -126,7 +126,7 @@ FIGURES: Final = Topic(ProcessFigures, "/_robactor/figures", 1000)
 """For those who watch; each process has a publisher of it that is not shown."""
 
 
-class Teller:
+class StatsPublisher:
     """Tells the figures of one process.
 
     Invariant: a timer is running while it is open and somebody watches; otherwise nothing of it runs.

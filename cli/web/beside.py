@@ -39,11 +39,11 @@ async def serve_beside(
         )  # fmt: skip
         for module in ("websockets.asyncio.server", "cli.web.server.server"):
             await asyncio.to_thread(import_module, module)  # the nodes that run go on meanwhile
-        from cli.web.graph.overview import TreeTeller
+        from cli.web.graph.overview import TreePublisher
         from cli.web.server.server import WebServer
 
         teller = f"{NAME}_tree_{os.getpid()}"
-        await system.join(Child(TreeTeller, name=teller))
+        await system.join(Child(TreePublisher, name=teller))
         await apart(Child(WebServer, name=NAME, args=(settings, teller)))
     except (WireUnavailable, ActorError) as error:
         raise WebUnavailable(str(error)) from None

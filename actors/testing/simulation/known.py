@@ -36,7 +36,7 @@ def _counts(fault: Fault, profile: Profile) -> dict[str, int]:
     if fault.kind in ("lose", "delay", "duplicate", "swap", "freeze", "nan"):
         return profile.links | profile.watching
     if fault.kind in OF_NETWORK:
-        return dict.fromkeys(_network(fault, profile), int(profile.stormy_seconds * 1000))
+        return dict.fromkeys(_network(fault, profile), int(profile.faulty_seconds * 1000))
     if fault.kind == "clock-jump":
         return {CLOCK: milliseconds}
     if fault.kind == "slow-step" or (fault.kind == "crash" and ">" in fault.target):

@@ -163,7 +163,7 @@ def _measure(stage: Stage, profile: Profile, seconds: float) -> None:
     profile.seconds = seconds
     if isinstance(stage, Lab):
         profile.hosts, profile.router = stage.hosts, stage.has_router
-        profile.stormy_seconds = seconds if stage.recovered_at is None else stage.recovered_at
+        profile.faulty_seconds = seconds if stage.recovered_at is None else stage.recovered_at
 
 
 def _demand_orderly_ends(simulation: Simulation) -> None:

@@ -1,6 +1,6 @@
 """What a server knows of the system that it shows: its own, or that of the process which has started it.
 
-A tree whose nodes run in several processes has its supervisors in one of them, and the server in another. There, `TreeTeller` tells what the
+A tree whose nodes run in several processes has its supervisors in one of them, and the server in another. There, `TreePublisher` tells what the
 supervisors know; here, `Told` puts it together with the graph that the server's own process sees.
 """
 
@@ -142,7 +142,7 @@ _TREE: Final = Topic(String, "~/tree", qos.STATE)
 _CRASHES: Final = Topic(String, "~/crash")
 
 
-class TreeTeller(Node):
+class TreePublisher(Node):
     """Tells the nodes of its system whenever a life, a state or a place has changed, and makes a node fail when the server asks for it."""
 
     tree = publishes(_TREE)
@@ -171,7 +171,7 @@ class TreeTeller(Node):
 
 
 class Told:
-    """The system that a `TreeTeller` tells of: its tree from there, all else as the process of `node`, the server, sees it."""
+    """The system that a `TreePublisher` tells of: its tree from there, all else as the process of `node`, the server, sees it."""
 
     def __init__(self, node: Node, system: System, teller: str) -> None:
         self._system = system

@@ -59,7 +59,7 @@ QUIET.propagate = False
 class WebServer(Node):
     """Serves the graph of its system on one port, from `on_start` to `on_stop`. A client never makes another node wait.
 
-    With `teller`, the name of a `TreeTeller` in another process, it shows the tree of that one; else that of its own process.
+    With `teller`, the name of a `TreePublisher` in another process, it shows the tree of that one; else that of its own process.
 
     Invariant: `_clients` holds every client, by its number, whatever it looks at: the graph, or a recording.
     """

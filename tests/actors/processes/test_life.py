@@ -9,7 +9,7 @@ from typing import Any, cast
 import pytest
 
 from actors import Failed, ProcessDied, Skip, Stop, Stopped
-from actors.processes.life import LAST_SECONDS, TERMINATION_SECONDS, UNMET_STOP_SECONDS, Home, ProcessLife
+from actors.processes.life import LAST_SECONDS, TERMINATION_SECONDS, UNMET_STOP_SECONDS, Parent, ProcessLife
 from actors.processes.messages import Event, Order, Over, Ready, Request, StopAsked
 from tests.actors.supervision.kit import settle, virtual
 
@@ -44,7 +44,7 @@ class Noted:
 
 
 class Stage:
-    """A life under test, with its process and its home."""
+    """A life under test, with its process and its parent."""
 
     def __init__(self) -> None:
         self.process = Noted()
@@ -52,7 +52,7 @@ class Stage:
         self.doomed = False
         self.unmet: Exception | None = None
         self.started = 0
-        self.life = ProcessLife(cast("Home", self), self._launch)
+        self.life = ProcessLife(cast("Parent", self), self._launch)
         self.task = asyncio.create_task(self.life.run(self._begun))
 
     async def _launch(self, order: Order, take: Callable[[Event], None]) -> Any:

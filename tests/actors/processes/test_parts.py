@@ -1,4 +1,4 @@
-"""The parts of a real process, each by itself: copying, the channel, the guard, the preparation, and the private network."""
+"""The parts of a real process, each by itself: copying, the channel, the watchdog, the preparation, and the private network."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from typing import Any
 import pytest
 
 from actors import RemoteError, StartFailed
-from actors.processes import guard as guards
+from actors.processes import watchdog as watchdogs
 from actors.processes.channel import Channel, framed
-from actors.processes.guard import Guard
-from actors.processes.meeting import Meeting
 from actors.processes.pickling import pack, unpack
 from actors.processes.preparation import environment, preparation, prepare
+from actors.processes.rendezvous import Rendezvous
+from actors.processes.watchdog import Watchdog
 from actors.system import System
 from actors.transport.zenoh import ZenohTransport
 from tests.actors.processes.kit import until
@@ -133,31 +133,31 @@ async def test_what_the_other_end_does_not_read_waits() -> None:
     await asyncio.sleep(0.01)
 
 
-# -- the guard ----------------------------------------------------------------------------------------------------------------
+# -- the watchdog ----------------------------------------------------------------------------------------------------------------
 
 
 def guard_runs() -> bool:
-    return "robactor guard" in [thread.name for thread in threading.enumerate()]
+    return "robactor watchdog" in [thread.name for thread in threading.enumerate()]
 
 
 def test_what_a_loop_hangs_in_is_noted_once_each_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guards, "NOTED_SECONDS", 0.02)
-    monkeypatch.setattr(guards, "_LOOK", 0.005)
+    monkeypatch.setattr(watchdogs, "NOTED_SECONDS", 0.02)
+    monkeypatch.setattr(watchdogs, "_LOOK", 0.005)
     ours, theirs = socket.socketpair()
     notes, noting = os.pipe()
     told = iter(["first", "second"])
-    guard = Guard(theirs.fileno(), noting, lambda: next(told))
-    guard.start()
+    watchdog = Watchdog(theirs.fileno(), noting, lambda: next(told))
+    watchdog.start()
     assert not select.select([notes], [], [], 0.05)[0]  # its loop has not begun to turn
-    guard.turned()
+    watchdog.turned()
     assert os.read(notes, 100) == b"first\n"
     assert not select.select([notes], [], [], 0.05)[0]
-    guard.turned()
+    watchdog.turned()
     assert os.read(notes, 100) == b"second\n"
-    guard.turned()
-    assert os.read(notes, 100) == b"not known: StopIteration()\n"  # the guard outlives what it calls
+    watchdog.turned()
+    assert os.read(notes, 100) == b"not known: StopIteration()\n"  # the watchdog outlives what it calls
     assert guard_runs()
-    guard.stop()
+    watchdog.stop()
     while guard_runs():
         threading.Event().wait(0.01)
     for end in (ours, theirs):
@@ -167,27 +167,27 @@ def test_what_a_loop_hangs_in_is_noted_once_each_time(monkeypatch: pytest.Monkey
 
 
 def test_when_the_parent_is_gone_a_process_has_some_time_to_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guards, "ORPHAN_SECONDS", 0.05)
+    monkeypatch.setattr(watchdogs, "ORPHAN_SECONDS", 0.05)
     ours, theirs = socket.socketpair()
     over = threading.Event()
-    guard = Guard(theirs.fileno(), 0, str, over.set)
-    guard.start()
+    watchdog = Watchdog(theirs.fileno(), 0, str, over.set)
+    watchdog.start()
     assert not over.wait(0.2)
     ours.close()
     assert over.wait(30.0)
-    guard.stop()
+    watchdog.stop()
     theirs.close()
 
 
 def test_a_process_that_ends_in_time_is_not_ended_by_its_guard(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guards, "ORPHAN_SECONDS", 30.0)
+    monkeypatch.setattr(watchdogs, "ORPHAN_SECONDS", 30.0)
     ours, theirs = socket.socketpair()
     over = threading.Event()
-    guard = Guard(theirs.fileno(), 0, str, over.set)
+    watchdog = Watchdog(theirs.fileno(), 0, str, over.set)
     ours.close()
-    guard.start()
-    guard.stop()
-    while "robactor guard" in [thread.name for thread in threading.enumerate()]:
+    watchdog.start()
+    watchdog.stop()
+    while "robactor watchdog" in [thread.name for thread in threading.enumerate()]:
         threading.Event().wait(0.01)
     assert not over.is_set()
     theirs.close()
@@ -259,11 +259,11 @@ def test_the_main_module_of_the_parent_is_run_under_another_name(
 
 async def test_processes_of_a_system_without_a_transport_meet_in_a_network_of_their_own() -> None:
     system = System(sinks=())
-    meeting = Meeting(system.runtime, None)
-    make = unpack(pack(meeting.sibling()))
+    rendezvous = Rendezvous(system.runtime, None)
+    make = unpack(pack(rendezvous.sibling()))
     assert isinstance(make(), ZenohTransport)
-    first = asyncio.ensure_future(meeting.open())
-    await asyncio.gather(first, meeting.open())
+    first = asyncio.ensure_future(rendezvous.open())
+    await asyncio.gather(first, rendezvous.open())
     assert len(system.runtime.observers.closing) == 1
     await system.runtime.leave()
 
@@ -275,10 +275,10 @@ async def test_processes_of_a_system_with_a_transport_join_its_network() -> None
     transport = ZenohTransport(
         ZenohConfig(gossip_port=0, listen=("tcp/127.0.0.1:7999",), connect=("tcp/10.0.0.1:7447",))
     )
-    meeting = Meeting(system.runtime, transport)
-    await meeting.open()
+    rendezvous = Rendezvous(system.runtime, transport)
+    await rendezvous.open()
     assert system.runtime.observers.closing == []
-    (config,) = meeting.sibling().args  # type: ignore[attr-defined]
+    (config,) = rendezvous.sibling().args  # type: ignore[attr-defined]
     assert config == ZenohConfig(gossip_port=0, connect=("tcp/10.0.0.1:7447", "tcp/127.0.0.1:7999"))
     (config,) = ZenohTransport(ZenohConfig(listen=("tcp/0.0.0.0:7448",))).sibling().args  # type: ignore[attr-defined]
     assert config == ZenohConfig()

@@ -42,8 +42,8 @@ from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.logs import LogRecord, console_sink, json_sink, structlog_sink
 from actors.places import traceback_of, users_trace
-from actors.processes.home import KNOWN_SECONDS, TreeHome
 from actors.processes.messages import StopAsked
+from actors.processes.parent import KNOWN_SECONDS, ParentSide
 from actors.processes.pickling import pack, unpack
 from actors.processes.simulated import SimulatedProcess
 from actors.supervision.errors import NotFound
@@ -159,7 +159,7 @@ async def test_a_node_of_another_process_is_seen_as_a_node_of_this_one(rig: Rig)
 async def test_a_process_whose_nodes_are_not_reached_is_told_and_then_has_not_started(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(TreeHome, "_missing", lambda home: {"/counter"})
+    monkeypatch.setattr(ParentSide, "_missing", lambda parent: {"/counter"})
     told: list[LogRecord] = []
     with pytest.raises(StartFailed, match=r"the transport has not reached /counter for 20 s: .* ROBACTOR_GOSSIP_PORT"):
         async with run(Supervisor("top", children=[Child(Counter, process=True)]), sinks=(told.append,)):
@@ -172,16 +172,16 @@ async def test_a_process_whose_nodes_are_not_reached_is_told_and_then_has_not_st
 async def test_a_process_of_another_machine_is_not_waited_for_longer_than_two_seconds() -> None:
     loop = asyncio.get_running_loop()
     graph = SimpleNamespace(on_change=lambda listener: lambda: None)
-    home: Any = TreeHome(
+    parent: Any = ParentSide(
         cast("Any", SimpleNamespace(graph=graph, enter=lambda spec, path: None)),
         cast("Any", None),
         Child(Counter, name="far", host="far"),
         ("far",),
         cast("Any", None),
     )
-    home._missing = lambda: {"/far"}
+    parent._missing = lambda: {"/far"}
     begun = loop.time()
-    await home.known()
+    await parent.known()
     assert loop.time() - begun == pytest.approx(KNOWN_SECONDS, abs=0.1)
 
 

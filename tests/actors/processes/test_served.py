@@ -125,7 +125,7 @@ def test_a_beat_that_is_due_tells_of_the_nodes() -> None:
     for now in (0.0, most - 0.5 * period, most):
         one: Any = SimpleNamespace(
             _loop=SimpleNamespace(time=lambda now=now: now, call_at=lambda *_: None), _period=period, _beat=None, _told=0.0, _notes=-1,
-            _guard=SimpleNamespace(turned=lambda: None), _hosted=SimpleNamespace(tell_nodes=lambda now=now: told.append(now)),
+            _watchdog=SimpleNamespace(turned=lambda: None), _hosted=SimpleNamespace(tell_nodes=lambda now=now: told.append(now)),
             _tell_lost=lambda: None,
         )  # fmt: skip
         mains.Served._beat(one)

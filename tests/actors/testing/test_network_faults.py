@@ -20,8 +20,8 @@ from actors.testing.simulation.search import search
 from actors.testing.simulation.trial import Outcome, Scenario, Trial
 
 COUNT = Topic(Int32, "count", 100)
-ONE_HOST = Profile(hosts={"robot": True, "desk": False}, seconds=10.0, stormy_seconds=10.0)
-THREE = Profile(hosts={"robot": True, "base": True, "arm": True, "desk": False}, seconds=20.0, stormy_seconds=10.0)
+ONE_HOST = Profile(hosts={"robot": True, "desk": False}, seconds=10.0, faulty_seconds=10.0)
+THREE = Profile(hosts={"robot": True, "base": True, "arm": True, "desk": False}, seconds=20.0, faulty_seconds=10.0)
 
 
 class Counter(Node):
@@ -227,7 +227,7 @@ def test_after_recover_no_fault_goes_on_and_none_begins() -> None:
     faults = parse("cut:robot=desk#4000+60 host-crash:robot#4500+0.5 host-crash:robot#6000+60 cut:robot=desk#7000+60")
     outcome = Scenario(body, on_hosts=True).play(Trial(0, shuffled=False, faults=faults))
     assert outcome.error is None
-    assert outcome.profile.stormy_seconds == 5.0
+    assert outcome.profile.faulty_seconds == 5.0
     assert heard[0] >= 48
 
 

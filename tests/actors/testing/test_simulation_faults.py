@@ -121,7 +121,7 @@ def test_a_seed_draws_the_same_faults_every_time_and_only_what_there_is(seed: in
 
 
 def test_every_kind_is_drawn_by_some_seed() -> None:
-    hosts = replace(PROFILE, hosts={"robot": True, "desk": True}, router=True, stormy_seconds=10.0)
+    hosts = replace(PROFILE, hosts={"robot": True, "desk": True}, router=True, faulty_seconds=10.0)
     drawn = {fault.kind for seed in range(300) for fault in draw(ALL, seed, PROFILE)}
     drawn_on_hosts = {fault.kind for seed in range(300) for fault in draw(ALL, seed, hosts)}
     assert drawn == set(get_args(Kind)) - set(OF_NETWORK), "where there is no network there are no faults of it"

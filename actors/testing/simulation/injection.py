@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from actors.transport.simulated.network import Network
 
 
-class Weathered(Protocol):
+class FaultyLab(Protocol):
     """What faults need of a lab."""
 
     @property
@@ -32,14 +32,14 @@ class Weathered(Protocol):
     def shift_clock(self, host: str, seconds: float) -> None: ...
 
 
-class Storm:
+class NetworkFaults:
     """The faults of one run. A fault that names a host which is not there yet, or is down, does nothing.
 
     Invariants: a link is as the faults that are now `_active` on it make it, and as usual without any; so where faults overlap, none of
     them ends early. After `end` nothing happens any more.
     """
 
-    def __init__(self, lab: Weathered, network: Network, faults: Sequence[Fault]) -> None:
+    def __init__(self, lab: FaultyLab, network: Network, faults: Sequence[Fault]) -> None:
         self._lab = lab
         self._network = network
         self._active: list[Fault] = []

@@ -1,4 +1,4 @@
-"""`Guard`: the thread of a process that notes what its event loop hangs in, and ends the process when its parent is gone."""
+"""`Watchdog`: the thread of a process that notes what its event loop hangs in, and ends the process when its parent is gone."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LOOK: Final = 0.1
 """Seconds between two looks."""
 
 
-class Guard:
+class Watchdog:
     """Watches the channel to the parent (`channel`, a descriptor), and the event loop that calls `turned`.
 
     What the loop hangs in, as `where` says, is written to the pipe `notes`, once each time: the channel belongs to the loop. `where` looks at
@@ -43,7 +43,7 @@ class Guard:
         self._turned: float | None = None
         self._noted = False
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="robactor guard", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="robactor watchdog", daemon=True)
 
     def start(self) -> None:
         """Start the thread."""
@@ -73,7 +73,7 @@ class Guard:
             self._noted = True
             try:
                 where = self._where()
-            except Exception as error:  # the guard goes on: it has to end this process with its parent
+            except Exception as error:  # the watchdog goes on: it has to end this process with its parent
                 where = f"not known: {error!r}"
             with suppress(OSError):  # the parent has not looked for very long, or is gone
                 os.write(self._notes, f"{where}\n".encode()[-select.PIPE_BUF :])

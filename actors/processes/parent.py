@@ -1,4 +1,4 @@
-"""`TreeHome`: brings what a process tells into the system of its parent: log lines, reports, and the records of its nodes."""
+"""`ParentSide`: brings what a process tells into the system of its parent: log lines, reports, and the records of its nodes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     from actors.processes.life import Process
-    from actors.processes.meeting import Meeting
+    from actors.processes.rendezvous import Rendezvous
     from actors.runtime.record import NodeRecord
     from actors.runtime.runtime import Runtime
     from actors.supervision.child_task import ChildTask
@@ -29,7 +29,7 @@ UNMET_SECONDS: Final = 20.0
 """and after so many the start has failed. A machine that is busy needs a while."""
 
 
-class TreeHome:
+class ParentSide:
     """The parent's side of one child of another process, over one life. What a next life needs of this one is in the records of the nodes.
 
     Invariants: every node that the process has told of has a record, in which `process` is the id of that process. What the parent itself
@@ -39,13 +39,13 @@ class TreeHome:
     def __init__(
         self,
         runtime: Runtime,
-        meeting: Meeting,
+        rendezvous: Rendezvous,
         spec: Child | Supervisor,
         path: tuple[str, ...],
         running: Callable[[Process, bool], None],
     ) -> None:
         self._runtime = runtime
-        self._meeting = meeting
+        self._rendezvous = rendezvous
         self._spec = spec
         self._path = path
         self._states: dict[tuple[str, ...], ChildState] = {}
@@ -58,7 +58,7 @@ class TreeHome:
             runtime.enter(spec, path)
 
     def order(self) -> Order:
-        """See `life.Home`."""
+        """See `life.Parent`."""
         runtime = self._runtime
         return Order(
             spec=self._spec,
@@ -66,8 +66,8 @@ class TreeHome:
             seed=runtime.seed,
             level=runtime.journal.level,
             options=runtime.options,
-            transport=self._meeting.sibling(),
-            domain_id=self._meeting.domain_id,
+            transport=self._rendezvous.sibling(),
+            domain_id=self._rendezvous.domain_id,
             nodes=tuple(self._facts_of(record) for record in runtime.directory.below(self._path) if record.incarnation),
             wall=runtime.clock.wall() - runtime.loop.time() if runtime.clock.virtual else None,
             placement=runtime.placement,

@@ -1,4 +1,4 @@
-"""`Ahead`: the interpreters of a tree, started together with the first of them, so that they import while others start."""
+"""`PreforkPool`: the interpreters of a tree, started together with the first of them, so that they import while others start."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MODULES: Final = ("actors.transport.zenoh.transport", "zenoh")
 """What every process of a tree needs."""
 
 
-class Ahead:
+class PreforkPool:
     """The interpreters of one system that have been started before their turn. A child that starts first makes all others wait for it, but
     not for the start of Python and the imports.
 

@@ -1,4 +1,4 @@
-"""`Meeting`: the transport by which the processes of one tree exchange messages."""
+"""`Rendezvous`: the transport by which the processes of one tree exchange messages."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from actors.transport.protocol import Transport
 
 
-class Meeting:
+class Rendezvous:
     """Where the processes of one tree meet. If the system has a transport, they use its network. Otherwise a network that is private to the
     tree is opened with the first process, and closed with the system.
 
