@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.geometry.planar import turned_back
 from robot.model.footprint import Footprint
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.sim.mjcf import obstacle_names
@@ -41,11 +42,9 @@ class Outline:
 
     def _on_cylinders(self, x: float, y: float, yaw: float) -> NDArray[np.bool_]:
         """Circles whose centre is nearer to the rectangle than their radius."""
-        c, s = math.cos(yaw), math.sin(yaw)
         cx, cy, radius = self._cylinders
-        dx, dy = cx - x, cy - y
-        ahead = np.maximum(np.abs(c * dx + s * dy) - LENGTH / 2, 0.0)
-        aside = np.maximum(np.abs(c * dy - s * dx) - WIDTH / 2, 0.0)
+        along, across = turned_back(yaw, cx - x, cy - y)
+        ahead, aside = np.maximum(np.abs(along) - LENGTH / 2, 0.0), np.maximum(np.abs(across) - WIDTH / 2, 0.0)
         return np.asarray(ahead * ahead + aside * aside < radius * radius, dtype=np.bool_)
 
     def _on_boxes(self, x: float, y: float, yaw: float) -> NDArray[np.bool_]:
