@@ -1,4 +1,4 @@
-"""What `topic list | info | type | find` print."""
+"""What `topic list | info` print."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from collections.abc import Iterable, Iterator
 from actors.suggest import did_you_mean
 from cli.command import CommandFailed, Exit
 from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, Endpoint, GraphView, absolute, look
-from cli.output import print_json, print_names, print_of_type, print_types
+from cli.output import print_json
 from cli.parsing import count
+from cli.verbs.naming import print_names
 
 _WORDS = {PUBLISHER: "PUBLISHER", SUBSCRIPTION: "SUBSCRIPTION", SERVER: "SERVER", CLIENT: "CLIENT"}
 
@@ -17,11 +18,11 @@ _WORDS = {PUBLISHER: "PUBLISHER", SUBSCRIPTION: "SUBSCRIPTION", SERVER: "SERVER"
 async def list_topics(options: argparse.Namespace) -> Exit:
     """The names of the topics, with types or with the number of their ends."""
     async with look(options) as view:
-        topics = view.topics(options.include_hidden_topics)
-    if options.verbose and not options.count_topics:
+        topics = view.topics(options.hidden)
+    if options.verbose and not options.counted:
         _print_verbose(options, view, topics)
     else:
-        print_names(topics, types=options.show_types, counted=options.count_topics, json=options.json)
+        print_names(topics, options, types=options.show_types)
     return Exit.DONE
 
 
@@ -123,20 +124,3 @@ def endpoint_json(end: Endpoint) -> dict[str, object]:
             "liveliness_lease": offered.liveliness_lease,
         },
     }
-
-
-async def type_of(options: argparse.Namespace) -> Exit:
-    """The types of a topic, one a line; 1 and nothing if there is no such topic."""
-    name = absolute(options.topic_name)
-    async with look(options, lambda view: name in view.topics()) as view:
-        types = view.topics().get(name, [])
-    print_types(types, json=options.json)
-    return Exit.DONE if types else Exit.FAILED
-
-
-async def find(options: argparse.Namespace) -> Exit:
-    """The topics of a type."""
-    async with look(options) as view:
-        topics = view.topics(options.include_hidden_topics)
-    print_of_type(topics, options.topic_type, counted=options.count_topics, json=options.json)
-    return Exit.DONE

@@ -1,4 +1,4 @@
-"""What `service list | type | find | info` print."""
+"""What `service info` prints."""
 
 from __future__ import annotations
 
@@ -6,33 +6,8 @@ import argparse
 
 from cli.command import CommandFailed, Exit
 from cli.graph.view import CLIENT, SERVER, absolute, look
-from cli.output import print_json, print_names, print_of_type, print_types
+from cli.output import print_json
 from cli.verbs.topic.listing import endpoint_json, endpoint_lines, unknown
-
-
-async def list_services(options: argparse.Namespace) -> Exit:
-    """The names of the services."""
-    async with look(options) as view:
-        services = view.services(options.include_hidden_services)
-    print_names(services, types=options.show_types, counted=options.count_services, json=options.json)
-    return Exit.DONE
-
-
-async def type_of(options: argparse.Namespace) -> Exit:
-    """The types of one service; 1 if there are none."""
-    name = absolute(options.service_name)
-    async with look(options, lambda view: name in view.services()) as view:
-        types = view.services().get(name, [])
-    print_types(types, json=options.json)
-    return Exit.DONE if types else Exit.FAILED
-
-
-async def find(options: argparse.Namespace) -> Exit:
-    """The services of one type."""
-    async with look(options) as view:
-        services = view.services(options.include_hidden_services)
-    print_of_type(services, options.service_type, counted=options.count_services, json=options.json)
-    return Exit.DONE
 
 
 async def info(options: argparse.Namespace) -> Exit:
