@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 import sys
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -20,27 +20,6 @@ def print_json(value: Any) -> None:
     from actors.logs.terminal import CONTROLS
 
     print(re.sub(f"[{CONTROLS}]", lambda found: f"\\u{ord(found[0]):04x}", msgspec.json.encode(value).decode()))
-
-
-def print_names(found: Mapping[str, Sequence[str]], *, types: bool, counted: bool, json: bool) -> None:
-    """The names of topics, services or actions, one a line; with their types, or only how many they are."""
-    if counted:
-        print_json(len(found)) if json else print(len(found))
-    elif json:
-        print_json([{"name": name, "types": list(each)} for name, each in found.items()])
-    else:
-        for name, each in found.items():
-            print(f"{name} [{', '.join(each)}]" if types else name)
-
-
-def print_of_type(found: Mapping[str, Sequence[str]], wanted: str, *, counted: bool, json: bool) -> None:
-    """The names of those that have the type `wanted`, or only how many they are."""
-    print_names({name: each for name, each in found.items() if wanted in each}, types=False, counted=counted, json=json)
-
-
-def print_types(types: Sequence[str], *, json: bool) -> None:
-    """The types of one topic, service or action, one a line; nothing if there are none."""
-    print_json(list(types)) if json else print("\n".join(types), end="\n" if types else "")
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from actors.runtime.interceptor import Interceptor
     from actors.services.peers import ServicePeer, Submit
     from actors.services.server import Handle, Take
-    from actors.topics.content_filter import ContentFilter
     from actors.topics.handler import Handler
     from actors.topics.publisher import Publisher
 

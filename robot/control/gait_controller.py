@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import cos, inf, isfinite, sin
+from math import inf, isfinite
 from typing import TypeAlias
 
 import numpy as np
@@ -24,6 +24,7 @@ from robot.estimation.leg_odometry import Estimator
 from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.estimation.virtual_imu import virtual_imu
+from robot.geometry.planar import turned_back
 from robot.geometry.vectors import Triple, Vector
 from robot.hardware.body import JOINT_NAMES, ImuSample, JointSample, MotorTargets
 from robot.model.actuators import MOTOR_DELAY
@@ -197,13 +198,12 @@ class GaitController:
     def state(self) -> GaitState:
         """The state after the latest step."""
         estimate = self._estimate
-        yaw = estimate.attitude.yaw
         vx, vy, vz = estimate.velocity
         return GaitState(
             mode=self.mode,
             position=np.array(estimate.position),
             quaternion=np.array(estimate.attitude.quaternion),
-            velocity=np.array((cos(yaw) * vx + sin(yaw) * vy, cos(yaw) * vy - sin(yaw) * vx, vz)),
+            velocity=np.array((*turned_back(estimate.attitude.yaw, vx, vy), vz)),
             angular_velocity=np.array(estimate.attitude.turn),
             contact=estimate.contact,
             gyro_bias=np.array(estimate.attitude.bias.value),
@@ -348,8 +348,8 @@ class GaitController:
             walking.stop.settling = Settling()
         walking.walker = WalkController(gaits_of(self._model)["trot"], ahead, trim=self._trim)
         walking.walker.join(self._estimate, ahead)
-        (vx, vy, _), c, s = ahead.velocity, cos(ahead.yaw), sin(ahead.yaw)
-        self._commands.resume(c * vx + s * vy, c * vy - s * vx, ahead.turn[2])
+        vx, vy, _ = ahead.velocity
+        self._commands.resume(*turned_back(ahead.yaw, vx, vy), ahead.turn[2])
 
     def _change(self, dt: float, ahead: PredictedState, joints: JointSample) -> None:
         """Take the next step towards the mode asked for, if this one is finished."""

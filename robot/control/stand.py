@@ -13,6 +13,7 @@ from robot.control.drive import Targets
 from robot.control.trim import Trim
 from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
+from robot.geometry.planar import turned, turned_back
 from robot.geometry.vectors import Triple, to_body, to_ground
 from robot.model.kinematics import leg_inverse
 from robot.model.legs import torques
@@ -41,8 +42,7 @@ class StandController:
         model = self._model = ahead.legs.model
         self._body = standing_mass(model.stand_height, model)
         self._spring, self._damper = SPRING * model.spring, DAMPER * model.damper
-        c, s = cos(ahead.yaw), sin(ahead.yaw)
-        level = [(c * x + s * y, c * y - s * x, z) for x, y, z in ahead.feet]
+        level = [(*turned_back(ahead.yaw, x, y), z) for x, y, z in ahead.feet]
         mx, my, mz = (sum(column) / 4 for column in zip(*level, strict=True))
         self._feet = [(x - mx, y - my, z - mz) for x, y, z in level]
         plane = TerrainPlane()
@@ -83,7 +83,6 @@ class StandController:
         return targets
 
     def _forces(self, ahead: PredictedState) -> list[Triple]:
-        c, s = cos(ahead.yaw), sin(ahead.yaw)
         model = self._model
         spring, damper = ATTITUDE_SPRING / model.length, ATTITUDE_DAMPER / model.speed
         inertia_x, inertia_y, _ = self._body.inertia
@@ -96,8 +95,7 @@ class StandController:
             brake * vx,
             brake * vy,
             model.mass * (GRAVITY + lift),
-            c * moment_x - s * moment_y,
-            s * moment_x + c * moment_y,
+            *turned(ahead.yaw, moment_x, moment_y),
             0.0,
         )
         x, y, z = to_ground(ahead.rotation, ahead.legs.centre)

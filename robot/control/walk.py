@@ -7,7 +7,7 @@ step to step is here.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, hypot, sin
+from math import hypot
 
 from robot.control.balance import distribute
 from robot.control.command import CommandLimits
@@ -22,6 +22,7 @@ from robot.control.walk_law import AT_REST, Step, WalkState, body_wrench, footho
 from robot.estimation.leg_odometry import Estimator
 from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
+from robot.geometry.planar import turned
 from robot.geometry.vectors import Triple, to_body, to_ground
 from robot.model.kinematics import leg_inverse, leg_jacobian
 from robot.model.legs import torques
@@ -146,8 +147,7 @@ class WalkController:
     def drift(self) -> tuple[float, float]:
         """The velocity of the sway, odom axes, m/s."""
         (_, forward, _), (_, left, _) = self._sway
-        c, s = cos(self._state.heading), sin(self._state.heading)
-        return (c * forward - s * left, s * forward + c * left)
+        return turned(self._state.heading, forward, left)
 
     def speed(self, ahead: PredictedState) -> float:
         """Of the body over the ground, without its sway, m/s."""
@@ -197,8 +197,7 @@ class WalkController:
         self._calm_down(dt, terrain)
         if not self._is_unsure(ahead, terrain):
             self.clock.advance(dt)
-        c, s = cos(ahead.yaw), sin(ahead.yaw)
-        wanted = (c * command[0] - s * command[1], s * command[0] + c * command[1])
+        wanted = turned(ahead.yaw, command[0], command[1])
         self._lean_over(dt, ahead)
         self._schedule(dt, estimate, ahead, terrain)
         step = Step(dt, ahead, terrain, wanted, command[2], self._sway, self.height, self._mass)

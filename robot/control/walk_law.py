@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan, cos, hypot, sin
+from math import atan, cos, hypot
 from typing import NamedTuple
 
 from robot.control.sway import Sway
@@ -26,6 +26,7 @@ from robot.control.walk_config import WalkConfig
 from robot.estimation.predict import PredictedState
 from robot.estimation.terrain import TerrainPlane
 from robot.geometry.angles import wrap
+from robot.geometry.planar import turned, turned_back
 from robot.geometry.vectors import Triple
 from robot.model.mass import StandingMass
 from robot.model.parameters import GRAVITY
@@ -83,22 +84,21 @@ AT_REST = Tracking((0.0, 0.0), (0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0))
 def track(config: WalkConfig, state: WalkState, step: Step) -> tuple[WalkState, Tracking]:
     """One step of the integral and of the heading that is held, and how far off the body is."""
     ahead, terrain = step.ahead, step.terrain
-    c, s = cos(ahead.yaw), sin(ahead.yaw)
     vx, vy, _ = ahead.velocity
-    error_x, error_y = step.wanted[0] - vx, step.wanted[1] - vy
+    slow, aside = turned_back(ahead.yaw, step.wanted[0] - vx, step.wanted[1] - vy)
     fore, side = step.sway
-    error = (c * error_x + s * error_y + fore[1], c * error_y - s * error_x + side[1])
+    error = (slow + fore[1], aside + side[1])
     ix, iy = (
         clip(learned + config.speed_integral * value * step.dt, config.most_integral)
         for learned, value in zip(state.integral, error, strict=True)
     )
     share = config.step_share * step.height / GRAVITY
-    back = (share * (c * ix - s * iy), share * (s * ix + c * iy))
+    back_x, back_y = turned(ahead.yaw, ix, iy)
     heading = ahead.yaw + clip(wrap(state.heading + step.turn * step.dt - ahead.yaw), config.heading_error)
-    roll = clip(atan(c * terrain.slope_y - s * terrain.slope_x), config.most_slope)
-    pitch = clip(-atan(c * terrain.slope_x + s * terrain.slope_y), config.most_slope)
+    rise_ahead, rise_left = turned_back(ahead.yaw, terrain.slope_x, terrain.slope_y)
+    roll, pitch = clip(atan(rise_left), config.most_slope), clip(-atan(rise_ahead), config.most_slope)
     lean = (roll - ahead.roll, pitch - ahead.pitch, wrap(heading - ahead.yaw))
-    return WalkState(heading, (ix, iy)), Tracking(error, (roll, pitch), lean, back)
+    return WalkState(heading, (ix, iy)), Tracking(error, (roll, pitch), lean, (share * back_x, share * back_y))
 
 
 def has_lost_balance(config: WalkConfig, tracking: Tracking) -> bool:
@@ -127,7 +127,6 @@ def body_wrench(
     `trim` is what a load asks for besides: lift (m/s2), and turning about roll and pitch (rad/s2).
     """
     ahead, terrain = step.ahead, step.terrain
-    c, s = cos(ahead.yaw), sin(ahead.yaw)
     vx, vy, vz = ahead.velocity
     fore, side = step.sway
     push_x, push_y = (
@@ -151,12 +150,12 @@ def body_wrench(
         )
     )
     mass = ahead.legs.model.mass
+    force_x, force_y = turned(ahead.yaw, push_x, push_y)
     return (
-        mass * (c * push_x - s * push_y),
-        mass * (s * push_x + c * push_y),
+        mass * force_x,
+        mass * force_y,
         mass * max(config.least_lift * GRAVITY, lift),
-        c * mx - s * my,
-        s * mx + c * my,
+        *turned(ahead.yaw, mx, my),
         mz,
     )
 
@@ -167,21 +166,19 @@ def foothold(
     """Where a foot should land in `remaining` seconds, odom axes, m."""
     ahead, half = step.ahead, 0.5 * stance_time
     yaw = ahead.yaw + ahead.turn[2] * remaining
-    c, s = cos(yaw), sin(yaw)
     roll, pitch = tracking.ground
     # Seen from above, the stance of a body that leans with the slope is shorter.
     place_x, place_y = ahead.legs.model.nominal[leg]
     nominal_x, nominal_y = place_x * cos(pitch) - step.mass.behind, place_y * cos(roll)
-    rx, ry = c * nominal_x - s * nominal_y, s * nominal_x + c * nominal_y
+    rx, ry = turned(yaw, nominal_x, nominal_y)
     (fore, forward, _), (side, left, _) = step.sway
-    now_c, now_s = cos(ahead.yaw), sin(ahead.yaw)
-    vx = ahead.velocity[0] - (now_c * forward - now_s * left)
-    vy = ahead.velocity[1] - (now_s * forward + now_c * left)
+    swayed, swaying = turned(ahead.yaw, fore, side), turned(ahead.yaw, forward, left)
+    vx, vy = ahead.velocity[0] - swaying[0], ahead.velocity[1] - swaying[1]
     lean = 0.5 * step.height / GRAVITY * step.turn
     back_x, back_y = tracking.back
     x = (
         ahead.position[0]
-        - (now_c * fore - now_s * side)
+        - swayed[0]
         + vx * remaining
         + rx
         + (vx - step.turn * ry) * half
@@ -191,7 +188,7 @@ def foothold(
     )
     y = (
         ahead.position[1]
-        - (now_s * fore + now_c * side)
+        - swayed[1]
         + vy * remaining
         + ry
         + (vy + step.turn * rx) * half

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robot.estimation.elevation import CROSSABLE, FREE, HIDDEN, LOW, UNSEEN, UPRIGHT, WALL, Relief
 from robot.estimation.movers import Mover
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, seen_from
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 from robot.planning.grid import Grid, distance_to
@@ -139,6 +139,4 @@ def _near_slopes(grid: Grid) -> NDArray[np.bool_]:
 
 
 def _within(footprint: Footprint, pose: Pose2, x: Floats, y: Floats) -> NDArray[np.bool_]:
-    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-    dx, dy = x - pose.x, y - pose.y
-    return np.asarray(footprint.distances(c * dx + s * dy, c * dy - s * dx) <= 0.0)
+    return np.asarray(footprint.distances(*seen_from(pose, x, y)) <= 0.0)

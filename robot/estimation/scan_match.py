@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from robot.geometry.angles import wrap
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, turned
 from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.planning.grid import Grid
@@ -123,7 +123,7 @@ class ScanMatcher:
         true = ranges - state[3] if with_bias else ranges
         ahead, beside = np.cos(angles), np.sin(angles)
         beam_x, beam_y = true * ahead, true * beside
-        off_x, off_y = c * beam_x - s * beam_y, s * beam_x + c * beam_y
+        off_x, off_y = turned(state[2], beam_x, beam_y)
         across = (state[0] + off_x - self._origin[0]) / self._resolution
         up = (state[1] + off_y - self._origin[1]) / self._resolution
         rows, columns = self._field.shape

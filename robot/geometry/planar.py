@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, sin
-from typing import Final
+from typing import Final, TypeVar
 
 from robot.geometry.angles import wrap
+from robot.geometry.vectors import Floats
+
+N = TypeVar("N", float, Floats)
+"""A number, or an array of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,3 +48,26 @@ def inverse(pose: Pose2) -> Pose2:
     """The pose of the outer frame in the inner one: `compose(pose, inverse(pose))` is the origin."""
     c, s = cos(pose.yaw), sin(pose.yaw)
     return Pose2(-c * pose.x - s * pose.y, s * pose.x - c * pose.y, -pose.yaw)
+
+
+def turned(yaw: float, x: N, y: N) -> tuple[N, N]:
+    """A vector turned counter-clockwise by `yaw`: one of the axes of a body with this yaw, in those of the frame that it stands in."""
+    c, s = cos(yaw), sin(yaw)
+    return c * x - s * y, s * x + c * y
+
+
+def turned_back(yaw: float, x: N, y: N) -> tuple[N, N]:
+    """A vector turned clockwise by `yaw`: one of the frame that a body with this yaw stands in, in its axes. Undoes `turned`."""
+    c, s = cos(yaw), sin(yaw)
+    return c * x + s * y, c * y - s * x
+
+
+def placed(pose: Pose2, x: N, y: N) -> tuple[N, N]:
+    """A point that is given in the frame of `pose`, in the frame that `pose` is given in."""
+    c, s = cos(pose.yaw), sin(pose.yaw)
+    return pose.x + c * x - s * y, pose.y + s * x + c * y
+
+
+def seen_from(pose: Pose2, x: N, y: N) -> tuple[N, N]:
+    """A point in the frame of `pose`: how far ahead of it and to its left. Undoes `placed`."""
+    return turned_back(pose.yaw, x - pose.x, y - pose.y)

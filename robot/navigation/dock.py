@@ -6,10 +6,10 @@ Equations: docs/concepts/control.md#docking.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, sin
+from math import hypot
 
 from robot.geometry.angles import wrap
-from robot.geometry.planar import Pose2, Twist2, compose, inverse
+from robot.geometry.planar import Pose2, Twist2, compose, inverse, turned_back
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +92,7 @@ def approach(pose: Pose2, target: Pose2, config: DockConfig) -> Twist2 | None:
     ahead, left, turn = target.x - pose.x, target.y - pose.y, wrap(target.yaw - pose.yaw)
     if hypot(ahead, left) < config.close and abs(turn) < config.straight:
         return None
-    c, s = cos(pose.yaw), sin(pose.yaw)
-    vx, vy = config.gain * (c * ahead + s * left), config.gain * (c * left - s * ahead)
+    vx, vy = (config.gain * part for part in turned_back(pose.yaw, ahead, left))
     slow = max(1.0, abs(vx) / config.ahead_speed, abs(vy) / config.side_speed)
     wz = min(max(config.turn_gain * turn, -config.turn_speed), config.turn_speed)
     return Twist2(vx / slow, vy / slow, wz)

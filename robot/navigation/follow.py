@@ -23,7 +23,7 @@ from enum import StrEnum
 import numpy as np
 
 from robot.geometry.angles import wrap
-from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, seen_from
 from robot.geometry.vectors import Floats, wrap_all
 from robot.navigation.follow_config import FollowerConfig
 from robot.navigation.limits import Limits, Tolerance
@@ -242,9 +242,7 @@ class Follower:
 
     def _toward(self, pose: Pose2, aim: Pose2, speed: float) -> Twist2:
         """Straight to a pose nearby, sideways and backward if need be, while turning to its heading."""
-        dx, dy = aim.x - pose.x, aim.y - pose.y
-        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-        ahead, left = c * dx + s * dy, c * dy - s * dx
+        ahead, left = seen_from(pose, aim.x, aim.y)
         gain = self.config.approach_gain if self._poses is None else self.config.threading_gain
         scale = min(gain, speed / max(math.hypot(ahead, left), self.config.no_way))
         # All three axes shrink together, or a clipped one would bend the way to the pose.

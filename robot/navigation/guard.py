@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from math import cos, hypot, inf, sin, sqrt
+from math import hypot, inf, sin, sqrt
 from typing import Final
 
 import numpy as np
 
-from robot.geometry.planar import Twist2
+from robot.geometry.planar import Pose2, Twist2, seen_from, turned
 from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.model.footprint import Footprint
@@ -69,14 +69,11 @@ class Guard:
         now = self._footprint.distances(x, y)
         for step in range(1, round(AHEAD / STEP) + 1):
             seconds = step * STEP
-            turned = wanted.wz * seconds
+            turn = wanted.wz * seconds
             # Where a body is that went on for so long: the chord of the arc, turned by half of the turn.
-            chord = seconds * (sin(turned / 2) / (turned / 2) if turned else 1.0)
-            c, s = cos(turned / 2), sin(turned / 2)
-            ahead, left = chord * (c * wanted.vx - s * wanted.vy), chord * (s * wanted.vx + c * wanted.vy)
-            c, s = cos(turned), sin(turned)
-            dx, dy = x - ahead, y - left
-            there = self._footprint.distances(c * dx + s * dy, c * dy - s * dx)
+            chord = seconds * (sin(turn / 2) / (turn / 2) if turn else 1.0)
+            ahead, left = (chord * part for part in turned(turn / 2, wanted.vx, wanted.vy))
+            there = self._footprint.distances(*seen_from(Pose2(ahead, left, turn), x, y))
             if ((there < MARGIN) & (there < now - NEARER)).any():
                 return seconds - STEP
         return inf

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robot.estimation.elevation import Relief
 from robot.estimation.footing import Footing
 from robot.estimation.movers import Mover, Movers
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, seen_from
 from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles, returns
 from robot.model.footprint import Footprint
@@ -136,9 +136,7 @@ class LocalCostmap:
         grid = self.grid
         columns = np.floor((x - grid.origin_x) / grid.resolution).astype(np.intp)
         rows = np.floor((y - grid.origin_y) / grid.resolution).astype(np.intp)
-        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-        dx, dy = x - pose.x, y - pose.y
-        own = self.footprint.distances(c * dx + s * dy, c * dy - s * dx) <= 0.0
+        own = self.footprint.distances(*seen_from(pose, x, y)) <= 0.0
         inside = (rows >= 0) & (rows < grid.height) & (columns >= 0) & (columns < grid.width) & ~own
         rows, columns = rows[inside], columns[inside]
         # Near a mapped face a hit is that face, seen from a pose that is a little wrong: the more so the farther the beam.

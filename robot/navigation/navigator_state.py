@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from robot.geometry.angles import wrap
-from robot.geometry.planar import Pose2, Twist2
+from robot.geometry.planar import Pose2, Twist2, turned
 from robot.navigation.local_field import LocalField
 from robot.planning.errors import NavigationError
 
@@ -81,7 +81,5 @@ def apart(a: Pose2, b: Pose2) -> float:
 
 def carried(pose: Pose2, velocity: Twist2, seconds: float) -> Pose2:
     """The pose a little later."""
-    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-    x = pose.x + (c * velocity.vx - s * velocity.vy) * seconds
-    y = pose.y + (s * velocity.vx + c * velocity.vy) * seconds
-    return Pose2(x, y, wrap(pose.yaw + velocity.wz * seconds))
+    vx, vy = turned(pose.yaw, velocity.vx, velocity.vy)
+    return Pose2(pose.x + vx * seconds, pose.y + vy * seconds, wrap(pose.yaw + velocity.wz * seconds))

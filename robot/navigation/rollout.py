@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, placed
 from robot.geometry.vectors import Floats
 from robot.navigation.follow_config import FollowerConfig
 from robot.navigation.limits import Limits
@@ -41,11 +41,10 @@ def clearances(pose: Pose2, commands: Floats, around: LocalField, instants: Floa
 def rollout(pose: Pose2, commands: Floats, instants: Floats) -> tuple[Floats, Floats, Floats]:
     """Where constant commands lead: x, y, yaw, each of shape (commands, instants). Exact arcs."""
     vx, vy, wz = (commands[:, k : k + 1] for k in range(3))
-    turned = wz * instants
+    turn = wz * instants
     # sin(a)/a and (1 - cos(a))/a, through sinc so that they hold at a = 0.
-    along = np.sinc(turned / math.pi)
-    across = np.sinc(turned / (2 * math.pi)) * np.sin(turned / 2)
+    along = np.sinc(turn / math.pi)
+    across = np.sinc(turn / (2 * math.pi)) * np.sin(turn / 2)
     dx = (vx * along - vy * across) * instants
     dy = (vx * across + vy * along) * instants
-    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-    return pose.x + c * dx - s * dy, pose.y + s * dx + c * dy, pose.yaw + turned
+    return *placed(pose, dx, dy), pose.yaw + turn

@@ -11,7 +11,7 @@ from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Point, Pose, Quaternion
 from actors.interfaces.nav_msgs.msg import MapMetaData, OccupancyGrid
 from actors.interfaces.std_msgs.msg import Header
-from robot.geometry.planar import Pose2, compose, inverse
+from robot.geometry.planar import Pose2, compose, inverse, placed
 from robot.navigation.navigator import Navigator
 from robot.planning.grid import UNKNOWN
 
@@ -35,8 +35,7 @@ def local_costmap(navigator: Navigator, here: Pose2, odom: Pose2, stamp: Time) -
     steps = (np.arange(count) + 0.5) * grid.resolution
     x, y = np.meshgrid(corner[0] + steps, corner[1] + steps)
     shift = compose(here, inverse(odom))
-    c, s = math.cos(shift.yaw), math.sin(shift.yaw)
-    map_x, map_y = shift.x + c * x - s * y, shift.y + s * x + c * y
+    map_x, map_y = placed(shift, x, y)
     low_x, low_y, high_x, high_y = grid.bounds
     inside = (map_x >= low_x) & (map_x < high_x) & (map_y >= low_y) & (map_y < high_y)
     clearance = navigator.around.local_field(here).clearance(map_x, map_y)

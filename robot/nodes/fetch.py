@@ -11,9 +11,10 @@ the gripper lets go of it, later it keeps what it has, and the result says so.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, Mapping
+from collections.abc import AsyncGenerator, Mapping, Sequence
 from contextlib import aclosing, suppress
 from math import dist, hypot
+from typing import Any
 
 from actors import Aborted, Done, Node, Reject, Steps, parameter
 from actors.interfaces.geometry_msgs.msg import PoseStamped
@@ -91,28 +92,11 @@ class Fetch(Node):
     async def grab(self, goal: NavigateAndGrab_Goal) -> Steps[NavigateAndGrab_Feedback, NavigateAndGrab_Result]:
         target = from_pose(goal.target_pose.pose)
         story = Story(GRAB, hypot(target.x - self._skills.here.x, target.y - self._skills.here.y))
-
-        def result(success: bool, message: str) -> NavigateAndGrab_Result:
-            return NavigateAndGrab.Result(
-                success=success, held_object=self._held(goal.object_name), final_pose=self._final(), message=message
-            )
-
-        self._set_out("navigate_and_grab")
-        try:
-            async with aclosing(self._take(goal.object_name, target, story)) as steps:
-                async for told in steps:
-                    yield NavigateAndGrab.Feedback(
-                        stage=told.stage, distance_remaining=told.distance, progress_percent=told.percent
-                    )
-            yield Done(result(True, f"{goal.object_name} grabbed"))
-        except TaskFailed as failure:
-            await self._tidy()
-            yield Aborted(result(False, str(failure)), str(failure))
-        except asyncio.CancelledError:
-            await self._let_go()
-            yield Done(result(False, CANCELED))
-        finally:
-            self._busy = ""
+        name = goal.object_name
+        parts = (self._take(name, target, story),)
+        async with aclosing(self._work("navigate_and_grab", NavigateAndGrab, name, parts, f"{name} grabbed")) as steps:
+            async for step in steps:
+                yield step
 
     # -- fetch_and_carry -----------------------------------------------------------------------------------------------------
 
@@ -130,21 +114,32 @@ class Fetch(Node):
             + hypot(place.x - target.x, place.y - target.y),
         )
 
-        def result(success: bool, message: str) -> FetchAndCarry_Result:
-            return FetchAndCarry.Result(
-                success=success, held_object=self._held(goal.object_name), final_pose=self._final(), message=message
+        name, spot = goal.object_name, Spot(place.x, place.y, place.z)
+        parts = (self._take(name, target, story, spot), self._put(name, spot, story))
+        done = f"{name} carried to ({place.x:.2f}, {place.y:.2f})"
+        async with aclosing(self._work("fetch_and_carry", FetchAndCarry, name, parts, done)) as steps:
+            async for step in steps:
+                yield step
+
+    async def _work(
+        self, task: str, action: Any, name: str, parts: Sequence[AsyncGenerator[Told, None]], done: str
+    ) -> AsyncGenerator[Any, None]:
+        """Yield the parts as feedback of the action and then its result, which says `done` if all of them were."""
+
+        def result(success: bool, message: str) -> Any:
+            return action.Result(
+                success=success, held_object=self._held(name), final_pose=self._final(), message=message
             )
 
-        self._set_out("fetch_and_carry")
+        self._busy, self._lifted = task, False
         try:
-            spot = Spot(place.x, place.y, place.z)
-            for steps in (self._take(goal.object_name, target, story, spot), self._put(goal.object_name, spot, story)):
-                async with aclosing(steps):
-                    async for told in steps:
-                        yield FetchAndCarry.Feedback(
+            for part in parts:
+                async with aclosing(part):
+                    async for told in part:
+                        yield action.Feedback(
                             stage=told.stage, distance_remaining=told.distance, progress_percent=told.percent
                         )
-            yield Done(result(True, f"{goal.object_name} carried to ({place.x:.2f}, {place.y:.2f})"))
+            yield Done(result(True, done))
         except TaskFailed as failure:
             await self._tidy()
             yield Aborted(result(False, str(failure)), str(failure))
@@ -267,9 +262,6 @@ class Fetch(Node):
             raise Reject(f"busy with {self._busy}")
         if self._skills.pose is None:
             raise Reject("the robot does not know where it is yet: try again when /pose is published")
-
-    def _set_out(self, what: str) -> None:
-        self._busy, self._lifted = what, False
 
     def _held(self, name: str) -> str:
         return name if self._skills.gripping else ""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from actors.yaml_bounds import check_yaml
+from robot.geometry.planar import turned, turned_back
 from robot.geometry.vectors import Floats
 from robot.planning.grid import FREE, OCCUPIED, UNKNOWN, Grid
 
@@ -107,24 +108,23 @@ def _turned(data: NDArray[np.int8], resolution: float, x: float, y: float, yaw: 
     """
     if yaw == 0.0:
         return Occupancy(data, resolution, x, y)
-    c, s = math.cos(yaw), math.sin(yaw)
     height, width = data.shape
-    corners = [(c * right - s * up, s * right + c * up) for right in (0, width) for up in (0, height)]
+    corners = [turned(yaw, right, up) for right in (0, width) for up in (0, height)]
     low = [math.floor(min(axis) + _ROUNDING) for axis in zip(*corners, strict=True)]
     columns, rows = (
         math.ceil(max(axis) - _ROUNDING) - least for axis, least in zip(zip(*corners, strict=True), low, strict=True)
     )
     ranks = np.where(data == UNKNOWN, _UNSURE, 2 * data.astype(np.int16))
-    turned = np.zeros((rows, columns), dtype=np.int16)
+    filled = np.zeros((rows, columns), dtype=np.int16)
     for right in (-_WITHIN, 0.0, _WITHIN):
         for up in (-_WITHIN, 0.0, _WITHIN):
             i = np.arange(float(columns)) + (low[0] + 0.5 + right)
             j = np.arange(float(rows))[:, None] + (low[1] + 0.5 + up)
-            column, row = np.floor(c * i + s * j).astype(np.intp), np.floor(c * j - s * i).astype(np.intp)
+            column, row = (np.floor(part).astype(np.intp) for part in turned_back(yaw, i, j))
             inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
             found = ranks[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
-            np.maximum(turned, np.where(inside, found, _UNSURE), out=turned)
-    cells = np.where(turned == _UNSURE, UNKNOWN, turned // 2).astype(np.int8)
+            np.maximum(filled, np.where(inside, found, _UNSURE), out=filled)
+    cells = np.where(filled == _UNSURE, UNKNOWN, filled // 2).astype(np.int8)
     return Occupancy(cells, resolution, x + low[0] * resolution, y + low[1] * resolution)
 
 

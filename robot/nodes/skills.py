@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncGenerator, Sequence
 from itertools import pairwise
-from math import cos, dist, inf, sin
+from math import dist, inf
 
 from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node, NodeRestarting, retry
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
@@ -21,7 +21,7 @@ from robot.contracts import (
     PLAN_PATH,
 )
 from robot.geometry.messages import pose_stamped
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, placed, seen_from
 from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.srv import ConfirmObject
 from robot.interfaces.tutorials.humanoid_control_interfaces.srv import PlanPath
@@ -84,15 +84,11 @@ class Skills:
 
     def on_map(self, spot: Spot) -> Spot:
         """A point of base_link on the map, for a level body."""
-        pose = self.here
-        c, s = cos(pose.yaw), sin(pose.yaw)
-        return Spot(pose.x + c * spot.x - s * spot.y, pose.y + s * spot.x + c * spot.y, spot.z + self.height)
+        return Spot(*placed(self.here, spot.x, spot.y), spot.z + self.height)
 
     def in_base(self, spot: Spot) -> Spot:
         """A point of the map in base_link, for a level body."""
-        pose = self.here
-        c, s, dx, dy = cos(pose.yaw), sin(pose.yaw), spot.x - pose.x, spot.y - pose.y
-        return Spot(c * dx + s * dy, c * dy - s * dx, spot.z - self.height)
+        return Spot(*seen_from(self.here, spot.x, spot.y), spot.z - self.height)
 
     async def look(self, name: str) -> tuple[Spot | None, str]:
         """Where the camera sees the object now, in base_link, or `None`; and what the confirmation said."""

@@ -13,7 +13,7 @@ from math import atan2, cos, hypot, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, placed
 from robot.picture import palette
 from robot.picture.recording import Recording
 from robot.picture.solids import Colour, Floats
@@ -107,11 +107,7 @@ def _line(points: Points, width: float) -> NDArray[np.float64]:
 
 def _placed(pose: Pose2, rows: Iterable[tuple[float, float, float, float, float]]) -> NDArray[np.float64]:
     """Bars given in the frame of `pose`."""
-    c, s = cos(pose.yaw), sin(pose.yaw)
-    return _bars(
-        (pose.x + c * x - s * y, pose.y + s * x + c * y, yaw + pose.yaw, length, width)
-        for x, y, yaw, length, width in rows
-    )
+    return _bars((*placed(pose, x, y), yaw + pose.yaw, length, width) for x, y, yaw, length, width in rows)
 
 
 def _dock(dock: Pose2) -> list[Layer]:

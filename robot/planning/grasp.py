@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos, pi, sin
+from math import pi
 from typing import NamedTuple
 
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, placed
 from robot.model.arm import MOUNT, Angles, OutOfReach, Tip, inverse
 from robot.model.parameters import FOOT_RADIUS, STAND_HEIGHT
 from robot.planning.reach import reach_ring, standing_place
@@ -57,10 +57,8 @@ def stands(spot: Spot, robot: Pose2) -> Iterator[Pose2]:
     if pitch is None:
         return
     for turn in TURNS:
-        c, s = cos(turn), sin(turn)
-        dx, dy = robot.x - spot.x, robot.y - spot.y
-        seen_from = Pose2(spot.x + c * dx - s * dy, spot.y + s * dx + c * dy, robot.yaw + turn)
-        place = standing_place(spot, seen_from, STANDING, pitch, SHARE)
+        x, y = placed(Pose2(spot.x, spot.y, turn), robot.x - spot.x, robot.y - spot.y)
+        place = standing_place(spot, Pose2(x, y, robot.yaw + turn), STANDING, pitch, SHARE)
         if place is not None:
             yield place
 

@@ -16,6 +16,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from robot.geometry.planar import turned_back
 from robot.geometry.vectors import Floats
 from robot.planning.errors import InvalidPose
 from robot.planning.ground import ground_of, rises_to_lidar
@@ -42,9 +43,8 @@ def signed_distance(obstacle: Obstacle, x: Floats, y: Floats) -> Floats:
     rel_x, rel_y = x - obstacle.x, y - obstacle.y
     if not isinstance(obstacle, Box):
         return np.asarray(np.hypot(rel_x, rel_y) - obstacle.radius, dtype=np.float64)
-    c, s = math.cos(obstacle.yaw), math.sin(obstacle.yaw)
-    out_x = np.abs(c * rel_x + s * rel_y) - obstacle.length / 2
-    out_y = np.abs(c * rel_y - s * rel_x) - obstacle.width / 2
+    along, across = turned_back(obstacle.yaw, rel_x, rel_y)
+    out_x, out_y = np.abs(along) - obstacle.length / 2, np.abs(across) - obstacle.width / 2
     outside = np.hypot(np.maximum(out_x, 0.0), np.maximum(out_y, 0.0))
     return np.asarray(outside + np.minimum(np.maximum(out_x, out_y), 0.0), dtype=np.float64)
 

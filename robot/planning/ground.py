@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, radians, sin, tan
+from math import radians, tan
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.geometry.planar import turned_back
 from robot.geometry.vectors import Floats
 from robot.model.parameters import FOOT_RADIUS, STAND_HEIGHT
 from robot.scenes.terrain import Ramp
@@ -35,8 +36,7 @@ def ground_of(
     heights = np.zeros(np.broadcast_shapes(x.shape, y.shape))
     blocked = np.zeros(heights.shape, dtype=np.bool_)
     for piece in terrain:
-        c, s = cos(piece.yaw), sin(piece.yaw)
-        along, across = c * (x - piece.x) + s * (y - piece.y), c * (y - piece.y) - s * (x - piece.x)
+        along, across = turned_back(piece.yaw, x - piece.x, y - piece.y)
         inside = (np.abs(along) <= piece.length / 2) & (np.abs(across) <= piece.width / 2)
         here = (piece.bottom + piece.top) / 2 + along * tan(piece.rise)
         heights = np.maximum(heights, np.where(inside, here, 0.0))

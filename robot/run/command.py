@@ -8,11 +8,11 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
-from math import cos, sin
 from typing import TYPE_CHECKING, Any
 
 from cli.command import UsageError
 from cli.starting import interruptible
+from robot.geometry.planar import turned
 from robot.run.crashes import check_crashes, crash, with_hangs
 from robot.run.hardships import Push
 from robot.run.options import Options, parse
@@ -297,10 +297,7 @@ class Session:
 
     def _push(self, push: Push) -> None:
         """Push the body along its heading, level."""
-        yaw = self.body.truth().yaw
-        self.body.push(
-            (cos(yaw) * push.forward - sin(yaw) * push.left, sin(yaw) * push.forward + cos(yaw) * push.left, 0.0)
-        )
+        self.body.push((*turned(self.body.truth().yaw, push.forward, push.left), 0.0))
 
     def _done(self, score: Score) -> bool:
         """Whether the last report of a mission in another process was the one that ends it."""

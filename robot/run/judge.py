@@ -11,6 +11,7 @@ import numpy as np
 from actors import Node, every
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from robot.contracts import BATTERY_STATE, DRIVE_STATUS, GAIT_STATUS, GOAL_REPORT, SAFETY_STATE
+from robot.geometry.planar import Pose2, placed
 from robot.interfaces.robactor_msgs.msg import DriveStatus, GaitStatus, GoalReport, SafetyState
 from robot.model.footprint import Footprint
 from robot.model.modes import ON_ITS_FEET
@@ -125,9 +126,7 @@ class Judge(Node):
         least = self._score.clearance
         near = [one for one, frame in self._obstacles if _beside(frame, x, y) - self._reach < least]
         if near:
-            c, s = cos(yaw), sin(yaw)
-            px = x + c * self._outline[:, 0] - s * self._outline[:, 1]
-            py = y + s * self._outline[:, 0] + c * self._outline[:, 1]
+            px, py = placed(Pose2(x, y, yaw), self._outline[:, 0], self._outline[:, 1])
             least = min(float(signed_distance(one, px, py).min()) for one in near)
         return least
 

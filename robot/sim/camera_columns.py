@@ -12,6 +12,7 @@ from math import cos, hypot, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.geometry.planar import turned_back
 from robot.geometry.vectors import Floats
 from robot.hardware.lens import CX, FOCAL, WIDTH, column_slopes
 from robot.scenes.scene import Box, Cylinder, Obstacle
@@ -81,9 +82,7 @@ class Prisms:
 def columns_of(shape: Obstacle, eye: Eye, farthest: float) -> slice | None:
     """The columns in which a shape may be seen; None for none. All of them when it is as near as it is wide."""
     reach = shape.radius if isinstance(shape, Cylinder) else hypot(shape.length, shape.width) / 2
-    c, s = cos(eye.yaw), sin(eye.yaw)
-    dx, dy = shape.x - eye.x, shape.y - eye.y
-    ahead, left = c * dx + s * dy, c * dy - s * dx
+    ahead, left = turned_back(eye.yaw, shape.x - eye.x, shape.y - eye.y)
     if not -reach < ahead < farthest + reach:
         return None
     if ahead < 2.0 * reach:
@@ -97,10 +96,8 @@ def columns_of(shape: Obstacle, eye: Eye, farthest: float) -> slice | None:
 
 def _in_view(shapes: Floats, reach: Floats, eye: Eye, farthest: float) -> NDArray[np.bool_]:
     """Whether any part of a shape within `reach` of its middle can lie in the picture; it may say yes too often."""
-    c, s = cos(eye.yaw), sin(eye.yaw)
-    dx, dy = shapes[:, 0] - eye.x, shapes[:, 1] - eye.y
-    ahead, left = c * dx + s * dy, np.abs(c * dy - s * dx)
-    inside = left - _EDGE * ahead <= reach * _EDGE_LENGTH
+    ahead, left = turned_back(eye.yaw, shapes[:, 0] - eye.x, shapes[:, 1] - eye.y)
+    inside = np.abs(left) - _EDGE * ahead <= reach * _EDGE_LENGTH
     return np.asarray(inside & (ahead > -reach) & (ahead < farthest + reach), dtype=np.bool_)
 
 
@@ -125,8 +122,7 @@ def _box_hits(boxes: Floats, eye: Eye, columns: slice) -> tuple[Floats, Floats, 
 
 def _cylinder_hits(cylinders: Floats, eye: Eye, columns: slice) -> tuple[Floats, Floats, Floats]:
     x, y, radius = (column[:, None] for column in cylinders.T)
-    c, s = cos(eye.yaw), sin(eye.yaw)
-    ahead, left = c * (x - eye.x) + s * (y - eye.y), c * (y - eye.y) - s * (x - eye.x)
+    ahead, left = turned_back(eye.yaw, x - eye.x, y - eye.y)
     slopes = _SLOPES[columns]
     square = 1.0 + slopes * slopes
     along = (ahead + left * slopes) / square

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, sin
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from actors.time.lockstep import Simulated
+from robot.geometry.planar import Pose2, placed
 from robot.geometry.vectors import Floats, rotation_of
 from robot.hardware import mounts
 from robot.hardware.beams import BEAMS, MAX_RANGE
@@ -89,10 +89,9 @@ class SimulatedCamera(_Part):
 
     def _eye(self) -> Eye:
         truth = self._body.truth()
-        px, py, pz = truth.position.tolist()
+        x, y, z = truth.position.tolist()
         ahead, left, up = self._mount.translation
-        c, s = cos(truth.yaw), sin(truth.yaw)
-        return Eye(px + c * ahead - s * left, py + s * ahead + c * left, pz + up, truth.yaw)
+        return Eye(*placed(Pose2(x, y, truth.yaw), ahead, left), z + up, truth.yaw)
 
 
 class SimulatedDepth(_Part):

@@ -21,7 +21,7 @@ import numpy as np
 
 from robot.control.command import CommandLimits, CommandShaper
 from robot.control.drive import joint_speeds
-from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, placed, seen_from, turned, turned_back
 from robot.geometry.vectors import Floats, Triple, Vector
 from robot.hardware.body import JOINT_NAMES, LEGS, Capabilities, ImuSample, JointSample, MotorTargets
 from robot.hardware.sensors import Sensors
@@ -158,9 +158,9 @@ class KinematicBody(BodyShell):
 
     def _exact_imu(self) -> ImuSample:
         """From the differentiated pose."""
-        (ax, ay, az), c, s = self._acceleration, cos(self._pose.yaw), sin(self._pose.yaw)
+        ax, ay, az = self._acceleration
         gyro = np.array([0.0, 0.0, self._twist.wz])
-        return ImuSample(gyro, np.array([c * ax + s * ay, c * ay - s * ax, az + GRAVITY]))
+        return ImuSample(gyro, np.array([*turned_back(self._pose.yaw, ax, ay), az + GRAVITY]))
 
     def _exact_joints(self) -> JointSample:
         return JointSample(self._joints.copy(), self._speeds.copy(), self._static_torque(), np.array(self._contact))
@@ -278,9 +278,7 @@ class KinematicBody(BodyShell):
         targets = self._targets
         height = self._step_body(dt) if targets is None else self._step_joints(dt, targets)
         climb, self._height = (height - self._height) / dt, height
-        c, s = cos(self._pose.yaw), sin(self._pose.yaw)
-        vx, vy = self._twist.vx, self._twist.vy
-        self._velocity = (c * vx - s * vy, s * vx + c * vy, climb)
+        self._velocity = (*turned(self._pose.yaw, self._twist.vx, self._twist.vy), climb)
         bx, by, bz = before
         wx, wy, wz = self._velocity
         self._acceleration = ((wx - bx) / dt, (wy - by) / dt, (wz - bz) / dt)
@@ -323,13 +321,13 @@ class KinematicBody(BodyShell):
         wz = old.wz + share * (aim.wz - old.wz)
         ax, ay, left = self._shove
         if left > 0.0:
-            c, s, lasts = cos(self._pose.yaw), sin(self._pose.yaw), min(dt, left)
-            vx, vy = vx + (c * ax + s * ay) * lasts, vy + (c * ay - s * ax) * lasts
+            (ahead, aside), lasts = turned_back(self._pose.yaw, ax, ay), min(dt, left)
+            vx, vy = vx + ahead * lasts, vy + aside * lasts
             self._shove = (ax, ay, left - dt)
         self._twist = Twist2(vx, vy, wz)
         mx, my, mw = (old.vx + vx) / 2 * dt, (old.vy + vy) / 2 * dt, (old.wz + wz) / 2 * dt
-        c, s = cos(self._pose.yaw + mw / 2), sin(self._pose.yaw + mw / 2)
-        self._pose = Pose2(self._pose.x + c * mx - s * my, self._pose.y + s * mx + c * my, self._pose.yaw + mw)
+        between = Pose2(self._pose.x, self._pose.y, self._pose.yaw + mw / 2)
+        self._pose = Pose2(*placed(between, mx, my), self._pose.yaw + mw)
 
     def _pose_legs(self) -> None:
         """Joint angles that put the feet where they are, and the joint speeds of that motion."""
@@ -408,10 +406,8 @@ class KinematicBody(BodyShell):
         return standing * min(1.0, max(0.0, (self._height - low) / (high - low)))
 
     def _to_world(self, x: float, y: float) -> tuple[float, float]:
-        c, s = cos(self._pose.yaw), sin(self._pose.yaw)
-        return self._pose.x + c * x - s * y, self._pose.y + s * x + c * y
+        return placed(self._pose, x, y)
 
     def _to_body(self, point: Triple) -> Triple:
-        c, s = cos(self._pose.yaw), sin(self._pose.yaw)
-        dx, dy = point[0] - self._pose.x, point[1] - self._pose.y
-        return (c * dx + s * dy, c * dy - s * dx, point[2] - self._height - self._figures.foot_radius)
+        x, y, z = point
+        return (*seen_from(self._pose, x, y), z - self._height - self._figures.foot_radius)

@@ -7,6 +7,7 @@ from math import cos, hypot, sin
 
 import numpy as np
 
+from robot.geometry.planar import turned_back
 from robot.geometry.vectors import Floats
 from robot.scenes.scene import Box, Cylinder, Obstacle, Pit
 from robot.scenes.terrain import Ramp
@@ -56,10 +57,8 @@ def _floor(pits: Sequence[Pit], eye: Floats, rays: Floats) -> Floats:
 
 
 def _box(box: Box, eye: Floats, rays: Floats) -> Floats:
-    c, s = cos(box.yaw), sin(box.yaw)
-    dx, dy = eye[0] - box.x, eye[1] - box.y
-    start = (c * dx + s * dy, c * dy - s * dx, eye[2] - (box.bottom + box.height) / 2)
-    along = (c * rays[:, 0] + s * rays[:, 1], c * rays[:, 1] - s * rays[:, 0], rays[:, 2])
+    start = (*turned_back(box.yaw, eye[0] - box.x, eye[1] - box.y), eye[2] - (box.bottom + box.height) / 2)
+    along = (*turned_back(box.yaw, rays[:, 0], rays[:, 1]), rays[:, 2])
     return _between_faces(start, along, (box.length / 2, box.width / 2, (box.height - box.bottom) / 2))
 
 

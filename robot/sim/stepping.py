@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from math import cos, hypot, sin
+from math import hypot
 
 from robot.control.gaits import GaitClock, gaits_of
 from robot.control.swing import swing_path
-from robot.geometry.planar import Pose2, Twist2
+from robot.geometry.planar import Pose2, Twist2, placed, turned
 from robot.geometry.vectors import Triple
 from robot.model.robot import RobotModel
 
@@ -47,7 +47,7 @@ class Footwork:
 
     def roll(self, leg: int, yaw: float, forward: float, left: float) -> None:
         """A standing foot's ball rolls under a leg that turns: its centre moves by so many m/s in axes turned by `yaw`."""
-        self.velocity[leg] = (cos(yaw) * forward - sin(yaw) * left, sin(yaw) * forward + cos(yaw) * left, 0.0)
+        self.velocity[leg] = (*turned(yaw, forward, left), 0.0)
 
     def advance(self, dt: float, pose: Pose2, twist: Twist2, *, stepping: bool) -> None:
         """Move the feet by `dt` seconds under a body at `pose` with `twist`; no foot lifts unless `stepping`."""
@@ -84,13 +84,12 @@ class Footwork:
 
     def _foothold(self, leg: int, ahead: float, pose: Pose2, twist: Twist2) -> tuple[float, float]:
         """Where a foot lands in `ahead` seconds: its place below the hip, half a stance of body motion further."""
-        yaw = pose.yaw + 0.5 * twist.wz * ahead
-        x = pose.x + (cos(yaw) * twist.vx - sin(yaw) * twist.vy) * ahead
-        y = pose.y + (sin(yaw) * twist.vx + cos(yaw) * twist.vy) * ahead
-        yaw, half = pose.yaw + twist.wz * ahead, self._clock.stance_time / 2
+        vx, vy = turned(pose.yaw + 0.5 * twist.wz * ahead, twist.vx, twist.vy)
+        there = Pose2(pose.x + vx * ahead, pose.y + vy * ahead, pose.yaw + twist.wz * ahead)
+        half = self._clock.stance_time / 2
         px, py = self._model.nominal[leg]
         fx, fy = px + (twist.vx - twist.wz * py) * half, py + (twist.vy + twist.wz * px) * half
-        return x + cos(yaw) * fx - sin(yaw) * fy, y + sin(yaw) * fx + cos(yaw) * fy
+        return placed(there, fx, fy)
 
     def _land(self, leg: int, x: float, y: float) -> None:
         self.feet[leg] = (x, y, self._model.foot_radius)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, sin
 
 import numpy as np
 
+from robot.geometry.planar import turned_back
 from robot.geometry.vectors import Vector
 from robot.model.arm import MOUNT, forward
 from robot.planning.reach import GRASP_DISTANCE
@@ -74,5 +74,5 @@ def _over(obstacle: Obstacle, thing: Thing) -> bool:
     dx, dy = thing.shape.x - obstacle.x, thing.shape.y - obstacle.y
     if not isinstance(obstacle, Box):
         return dx * dx + dy * dy <= obstacle.radius**2
-    c, s = cos(obstacle.yaw), sin(obstacle.yaw)
-    return abs(c * dx + s * dy) <= obstacle.length / 2 and abs(c * dy - s * dx) <= obstacle.width / 2
+    along, across = turned_back(obstacle.yaw, dx, dy)
+    return abs(along) <= obstacle.length / 2 and abs(across) <= obstacle.width / 2

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from robot.geometry.planar import turned_back
 from robot.model.footprint import Footprint
 from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Box, Cylinder, Scene
@@ -42,11 +43,10 @@ class Outline:
 
     def _on_cylinders(self, x: float, y: float, yaw: float) -> NDArray[np.bool_]:
         """Circles whose centre is nearer to the rectangle than their radius."""
-        c, s = math.cos(yaw), math.sin(yaw)
         cx, cy, radius = self._cylinders
-        dx, dy = cx - x, cy - y
-        ahead = np.maximum(np.abs(c * dx + s * dy) - self._length / 2, 0.0)
-        aside = np.maximum(np.abs(c * dy - s * dx) - self._width / 2, 0.0)
+        along, across = turned_back(yaw, cx - x, cy - y)
+        ahead = np.maximum(np.abs(along) - self._length / 2, 0.0)
+        aside = np.maximum(np.abs(across) - self._width / 2, 0.0)
         return np.asarray(ahead * ahead + aside * aside < radius * radius, dtype=np.bool_)
 
     def _on_boxes(self, x: float, y: float, yaw: float) -> NDArray[np.bool_]:

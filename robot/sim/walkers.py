@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, hypot, sin
+from math import hypot
 
 import numpy as np
 
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, seen_from
 from robot.geometry.vectors import Floats
 from robot.model.footprint import Footprint
 from robot.model.robot import SPOT, RobotModel
@@ -76,7 +76,5 @@ class Walkers:
         """Whether the robot's outline lies on the next `room` metres of somebody's way."""
         radius = hypot(shape.length, shape.width) / 2 if isinstance(shape, Box) else shape.radius
         reach = np.linspace(0.0, room, 4)
-        dx, dy = at[0] + ahead[0] * reach - robot.x, at[1] + ahead[1] * reach - robot.y
-        c, s = cos(robot.yaw), sin(robot.yaw)
-        gaps = self._footprint.distances(c * dx + s * dy, c * dy - s * dx)
+        gaps = self._footprint.distances(*seen_from(robot, at[0] + ahead[0] * reach, at[1] + ahead[1] * reach))
         return bool(gaps.min() < radius + _ASIDE and gaps[-1] <= gaps[0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import asin, atan2, cos, sin
+from math import asin, atan2
 from typing import Final
 
 import numpy as np
@@ -12,7 +12,7 @@ from actors.suggest import did_you_mean
 from robot.control.command import CommandLimits
 from robot.control.gait_controller import GaitController
 from robot.geometry.angles import yaw_of
-from robot.geometry.planar import Pose2
+from robot.geometry.planar import Pose2, turned_back
 from robot.geometry.vectors import Vector
 from robot.hardware.sensors import Sensors
 from robot.model.actuators import ActuatorDesign
@@ -187,15 +187,13 @@ class Trial:
 
     def _row(self, truth: Truth) -> tuple[float, ...]:
         yaw = truth.yaw
-        c, s = cos(yaw), sin(yaw)
         vx, vy, _ = truth.velocity.tolist()
         qw, qx, qy, qz = truth.quaternion.tolist()
         state = self.gait.state
         x, y, z = truth.position.tolist()
         upright = 1.0 - 2.0 * (qx * qx + qy * qy)
         return (
-            c * vx + s * vy,
-            c * vy - s * vx,
+            *turned_back(yaw, vx, vy),
             float(truth.angular_velocity[2]),
             x,
             y,

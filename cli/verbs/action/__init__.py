@@ -5,34 +5,26 @@ from __future__ import annotations
 from cli.parsing import Parser, add_graph_verb, add_style, natural
 from cli.quality import add_qos_options
 from cli.verb import Group, Verb
+from cli.verbs.naming import Kind
 
-
-def _list(parser: Parser) -> None:
-    parser.add_argument("-t", "--show-types", action="store_true", help="with their types")
-    parser.add_argument("-c", "--count-actions", action="store_true", help="only how many")
-    add_graph_verb(parser)
+KIND = Kind(
+    "action",
+    "/move_to_position",
+    "example_interfaces/action/Fibonacci",
+    lambda view, hidden: view.actions(),
+    hides=False,
+)
 
 
 def _info(parser: Parser) -> None:
-    parser.add_argument("action_name", help="for instance /move_to_position")
+    KIND.add_name(parser)
     parser.add_argument("-t", "--show-types", action="store_true", help="with their types")
     parser.add_argument("-c", "--count", action="store_true", help="only how many clients and servers")
     add_graph_verb(parser)
 
 
-def _type(parser: Parser) -> None:
-    parser.add_argument("action_name", help="for instance /move_to_position")
-    add_graph_verb(parser)
-
-
-def _find(parser: Parser) -> None:
-    parser.add_argument("action_type", help="for instance example_interfaces/action/Fibonacci")
-    parser.add_argument("-c", "--count-actions", action="store_true", help="only how many")
-    add_graph_verb(parser)
-
-
 def _send_goal(parser: Parser) -> None:
-    parser.add_argument("action_name", help="for instance /move_to_position")
+    KIND.add_name(parser)
     parser.add_argument("action_type", help="for instance example_interfaces/action/Fibonacci")
     values = parser.add_mutually_exclusive_group()
     values.add_argument("goal", nargs="?", default="{}", help="the goal in YAML, such as '{order: 5}'")
@@ -49,7 +41,7 @@ def _send_goal(parser: Parser) -> None:
 
 
 def _echo(parser: Parser) -> None:
-    parser.add_argument("action_name", help="for instance /move_to_position")
+    KIND.add_name(parser)
     parser.add_argument("action_type", nargs="?", help="for instance example_interfaces/action/Fibonacci")
     parser.add_argument(
         "-i",
@@ -67,10 +59,10 @@ def _echo(parser: Parser) -> None:
 COMMAND = Group(
     "action",
     "The actions of the graph.",
-    Verb("list", "Output a list of action names", _list, "cli.verbs.action.listing:list_actions"),
-    Verb("info", "Print information about an action", _info, "cli.verbs.action.listing:info"),
-    Verb("type", "Print a action's type", _type, "cli.verbs.action.listing:type_of"),
-    Verb("find", "Find actions from type", _find, "cli.verbs.action.listing:find"),
+    Verb("list", "Output a list of action names", KIND.list_arguments, "cli.verbs.naming:list_names"),
+    Verb("info", "Print information about an action", _info, "cli.verbs.action.info:info"),
+    Verb("type", "Print a action's type", KIND.type_arguments, "cli.verbs.naming:type_of"),
+    Verb("find", "Find actions from type", KIND.find_arguments, "cli.verbs.naming:find"),
     Verb("send_goal", "Send an action goal", _send_goal, "cli.verbs.action.send_goal:send_goal"),
     Verb("echo", "Echo a action", _echo, "cli.verbs.action.echo:echo"),
 )

@@ -7,41 +7,23 @@ from functools import partial
 from cli.parsing import Parser, add_graph_verb, add_style, natural, positive, positive_float
 from cli.quality import add_qos_options
 from cli.verb import Group, Verb
+from cli.verbs.naming import Kind
 
+KIND = Kind("topic", "/imu/data", "sensor_msgs/msg/Imu", lambda view, hidden: view.topics(hidden))
 TYPE_OPTIONAL = "for instance sensor_msgs/msg/Imu; needed only while nobody publishes"
 
 
-def _hidden(parser: Parser) -> None:
-    parser.add_argument(
-        "--include-hidden-topics", action="store_true", help="also those with a part that begins with _"
-    )
-    add_graph_verb(parser)
-
-
 def _list(parser: Parser) -> None:
-    parser.add_argument("-t", "--show-types", action="store_true", help="with their types")
     parser.add_argument("-v", "--verbose", action="store_true", help="with their publishers and subscribers")
-    parser.add_argument("-c", "--count-topics", action="store_true", help="only how many")
-    _hidden(parser)
+    KIND.list_arguments(parser)
 
 
 def _info(parser: Parser) -> None:
-    parser.add_argument("topic_name", help="for instance /imu/data")
+    KIND.add_name(parser)
     parser.add_argument(
         "-v", "--verbose", action="store_true", help="with node, type hash and quality of each endpoint"
     )
     add_graph_verb(parser)
-
-
-def _type(parser: Parser) -> None:
-    parser.add_argument("topic_name", help="for instance /imu/data")
-    _hidden(parser)
-
-
-def _find(parser: Parser) -> None:
-    parser.add_argument("topic_type", help="for instance sensor_msgs/msg/Imu")
-    parser.add_argument("-c", "--count-topics", action="store_true", help="only how many")
-    _hidden(parser)
 
 
 def _echo(parser: Parser) -> None:
@@ -127,7 +109,7 @@ def _hz(parser: Parser) -> None:
 
 
 def _delay(parser: Parser) -> None:
-    parser.add_argument("topic_name", help="for instance /imu/data")
+    KIND.add_name(parser)
     _window(parser, 10000)
 
 
@@ -136,8 +118,8 @@ COMMAND = Group(
     "The topics of the graph.",
     Verb("list", "Output a list of available topics", _list, "cli.verbs.topic.listing:list_topics"),
     Verb("info", "Print information about a topic", _info, "cli.verbs.topic.listing:info"),
-    Verb("type", "Print a topic's type", _type, "cli.verbs.topic.listing:type_of"),
-    Verb("find", "Output a list of available topics of a given type", _find, "cli.verbs.topic.listing:find"),
+    Verb("type", "Print a topic's type", KIND.type_arguments, "cli.verbs.naming:type_of"),
+    Verb("find", "Output a list of available topics of a given type", KIND.find_arguments, "cli.verbs.naming:find"),
     Verb("echo", "Output messages from a topic", _echo, "cli.verbs.topic.echo:echo"),
     Verb("pub", "Publish a message to a topic", _pub, "cli.verbs.topic.pub:pub"),
     Verb("hz", "Print the average receiving rate to screen", _hz, "cli.verbs.topic.rate:hz"),

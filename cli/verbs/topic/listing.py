@@ -1,27 +1,26 @@
-"""What `topic list | info | type | find` print."""
+"""What `topic list | info` print."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Iterator
 
-from actors.suggest import did_you_mean
-from cli.command import CommandFailed, Exit
-from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, Endpoint, GraphView, absolute, look
-from cli.output import print_json, print_names, print_of_type, print_types
+from cli.command import Exit
+from cli.graph.view import PUBLISHER, SUBSCRIPTION, GraphView, look
+from cli.output import print_json
 from cli.parsing import count
-
-_WORDS = {PUBLISHER: "PUBLISHER", SUBSCRIPTION: "SUBSCRIPTION", SERVER: "SERVER", CLIENT: "CLIENT"}
+from cli.verbs.endpoints import show
+from cli.verbs.naming import print_names
+from cli.verbs.topic import KIND
 
 
 async def list_topics(options: argparse.Namespace) -> Exit:
     """The names of the topics, with types or with the number of their ends."""
     async with look(options) as view:
-        topics = view.topics(options.include_hidden_topics)
-    if options.verbose and not options.count_topics:
+        topics = view.topics(options.hidden)
+    if options.verbose and not options.counted:
         _print_verbose(options, view, topics)
     else:
-        print_names(topics, types=options.show_types, counted=options.count_topics, json=options.json)
+        print_names(topics, options, types=options.show_types)
     return Exit.DONE
 
 
@@ -45,98 +44,5 @@ def _print_verbose(options: argparse.Namespace, view: GraphView, topics: dict[st
 
 async def info(options: argparse.Namespace) -> Exit:
     """A topic's types and the number of its ends, or all that is known of each."""
-    name = absolute(options.topic_name)
-    async with look(options, lambda view: name in view.topics()) as view:
-        types = view.topics().get(name)
-    if types is None:
-        raise CommandFailed(unknown("topic", name, view.topics(hidden=False)))
-    ends = {"Publisher": view.endpoints(PUBLISHER, name=name), "Subscription": view.endpoints(SUBSCRIPTION, name=name)}
-    if options.json:
-        listed = {f"{word.lower()}s": [endpoint_json(end) for end in found] for word, found in ends.items()}
-        print_json({"name": name, "types": types, **listed})
-        return Exit.DONE
-    gap = "\n" if options.verbose else ""
-    print(f"Type: {types[0] if len(types) == 1 else types}{gap}")
-    for word, found in ends.items():
-        print(f"{word} count: {len(found)}{gap}")
-        for end in found if options.verbose else ():
-            print("\n".join(endpoint_lines(end)) + "\n")
-    return Exit.DONE
-
-
-def unknown(what: str, name: str, known: Iterable[str]) -> str:
-    """The text about a name that nobody uses, with the one that was probably meant."""
-    return f"Unknown {what} '{name}'{did_you_mean(name, list(known))}"
-
-
-def endpoint_lines(end: Endpoint) -> Iterator[str]:
-    """All that is known of one endpoint."""
-    kind = "Service" if end.about.kind in (SERVER, CLIENT) else "Topic"
-    namespace, _, name = end.node.rpartition("/")
-    yield f"Node name: {name}"
-    yield f"Node namespace: {namespace or '/'}"
-    yield f"{kind} type: {end.about.type}"
-    yield f"{kind} type hash: {end.about.type_hash}"
-    yield f"Endpoint type: {_WORDS[end.about.kind]}"
-    if kind == "Service":
-        yield "Endpoint count: 1"
-    yield f"GID: {'.'.join(f'{byte:02x}' for byte in end.about.gid)}"
-    yield "QoS profile:"
-    for title, value in _quality(end).items():
-        yield f"  {title}: {value}"
-
-
-def _quality(end: Endpoint) -> dict[str, str]:
-    offered = end.about.qos
-    history = offered.history.name + (f" ({offered.depth})" if offered.history.name == "KEEP_LAST" else "")
-    return {
-        "Reliability": offered.reliability.name,
-        "History (Depth)": history,
-        "Durability": offered.durability.name,
-        "Lifespan": _duration(offered.lifespan),
-        "Deadline": _duration(offered.deadline),
-        "Liveliness": offered.liveliness.name,
-        "Liveliness lease duration": _duration(offered.liveliness_lease),
-    }
-
-
-def _duration(seconds: float | None) -> str:
-    return "Infinite" if seconds is None else f"{round(seconds * 1e9)} nanoseconds"
-
-
-def endpoint_json(end: Endpoint) -> dict[str, object]:
-    """The same as `endpoint_lines`, as data."""
-    offered = end.about.qos
-    return {
-        "node": end.node,
-        "type": end.about.type,
-        "type_hash": end.about.type_hash,
-        "gid": end.about.gid.hex(),
-        "qos": {
-            "reliability": offered.reliability.value,
-            "history": offered.history.value,
-            "depth": offered.depth,
-            "durability": offered.durability.value,
-            "lifespan": offered.lifespan,
-            "deadline": offered.deadline,
-            "liveliness": offered.liveliness.value,
-            "liveliness_lease": offered.liveliness_lease,
-        },
-    }
-
-
-async def type_of(options: argparse.Namespace) -> Exit:
-    """The types of a topic, one a line; 1 and nothing if there is no such topic."""
-    name = absolute(options.topic_name)
-    async with look(options, lambda view: name in view.topics()) as view:
-        types = view.topics().get(name, [])
-    print_types(types, json=options.json)
-    return Exit.DONE if types else Exit.FAILED
-
-
-async def find(options: argparse.Namespace) -> Exit:
-    """The topics of a type."""
-    async with look(options) as view:
-        topics = view.topics(options.include_hidden_topics)
-    print_of_type(topics, options.topic_type, counted=options.count_topics, json=options.json)
-    return Exit.DONE
+    ends = {"Publisher": PUBLISHER, "Subscription": SUBSCRIPTION}
+    return await show(options, KIND, ends, gap="\n" if options.verbose else "")

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Point, Pose, Quaternion
 from robot.geometry.messages import from_pose, pose_stamped, seconds, to_pose
-from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose, inverse
+from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose, inverse, placed, seen_from, turned, turned_back
 
 numbers = st.floats(-100.0, 100.0)
 poses = st.builds(Pose2, numbers, numbers, st.floats(-math.pi, math.pi, exclude_min=True))
@@ -43,6 +43,17 @@ def test_the_inverse_is_that_of_the_matrix_and_undoes_it_from_both_sides(a: Pose
 def test_the_order_of_brackets_makes_no_difference(a: Pose2, b: Pose2, c: Pose2) -> None:
     left, right = compose(compose(a, b), c), compose(a, compose(b, c))
     assert matrix(left) == pytest.approx(matrix(right), abs=1e-8)
+
+
+@given(poses, poses)
+def test_points_and_vectors_are_turned_as_poses_are(frame: Pose2, point: Pose2) -> None:
+    there = compose(frame, point)
+    assert placed(frame, point.x, point.y) == pytest.approx((there.x, there.y))
+    assert seen_from(frame, there.x, there.y) == pytest.approx((point.x, point.y), abs=1e-6)
+    assert turned_back(frame.yaw, *turned(frame.yaw, point.x, point.y)) == pytest.approx((point.x, point.y), abs=1e-6)
+    many = placed(frame, np.array([point.x, 0.0]), np.array([point.y, 1.0]))
+    assert [float(axis[0]) for axis in many] == list(placed(frame, point.x, point.y))
+    assert turned(math.pi / 2, 1.0, 0.0) == pytest.approx((0.0, 1.0))
 
 
 @given(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-2.0, 2.0), st.floats(0.0, 0.02))
