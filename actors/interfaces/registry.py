@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import importlib
 import os
+import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.interfaces.errors import BadDeclaration, UnknownInterface
 from actors.interfaces.naming import KINDS, Kind, closest, full_name
@@ -27,6 +28,7 @@ class Folder(NamedTuple):
     module: str | None
 
 
+_FULL: Final = re.compile(r"[A-Za-z]\w*(/[A-Za-z]\w*){2}\Z", re.ASCII)
 _types: dict[str, type[Any]] = {}
 _loading: list[str] = []
 _folders: list[Folder] = [Folder(os.path.join(os.path.dirname(__file__), "share"), "actors.interfaces")]
@@ -158,9 +160,12 @@ def _get(name: str, kind: Kind, base: type[Any]) -> Any:
 
 
 def find(name: str) -> type[Any] | None:
-    """The class of a full name, or None. Imports the generated module or loads the definition if it must."""
+    """The class of a full name, or None. Imports the generated module or loads the definition if it must.
+
+    The name may be that of any peer: what is not ``package/kind/Name`` is no name, and leads to no file.
+    """
     found = _types.get(name)
-    if found is not None:
+    if found is not None or not _FULL.match(name):
         return found
     from actors.interfaces.derived import derive
 

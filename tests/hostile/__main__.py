@@ -4,6 +4,8 @@
 
 `python -m tests.hostile doors --count 100000`: hostile bytes at each place where bytes from outside are read (`--only NAME` for one).
 
+`python -m tests.hostile dds --count 100000`: the same samples, and odd endpoints, from a participant of DDS beside honest nodes.
+
 `python -m tests.hostile crowd --seconds 600`: 20 clients of the web server, of which 5 never read and 2 send garbage.
 """
 
@@ -18,7 +20,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from actors import execute
-from tests.hostile import crowd, doors, web
+from tests.hostile import crowd, dds, doors, web
 from tests.hostile.wire import attack, findings
 
 GROWTH = 32 * 1024
@@ -28,7 +30,7 @@ GROWTH = 32 * 1024
 def main(argv: Sequence[str] | None = None) -> int:
     """The exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.hostile", description=__doc__)
-    parser.add_argument("what", choices=("wire", "web", "doors", "crowd"))
+    parser.add_argument("what", choices=("wire", "web", "doors", "dds", "crowd"))
     parser.add_argument("--messages", "--count", type=int, default=100_000, metavar="N")
     parser.add_argument("--seed", type=int, default=1, metavar="N")
     parser.add_argument("--seconds", type=float, default=600.0, metavar="S", help="of a crowd (600)")
@@ -36,6 +38,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     if options.what == "doors":
         return _doors(options.messages, options.seed, options.only)
+    if options.what == "dds":
+        return _dds(options.messages, options.seed)
     if options.what == "crowd":
         return _crowd(options.seconds)
     if options.what == "web":
@@ -72,6 +76,20 @@ def _doors(count: int, seed: int, only: str) -> int:
             row = f"{outcome.sent:>9,} {outcome.refused:>9,} {mean:>9.3f} {1000 * outcome.longest:>12.1f} {outcome.grown:>13,}"
             print(f"{name:<20} {row}", flush=True)
             wrong += [f"{name}: {line}" for line in doors.findings(outcome)]
+    for line in wrong:
+        print(f"WRONG: {line}")
+    return 1 if wrong else 0
+
+
+def _dds(count: int, seed: int) -> int:
+    began = time.monotonic()
+    outcome = asyncio.run(dds.attack(count, seed, doors.mutated))
+    wrong = dds.findings(outcome)
+    print(f"hostile samples        {outcome.sent:>10,}   seed {seed}, {time.monotonic() - began:.0f} s")
+    print(f"counted as unreadable  {outcome.logs.unreadable:>10,}   in {outcome.logs.lines.total():,} lines of the log")
+    print(
+        f"honest messages heard  {len(outcome.heard):>10,}   of {len(outcome.told):,}, in order; {dict(outcome.answers)}"
+    )
     for line in wrong:
         print(f"WRONG: {line}")
     return 1 if wrong else 0

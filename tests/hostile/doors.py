@@ -43,6 +43,7 @@ from actors.transport.format.errors import WireFormatError
 from actors.transport.format.tokens import parse_token
 from robot.nodes.map_files import InvalidMap, read_map
 from tests.actors.bag.bags import write
+from tests.hostile import dds
 
 NUMBERS = Topic(Int32, "numbers")
 LONGEST: Final = 0.25
@@ -185,6 +186,7 @@ def doors(folder: Path) -> dict[str, Door]:
         "attachments": Door(
             [write_attachment(Attachment(1, 2, bytes(16), b"RBA\x01"))], parse_attachment, (WireFormatError,)
         ),
+        **{name: Door(seeds, read, (refused,)) for name, (seeds, read, refused) in dds.PLACES.items()},
         "parameter files": Door([_PARAMETERS], _parameters, (InvalidParams,)),
         "maps": Door([_MAP, *_PICTURES], lambda data: _map(folder, data), (InvalidMap, OSError)),
         "launch files": Door(launch, lambda data: _launch(folder, data), (LaunchError,)),

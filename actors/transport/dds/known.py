@@ -176,6 +176,7 @@ class Known:
         self.endpoint_appeared(found)
 
     def endpoint_vanished(self, found: discovery.RemoteEndpoint) -> None:
+        self._silent.discard(found.guid)
         peer = self.peers.get(found.participant)
         if peer is not None:
             peer.found.discard(found.guid)
@@ -189,7 +190,7 @@ class Known:
         """
         before = self._silent & writers
         silent = set(before)
-        for guid in (status.peer, *sorted(writers)):
+        for guid in sorted(writers, key=lambda guid: guid != status.peer):
             if len(silent) != status.not_alive:
                 (silent.add if len(silent) < status.not_alive else silent.discard)(guid)
         self._silent = (self._silent - writers) | silent
@@ -198,7 +199,6 @@ class Known:
 
     def _drop(self, peer: Peer, end: Shown) -> None:
         guid = end.of_dds.guid
-        self._silent.discard(guid)
         del peer.ends[guid]
         role = end.ros.role, end.ros.name
         if (ends := self.services.get(role)) is not None:

@@ -147,3 +147,10 @@ def test_a_generated_module_that_lacks_something_else_says_so(tmp_path: Path, mo
         registry.add_folder(tmp_path / "share", "torn_home")
         with pytest.raises(ModuleNotFoundError, match="a_library_that_is_not_installed"):
             get_message("torn_pkg/Torn")
+
+
+@pytest.mark.parametrize(
+    "name", ["", "Hello", "a/b", "a/msg/b/c", "../msg/String", "std_msgs/../String", "std_msgs/msg/*", "a::b"]
+)
+def test_what_is_no_full_name_is_not_found_and_not_looked_for(name: str) -> None:
+    assert registry.find(name) is None

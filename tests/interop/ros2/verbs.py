@@ -203,7 +203,13 @@ async def send_goal(bench: Bench) -> None:
     await peers(bench)
     for order in (4, 41):
         words = ("action", "send_goal", "-f", "/ros/fibonacci", FIBONACCI, f"{{order: {order}}}")
-        equal(await ours(bench, *words), await theirs(bench, *words))
+        for attempt in range(3):  # by DDS, feedback may be faster than the answer to the goal
+            try:
+                equal(await ours(bench, *words), await theirs(bench, *words))
+                break
+            except AssertionError:
+                if attempt == 2:
+                    raise
 
 
 async def set_parameter(bench: Bench) -> None:

@@ -15,7 +15,7 @@ from actors.transport.format.types import NO_TYPE_HASH
 
 _LONGEST: Final = 4096
 """Bytes that are looked at."""
-_PAIRS: Final = re.compile(r"([A-Za-z0-9]+)=([^;=\x00-\x1f\x7f-\xff]+)(?:;|\Z)")
+_PAIRS: Final = re.compile(r"(?<![A-Za-z0-9])([A-Za-z0-9]+)=([^;=\x00-\x1f\x7f-\xff]+)(?:;|\Z)")
 _HASH: Final = re.compile(r"RIHS01_[0-9a-f]{64}\Z")
 _PAIR_ID: Final = re.compile(r"[ 0-9a-f][0-9a-f](?:\.[0-9a-f]{1,2}){15}\Z")
 

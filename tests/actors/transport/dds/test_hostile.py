@@ -18,6 +18,8 @@ pytest.importorskip("cyclonedds")
 from actors.transport.dds import endpoints, library
 from actors.transport.dds.format.qos import EndpointQos
 from tests.actors.transport.dds.peers import HELLO, Peer, matched, two_peers, until
+from tests.hostile.dds import attack, findings
+from tests.hostile.doors import mutated
 
 KEPT = EndpointQos(keep_all=True)
 
@@ -158,3 +160,10 @@ async def test_packets_that_are_no_protocol_disturb_nobody() -> None:
         writer.put(HELLO)
         await until(lambda: other.samples)
         assert other.payloads == [HELLO]
+
+
+async def test_hostile_samples_and_endpoints_lose_nothing_of_honest_nodes_and_fill_no_log() -> None:
+    outcome = await attack(2000, 3, mutated)
+    assert findings(outcome) == []
+    assert (len(outcome.heard), outcome.answers["right"]) == (10, 10)
+    assert outcome.logs.unreadable > 200

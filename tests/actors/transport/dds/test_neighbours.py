@@ -163,6 +163,16 @@ async def test_a_program_without_ros_is_heard_and_not_listed() -> None:
         assert names(system) == []
 
 
+async def test_a_topic_of_ros_with_a_type_that_is_none_of_ros_is_shown_as_it_is_and_hides_nothing() -> None:
+    async with beside(user_data=b"") as (system, neighbour):
+        for type in ("Hello", "a::b", "../../msg/Hello"):
+            neighbour.writer("rt/odd", type)
+        neighbour.writer("rt/numbers", INT32)
+        await until(lambda: [one.node.fqn for one in system.graph.topic("/numbers").publishers] == [known.BARE])
+        types = {one.type.__ros_type__ for one in system.graph.topic("/odd").publishers}
+        assert types == {"Hello", "a::b", "../../msg/Hello"}
+
+
 async def test_a_client_of_cyclone_gets_its_reply_with_the_head_of_its_request_also_if_it_is_matched_late() -> None:
     async with beside(Adder) as (system, neighbour):
         mine = b"clientid= 1.2.3.4.5.6.7.8.9.a.b.c.0.0.0.1;"
