@@ -9,8 +9,8 @@ import numpy as np
 from robot.hardware.battery import PackState
 from robot.model.battery import EMPTY_VOLTAGE, GAUGE_CELLS, HEAT_CAPACITY, THERMAL_RESISTANCE, PackDesign
 
-TYPICAL_LOAD = 403.0
-"""W: 605 Wh in the 90 min of typical use."""
+TYPICAL_TIME = 1.5
+"""Hours that a pack lasts in typical use: 605 Wh at 403 W."""
 SLOW, FAST = 60.0, 6.0
 CHANGE, PATIENCE = 0.04, 30.0
 ROOM = 25.0
@@ -21,7 +21,7 @@ _GRID = np.linspace(0.0, 1.0, 65)
 
 
 class MeanLoad:
-    """The load averaged exponentially over 60 s, seeded with the typical 403 W.
+    """The load averaged exponentially over 60 s, seeded with a `typical` one, W.
 
     A mean of 60 s still holds 13.5 % of an old load after two minutes. So it starts afresh from a mean of 6 s, and
     grows its window back to 60 s, when the two differ by more than 4 % for 30 s on end: a lasting change is
@@ -30,8 +30,8 @@ class MeanLoad:
 
     __slots__ = ("_apart", "_fast", "_slow", "_window")
 
-    def __init__(self) -> None:
-        self._slow = self._fast = TYPICAL_LOAD
+    def __init__(self, typical: float) -> None:
+        self._slow = self._fast = typical
         self._window = SLOW
         self._apart = 0.0
 
@@ -66,7 +66,7 @@ class RuntimeEstimator:
     def __init__(self, design: PackDesign, *, ambient: float = ROOM) -> None:
         self.design = design
         self.ambient = ambient
-        self.load = MeanLoad()
+        self.load = MeanLoad(design.energy_wh / TYPICAL_TIME)
 
     def update(self, dt: float, power_w: float) -> None:
         """Take in a load of `power_w` W, hotel load included, that lasted `dt` seconds."""

@@ -17,6 +17,9 @@ LED: Final = 0.06
 """So far its drive must have been told to turn it meanwhile, rad; chosen: 15 N m of a swinging leg's spring."""
 IDLE: Final = 0.5
 """A drive that gives less than this share of the torque that its law asks for at the place shown, is not at that place."""
+UNCLEAR: Final = 1.5
+"""A torque that is missing by less than this, N m, may be the noise of its measurement; chosen: three standard deviations. Of a robot of a few kilograms
+the drives give no more while it stands."""
 PUSHING: Final = 40.0
 """A drive of the reference body that gives more than this pushes against something, N m: its joint may well stand still."""
 CERTAIN: Final = 0.0149
@@ -136,6 +139,10 @@ class StuckWatch:
                 return False
             spring = kp[joint] * (position[joint] - at) + kd[joint] * (velocity[joint] - speed)
             missing = effort[joint] + spring - given
-            if abs(spring) < kp[joint] * LED * 0.5 or missing * spring <= 0.0 or abs(missing) < IDLE * abs(spring):
+            if (
+                abs(spring) < kp[joint] * LED * 0.5
+                or missing * spring <= 0.0
+                or abs(missing) < max(IDLE * abs(spring), UNCLEAR)
+            ):
                 return False
         return True

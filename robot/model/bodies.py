@@ -1,7 +1,8 @@
 """Robots whose makers publish their figures: read by `robot.sim.model_file` from the descriptions that their makers give away, and rounded.
 
 Unitree Go2, A2 and B2: from unitreerobotics/unitree_mujoco, Copyright (c) 2016-2024 HangZhou YuShu TECHNOLOGY CO.,LTD. ("Unitree Robotics"),
-BSD-3-Clause. Stand and sit heights are ours, of the reference body's proportions.
+BSD-3-Clause. ANYmal C: from google-deepmind/mujoco_menagerie, Copyright 2020, ANYbotics AG, BSD-3-Clause; its shoulders and knees turn all the way
+round, and its hind knees point forwards here, as in the maker's pictures. Stand and sit heights are ours, of the reference body's proportions.
 """
 
 from __future__ import annotations
@@ -105,5 +106,38 @@ B2 = RobotModel(
     armature=0.1,
     friction=0.547049,
 )
-BODIES = MappingProxyType({body.name: body for body in (SPOT, GO2, A2, B2)})
+ANYMAL_C = RobotModel(
+    name="anymal_c",
+    thigh=0.285,
+    calf=0.3275,
+    abduction=0.19716,
+    foot_radius=0.03,
+    hips=((0.3598, 0.104), (0.3598, -0.104), (-0.3598, 0.104), (-0.3598, -0.104)),
+    stand_height=0.419202,
+    sit_height=0.139734,
+    hip_limits=(-0.72, 0.49),
+    shoulder_limits=(-0.899, 2.295),
+    knee_limits=(-2.793, -0.247),
+    mass=44.9652,
+    hip_mass=2.781,
+    thigh_mass=3.071,
+    calf_mass=0.58842,
+    hip_com=(-0.00318805, 0.0173939, -0.00046087),
+    thigh_com=(0.0, -0.0825353, -0.245696),
+    calf_com=(0.0, -0.007588, -0.0941462),
+    body_inertia=(0.217374, 0.639559, 0.624031),
+    hip_inertia=(0.00329553, 0.00493921, 0.00583386),
+    thigh_inertia=(0.0299041, 0.0295638, 0.00486108),
+    calf_inertia=(0.00922804, 0.0101612, 0.00113213),
+    trunk=(0.58, 0.14, 0.18),
+    torque_limit=80.0,
+    knee_torque=((-2.793, 80.0), (-0.247, 80.0)),
+    body_com=(0.0025, 0.0, 0.0502072),
+    shoulder_rear_limits=(-2.295, 0.899),
+    knee_rear_limits=(0.247, 2.793),
+    damping=1.0,
+    armature=0.0240129,
+    friction=0.1,
+)
+BODIES = MappingProxyType({body.name: body for body in (SPOT, GO2, A2, B2, ANYMAL_C)})
 """Those that come with the package, by name."""

@@ -81,7 +81,7 @@ def _add_body(add: Any) -> None:
         "--robot",
         default="spot",
         metavar="NAME|FILE",
-        help="spot, go2, a2, b2, or a MJCF or URDF file of a quadruped (default spot)",
+        help="spot, go2, a2, b2, anymal_c, or a MJCF or URDF file of a quadruped (default spot)",
     )
     add(
         "--backend",
