@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.interfaces.cdr import encode, encoder
@@ -13,7 +14,7 @@ from actors.qos.policies import Liveliness
 from actors.topics.endpoint import nanoseconds
 from actors.topics.peers import PublisherPeer, Target
 from actors.transport.format.tokens import EndpointKind
-from actors.transport.protocol import EndpointHere, PublisherHere, RemoteEndpoint
+from actors.transport.protocol import EndpointHere, PublisherHere, RemoteEndpoint, Wait
 from actors.transport.remote_topics import RemotePublisher, RemoteSubscription
 from actors.transport.types_here import type_info
 
@@ -183,6 +184,11 @@ class Topics:
         sender = self._senders.get(publisher)
         return 0 if sender is None else sender.sent_bytes
 
+    def _drained(self, publisher: PublisherPeer) -> Wait | None:
+        """See `PublisherHere.drained`."""
+        sender = self._senders.get(publisher)
+        return None if sender is None else sender.endpoint.drained
+
     def _target_of(self, publisher: PublisherPeer) -> Target:
         return self._senders[publisher].send
 
@@ -190,9 +196,10 @@ class Topics:
 
     def subscription_joined(self, subscription: SubscriptionPeer) -> None:
         """Show a subscription, and receive for it what other processes publish. Raises WireFormatError."""
-        side, name = self._side, subscription.entry.name
+        side, name, qos = self._side, subscription.entry.name, subscription.qos
+        arrived = self._arrived_where_all_is_kept if qos.keep_all and qos.reliable else self._arrived
         self._fed_by[subscription] = side.participant.subscription(
-            side.node(subscription.node.fqn), name, type_info(subscription.type), subscription.qos, self._arrived,
+            side.node(subscription.node.fqn), name, type_info(subscription.type), qos, arrived,
             subscription, subscription.patience,
         )  # fmt: skip
 
@@ -216,6 +223,27 @@ class Topics:
         """See `protocol.Take`."""
         publisher = self._publishers.get(gid) or self._stranger(takers)
         publisher.arrived(number, source_time, payload, takers, since)
+
+    def _arrived_where_all_is_kept(
+        self,
+        takers: tuple[SubscriptionPeer, ...],
+        gid: bytes,
+        number: int,
+        source_time: int,
+        payload: bytes,
+        since: float | None,
+    ) -> Wait | None:
+        """See `protocol.Take`. The next message waits until all of these have room."""
+        self._arrived(takers, gid, number, source_time, payload, since)
+        for each in takers:
+            if each.full:
+                return partial(self._room, takers)
+        return None
+
+    async def _room(self, takers: tuple[SubscriptionPeer, ...]) -> None:
+        for each in takers:
+            while each.full and each in self._fed_by:  # else it has been closed
+                await each.room()
 
     def lost(self, subscription: SubscriptionPeer, messages: int) -> None:
         """See `Events.lost`."""
@@ -244,7 +272,7 @@ class Topics:
             entry.add_publisher(publisher)
         else:
             subscription = RemoteSubscription(
-                node, entry, type, endpoint.qos, self._target_of, self._sent_by, checks_qos=checks
+                node, entry, type, endpoint.qos, self._target_of, self._sent_by, self._drained, checks_qos=checks
             )
             self._remote[gid] = subscription
             entry.add_subscription(subscription)

@@ -21,7 +21,7 @@ then the questions that only it could answer end.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, Protocol, TypeAlias
 
@@ -144,9 +144,14 @@ class Link:
     """The number of messages for it or from it that this side has dropped."""
 
 
-Take: TypeAlias = Callable[[tuple[Any, ...], bytes, int, int, bytes, float | None], None]
-"""What is called with a message: the takers for whom it is, the GID of its publisher, its number among the messages of that publisher from 1, when it
-was sent (nanoseconds since 1970), its payload, and when it arrived, in seconds on the loop's clock, if it has waited since then."""
+Wait: TypeAlias = Callable[[], Coroutine[Any, Any, None]]
+"""What waits for something, if it is called."""
+
+Take: TypeAlias = Callable[[tuple[Any, ...], bytes, int, int, bytes, float | None], Wait | None]
+"""What is called with a message, and returns what the next one should wait for, if it may not be lost.
+
+Its arguments are the takers for whom it is, the GID of its publisher, its number among the messages of that publisher from 1, when it was sent (nanoseconds
+since 1970), its payload, and when it arrived, in seconds on the loop's clock, if it has waited since then."""
 
 
 class Handle(Protocol):
@@ -196,6 +201,11 @@ class PublisherHere(EndpointHere, Protocol):
         """Send a message to all matching subscriptions of other processes: its payload, its number from 1, and the time, in nanoseconds since 1970.
 
         A transient local publisher keeps it for later ones."""
+        ...
+
+    @property
+    def drained(self) -> Wait | None:
+        """What waits until all has been sent that was put; None unless so much waits, and may not be dropped, that who can wait has to."""
         ...
 
     def assert_liveliness(self) -> None:

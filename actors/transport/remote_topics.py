@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, PublisherPeer, SubscriptionPeer, Target, TopicRegistry
     from actors.transport.local_side import LocalSide
+    from actors.transport.protocol import Wait
 
 MessageType: TypeAlias = "type[Message]"
 
@@ -195,9 +196,8 @@ class RemotePublisher:
     def _only_match(self, takers: list[tuple[SubscriptionPeer, _Match]], number: int) -> _Match | None:
         """The match whose subscription alone takes the next message, after one with this number, and takes it as an object."""
         _, match = takers[0]
-        if not self._plain or self._taps or len(self._matched) > 1 or match.undecoded is not None:
-            return None
-        if self._numbers.last != number:
+        plain = self._plain and not self._taps and len(self._matched) == 1 and match.undecoded is None
+        if not plain or self._numbers.last != number:
             return None
         self._decode = decoder(match.subscription.type)
         self.kept.clear()
@@ -208,8 +208,8 @@ class RemotePublisher:
     def arrival(self) -> Arrival | None:
         passing = self._passing
         if isinstance(passing, tuple):
-            *received, message = passing
-            passing = self._passing = Arrival.received(*received)
+            payload, kind, sent_ns, since, message = passing
+            passing = self._passing = Arrival.received(payload, kind, sent_ns, since)
             passing.decoded_as(message)
         return passing
 
@@ -330,7 +330,6 @@ class RemoteSubscription:
     dropped = 0
     waiting = 0
     patience = 0.0
-    full = False
     missed = 0
 
     def __init__(
@@ -341,6 +340,7 @@ class RemoteSubscription:
         qos: QoS,
         target_of: Callable[[PublisherPeer], Target],
         sent_by: Callable[[PublisherPeer], int],
+        drained: Callable[[PublisherPeer], Wait | None],
         *,
         checks_qos: bool = True,
     ) -> None:
@@ -351,6 +351,7 @@ class RemoteSubscription:
         self.type: Any = type
         self._target_of = target_of
         self._sent_by = sent_by
+        self._drained = drained
         self._matched: dict[PublisherPeer, int] = {}
         self._parted_bytes = 0
 
@@ -366,8 +367,15 @@ class RemoteSubscription:
         """What the publishers of this process have sent while it was matched with them."""
         return self._parted_bytes + sum(self._sent_by(one) - before for one, before in self._matched.items())
 
+    @property
+    def full(self) -> bool:
+        """Whether so much of a publisher waits to be sent that `Publisher.send` has to wait, too."""
+        return any(self._drained(one) is not None for one in self._matched)
+
     async def room(self) -> None:
-        """Return at once: it is never `full`, because the transport holds the sender back."""
+        """Wait until what waits has been sent."""
+        for drained in filter(None, [self._drained(one) for one in self._matched]):
+            await drained()
 
     def target(self, publisher: PublisherPeer) -> Target:
         """What sends the publisher's messages; it is the same for all subscriptions of other processes."""

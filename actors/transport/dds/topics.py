@@ -38,6 +38,8 @@ class Publisher:
     def gid(self) -> bytes:
         return b"" if self._writer is None else self._writer.guid
 
+    drained = None  # the engine holds back who writes
+
     def show(self) -> None:
         if self._writer is None:
             self._writer = self._domain.engine.writer(*self._names, self._qos, self._changed)

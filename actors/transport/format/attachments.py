@@ -55,24 +55,25 @@ def write_attachment(attachment: Attachment) -> bytes:
 
 def attacher(gid: bytes) -> Callable[[int, int], bytes]:
     """What writes the attachments of one publisher or client, from the number and the time of each message. Raises WireFormatError."""
-    if len(gid) != GID_SIZE:
-        raise refuse(gid, "a GID", f"it has {GID_SIZE} bytes")
-    end = bytes((GID_SIZE,)) + gid
-    pack = _NUMBERS.pack
+    end, pack = _end(gid), _NUMBERS.pack
     return lambda sequence_number, source_time: pack(sequence_number, source_time) + end
 
 
 def attaching(gid: bytes, put: Callable[[bytes, bytes], None]) -> Callable[[bytes, int, int], None]:
     """What calls `put` with each payload of one publisher and its attachment, from the number and the time of the message. Raises WireFormatError."""
-    if len(gid) != GID_SIZE:
-        raise refuse(gid, "a GID", f"it has {GID_SIZE} bytes")
-    end = bytes((GID_SIZE,)) + gid
-    pack = _NUMBERS.pack
+    end, pack = _end(gid), _NUMBERS.pack
 
     def put_attached(payload: bytes, sequence_number: int, source_time: int) -> None:
         put(payload, pack(sequence_number, source_time) + end)
 
     return put_attached
+
+
+def _end(gid: bytes) -> bytes:
+    """What is the same in all attachments of one publisher or client."""
+    if len(gid) != GID_SIZE:
+        raise refuse(gid, "a GID", f"it has {GID_SIZE} bytes")
+    return bytes((GID_SIZE,)) + gid
 
 
 def attached(data: bytes) -> tuple[int, int, bytes]:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.transport.format.buffers import Backend
     from actors.transport.keyed import protocol as keyed
-    from actors.transport.protocol import Handle, NodeHere, Request, Take, TypeInfo
+    from actors.transport.protocol import Handle, NodeHere, Request, Take, TypeInfo, Wait
 
 _TOLD: Final = 5.0
 """Seconds within which another process takes what it is told; what it answers is of no interest."""
@@ -95,6 +95,10 @@ class _Publisher:
     @property
     def wanted(self) -> bool:
         return self._outlet is not None and self._outlet.wanted
+
+    @property
+    def drained(self) -> Wait | None:
+        return None if self._outlet is None else self._outlet.drained
 
     def show(self) -> None:
         if self._endpoint is not None:
@@ -313,15 +317,15 @@ class KeyedParticipant:
             for handle in receiver.handles:
                 handle.close()
 
-    def _arriving(self, receiver: _Receiver, take: Take) -> Callable[[Sample], None]:
-        def arrived(sample: Sample) -> None:
+    def _arriving(self, receiver: _Receiver, take: Take) -> keyed.Take:
+        def arrived(sample: Sample) -> Wait | None:
             key, payload, attachment, since = sample
             try:
                 number, source_time, gid = attached(attachment)
             except WireFormatError as error:  # dropped, as in ROS 2
                 self._events.unreadable("an attachment cannot be read", key, error, key=key)
-                return
-            take(receiver.takers, gid, number, source_time, payload, since)
+                return None
+            return take(receiver.takers, gid, number, source_time, payload, since)
 
         return arrived
 

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias
 
 from actors.transport.format.tokens import ALL_GRAPHS, graph_of
-from actors.transport.protocol import Failed, Handle, Link, NoAnswer
+from actors.transport.protocol import Failed, Handle, Link, NoAnswer, Wait
 
 if TYPE_CHECKING:
     from actors.transport import protocol
@@ -76,6 +76,10 @@ class Sample(NamedTuple):
     """When it arrived, in seconds on the loop's clock, if it has waited since then; None: now."""
 
 
+Take: TypeAlias = Callable[[Sample], Wait | None]
+"""What is called with a sample, and returns what the next one should wait for, if it may not be lost."""
+
+
 class Replied(NamedTuple):
     """A question was answered."""
 
@@ -97,6 +101,11 @@ class Outlet(Handle, Protocol):
 
     def put(self, payload: bytes, attachment: bytes) -> None:
         """Send one sample to all subscriptions of the key in other processes. With `Delivery.history`, keep it for later ones."""
+        ...
+
+    @property
+    def drained(self) -> Wait | None:
+        """See `actors.transport.protocol.PublisherHere.drained`."""
         ...
 
 
@@ -179,8 +188,11 @@ class KeyTransport(Protocol):
         """Open the sending end of `key`."""
         ...
 
-    def subscribe(self, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> Handle:
-        """Call `take` with each sample that other processes put on `key`, those kept for later subscriptions first."""
+    def subscribe(self, key: str, delivery: Delivery, take: Take) -> Handle:
+        """Call `take` with each sample that other processes put on `key`, those kept for later subscriptions first.
+
+        With `Delivery.keep_all` the next sample should wait for what `take` returns.
+        """
         ...
 
     def serve(self, key: str, take: Callable[[Query], None]) -> Handle:

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import TypeAlias
 
-from actors.transport.keyed.protocol import Delivery, Query, Sample
+from actors.transport.keyed.protocol import Delivery, Query, Sample, Take
 from actors.transport.simulated.link import Flow, Message, Stream
 
 
@@ -27,9 +27,7 @@ class Announcement:
 class Subscription:
     """Invariants: `take` gets the samples of an outlet in the order of their numbers, each at most once, and none after `close`."""
 
-    def __init__(
-        self, key: str, history: int, take: Callable[[Sample], None], withdraw: Callable[[Declared], None]
-    ) -> None:
+    def __init__(self, key: str, history: int, take: Take, withdraw: Callable[[Declared], None]) -> None:
         self.key = key
         self.history = history
         self.closed = False
@@ -97,6 +95,8 @@ class Outlet:
         self._closes = closes
         for stream, subscriptions in known:
             self._flows[stream] = self._flow(stream), tuple(subscriptions)
+
+    drained = None  # what is sent waits on the link
 
     @property
     def wanted(self) -> bool:

@@ -10,7 +10,7 @@ from typing import Protocol, TypeVar
 
 from actors.transport import protocol
 from actors.transport.keyed import protocol as keyed
-from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Query, Replied, Sample
+from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Query, Replied, Take
 from actors.transport.protocol import Failed, Handle
 from actors.transport.simulated.endpoints import Announcement, Declared, Outlet, Server, Subscription
 from actors.transport.simulated.keys import matcher
@@ -138,7 +138,7 @@ class SimulatedTransport(KeyTransport):
     def announce(self, token: str) -> Handle:
         return self._declare(Announcement(token, self._withdraw))
 
-    def subscribe(self, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> Handle:
+    def subscribe(self, key: str, delivery: Delivery, take: Take) -> Handle:
         return self._declare(Subscription(key, delivery.history, take, self._withdraw))
 
     def serve(self, key: str, take: Callable[[Query], None]) -> Handle:

@@ -15,7 +15,7 @@ from actors.transport.format.errors import WireFormatError
 from actors.transport.format.keys import write_key
 from actors.transport.format.sessions import is_ours
 from actors.transport.format.tokens import EndpointKind, EndpointToken, parse_token
-from actors.transport.keyed.protocol import BULK, Answer, Delivery, Events, Query, Sample
+from actors.transport.keyed.protocol import BULK, Answer, Delivery, Events, Query, Take
 from actors.transport.protocol import Link, NoAnswer
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
@@ -129,7 +129,7 @@ class Connection:
         self._handles.add(outlet)
         return outlet
 
-    def subscribe(self, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> Subscription:
+    def subscribe(self, key: str, delivery: Delivery, take: Take) -> Subscription:
         """Open the receiving end of `key`."""
 
         def declare(subscription: Subscription) -> objects.Declared:
@@ -256,9 +256,8 @@ class Connection:
     def _send_beat(self) -> None:
         self.wakeup.look()
         lingering, self._lingering = self._lingering, []
-        for question in lingering:
-            if question.lingers:
-                question.cancel()
+        for question in [one for one in lingering if one.lingers]:
+            question.cancel()
         with suppress(import_zenoh().ZError):
             self._beat.put(self._own_session.encode())
         self._beats += 1

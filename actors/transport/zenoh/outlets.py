@@ -8,6 +8,7 @@ from contextlib import suppress
 from typing import Final, NamedTuple
 
 from actors.transport.keyed.protocol import Delivery
+from actors.transport.protocol import Wait
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
@@ -17,6 +18,9 @@ from actors.transport.zenoh.traffic import Traffic
 
 KEEP_ALL: Final = 64 * 1024 * 1024
 """The bytes that wait for the worker at most, in an outlet that may not drop: then it drops nevertheless, because `put` cannot wait."""
+
+FULL: Final = 1024 * 1024
+"""The bytes that wait for the worker, of an outlet that may not drop, before who can wait has to."""
 
 
 class Publishers(NamedTuple):
@@ -98,6 +102,14 @@ class Outlet:
             self._hand_over(payload, attachment)
         else:
             self._put(payload, attachment)
+
+    @property
+    def drained(self) -> Wait | None:
+        """See `PublisherHere.drained`."""
+        return self._drained if self._keep_all and self._handed - self._done > FULL else None
+
+    async def _drained(self) -> None:
+        await self._worker.result(lambda: None)
 
     def close(self) -> None:
         """Put no more samples. Those that wait for the worker are sent."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -47,10 +48,8 @@ class _Query:
 
     def _send(self, answer: Callable[[], Any] | None) -> None:
         if answer is not None:
-            try:
+            with suppress(import_zenoh().ZError):  # who asked has gone, or the session has been closed
                 answer()
-            except import_zenoh().ZError:  # who asked has gone, or the session has been closed
-                pass
         self._query.drop()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -9,7 +10,8 @@ from functools import partial
 from time import perf_counter
 from typing import Final
 
-from actors.transport.keyed.protocol import Delivery, Sample
+from actors.transport.keyed.protocol import Delivery, Sample, Take
+from actors.transport.protocol import Wait
 from actors.transport.wakeup import Wakeup
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Contacts, Source
@@ -21,7 +23,9 @@ _KEEP_ALL: Final = 1000
 """The least number of samples that a KEEP_ALL queue holds before it holds the sender back."""
 
 _PATIENCE: Final = 1.0
-"""Seconds for which a full KEEP_ALL queue holds Zenoh's thread back, and so every sender. If the loop hangs for longer, the queue grows."""
+_PAUSE: Final = 0.001
+"""Seconds for which a full KEEP_ALL queue holds Zenoh's thread back, and so every sender: at first, and for each sample after that. So what comes from
+others on the link is late, but not held back for as long as a reader hangs; the queue grows meanwhile."""
 
 _sample: Final[Callable[[tuple[str, bytes, bytes, float | None]], Sample]] = partial(tuple.__new__, Sample)
 """Makes a `Sample` in half the time that its class takes."""
@@ -43,7 +47,7 @@ class Subscription:
         own: str,
         key: str,
         delivery: Delivery,
-        take: Callable[[Sample], None],
+        take: Take,
         wakeup: Wakeup,
         traffic: Traffic,
         declare: Callable[[Subscription], objects.Declared],
@@ -69,6 +73,8 @@ class Subscription:
         """Whether the last sample was: it is handled before the next one is copied, so that its memory is still in the processor's cache then."""
         self._held = False
         """Whether a thread waits for room, or has given it up."""
+        self._paused: asyncio.Task[None] | None = None
+        """What waits until the next sample may be passed on."""
         self._closed = False
         self._forget = forget
         contacts = Contacts(own, lambda source: ask(self, source), self._pass)
@@ -97,17 +103,18 @@ class Subscription:
             self._closed = True
             self._queue.clear()
             self._room.set()
+            if self._paused is not None:
+                self._paused.cancel()
             self._subscriber.undeclare()
             if self._patience:
                 self._wakeup.cease(self._patience)
             self._forget(self)
 
     def _wait_for_room(self) -> None:
-        if not self._hangs:
-            self._room.clear()
-            self._held = True
-            still_full = len(self._queue) >= self._most and not self._closed  # room may have been made just before
-            self._hangs = still_full and not self._room.wait(_PATIENCE)
+        self._room.clear()
+        self._held = True
+        still_full = len(self._queue) >= self._most and not self._closed  # room may have been made just before
+        self._hangs = still_full and not self._room.wait(_PAUSE if self._hangs else _PATIENCE)
 
     def _drop_oldest(self) -> None:
         try:
@@ -122,6 +129,8 @@ class Subscription:
         if left is None:
             self._posted = False  # before they are counted: what is appended from here on is counted, or posts again
             left = len(queue)
+        if self._paused is not None:
+            return  # it posts again
         try:
             while left:
                 left -= 1
@@ -136,7 +145,9 @@ class Subscription:
                     self._pass(sample, since)
                 else:
                     self._contacts.take(sample)
-                if self._large or perf_counter() > end:
+                if self._paused is not None:
+                    left = 0
+                elif self._large or perf_counter() > end:
                     break
         finally:  # also after a `take` that raised, which the loop reports
             if left:
@@ -150,7 +161,17 @@ class Subscription:
         attached = sample.attachment
         attachment = b"" if attached is None else attached.to_bytes()
         self._traffic.received(sample, attachment, len(payload))
-        self._take(_sample((self._key, payload, attachment, since)))
+        wait = self._take(_sample((self._key, payload, attachment, since)))
+        if wait is not None and self._holds_back and self._paused is None:
+            self._paused = asyncio.get_running_loop().create_task(self._pause(wait), name=f"room for {self._key}")
+
+    async def _pause(self, wait: Wait) -> None:
+        """Pass on nothing until this is over."""
+        try:
+            await wait()
+        finally:
+            self._paused = None
+        self._wakeup.post(self._deliver, None)
 
     def _make_room(self) -> None:
         if 2 * len(self._queue) < self._most:

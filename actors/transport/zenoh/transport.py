@@ -11,7 +11,7 @@ from typing import Final
 
 from actors.transport import protocol
 from actors.transport.format.sessions import new_session
-from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Outlet, Query, Sample
+from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Outlet, Query, Take
 from actors.transport.protocol import Handle, Link, WireUnavailable
 from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
@@ -109,7 +109,7 @@ class ZenohKeys(KeyTransport):
         """Open the sending end of `key`."""
         return self._connection.outlet(key, delivery)
 
-    def subscribe(self, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> Handle:
+    def subscribe(self, key: str, delivery: Delivery, take: Take) -> Handle:
         """Call `take` with each sample of `key`."""
         return self._connection.subscribe(key, delivery, take)
 

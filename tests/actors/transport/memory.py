@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Replied, Sample
+from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Replied, Sample, Take
 from actors.transport.protocol import Failed, Link, NoAnswer, WireUnavailable
 
 
@@ -109,7 +109,7 @@ class End(KeyTransport):
     def outlet(self, key: str, delivery: Delivery) -> Out:
         return Out(self, key, delivery)
 
-    def subscribe(self, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> In:
+    def subscribe(self, key: str, delivery: Delivery, take: Take) -> In:
         return In(self, key, delivery, take)
 
     def serve(self, key: str, take: Callable[[Any], None]) -> Serving:
@@ -143,6 +143,7 @@ class Shown:
 
 class Out:
     wanted = False
+    drained = None
 
     def __init__(self, end: End, key: str, delivery: Delivery) -> None:
         self.end, self.key = end, key
@@ -167,7 +168,7 @@ class Out:
 
 
 class In:
-    def __init__(self, end: End, key: str, delivery: Delivery, take: Callable[[Sample], None]) -> None:
+    def __init__(self, end: End, key: str, delivery: Delivery, take: Take) -> None:
         self.end, self.key, self.delivery, self._take = end, key, delivery, take
         end.subscriptions.append(self)
         for other in end.network.others(end):

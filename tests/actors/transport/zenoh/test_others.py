@@ -193,6 +193,33 @@ async def test_a_question_of_a_plain_session_without_payload_is_answered(a: Part
     assert listener is not None
 
 
+async def test_a_question_that_a_plain_session_has_answered_and_not_ended_is_forgotten(
+    a: Party, other: zenoh.Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept: list[zenoh.Query] = []
+    forgotten: list[str] = []
+    forget = Question.cancel
+
+    def cancel(question: Question) -> None:
+        forgotten.append(question.key)
+        forget(question)
+
+    monkeypatch.setattr(Question, "cancel", cancel)
+
+    def answer(query: zenoh.Query) -> None:
+        kept.append(query)
+        query.reply(KEY, b"first")
+
+    served = other.declare_queryable(KEY, handler(answer), complete=True)
+    token = other.liveliness().declare_token(of_server(str(other.zid())))
+    await a.until(lambda: a.told("appeared"), "its server appears")
+    assert await a.answer(KEY) == Replied(b"first", b"")
+    while not forgotten:
+        await asyncio.sleep(0.01)
+    assert (forgotten, len(kept)) == ([KEY], 1)
+    assert served is not token
+
+
 async def test_an_answer_without_attachment_is_taken(a: Party, other: zenoh.Session) -> None:
     def answer(query: zenoh.Query) -> None:
         with query:

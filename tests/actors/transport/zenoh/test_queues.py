@@ -172,24 +172,52 @@ async def test_a_closed_outlet_sends_what_waits_and_nothing_more() -> None:
     assert one.told == []
 
 
+async def test_who_can_wait_waits_until_what_may_not_be_dropped_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.outlets.FULL", 100)
+    one, other = Sender(RELIABLE), Sender(Delivery(depth=10))
+    one.put(bytes(60))
+    assert one.outlet.drained is None
+    one.put(bytes(60))
+    other.put(LARGE, LARGE)
+    assert other.outlet.drained is None, "it drops"
+    drained = one.outlet.drained
+    assert drained is not None
+    waiting = asyncio.ensure_future(drained())
+    await asyncio.sleep(0.01)
+    assert not waiting.done()
+    await one.finish()
+    await waiting
+    assert one.outlet.drained is None
+    await other.finish()
+
+
 class Receiver:
-    """A subscription, and what it gets."""
+    """A subscription, and what it gets: after each sample it has no room for the next one until `room` is set, if that is cleared."""
 
     def __init__(self, delivery: Delivery) -> None:
         self.got: list[Sample] = []
+        self.closes = False
+        self.room = asyncio.Event()
+        self.room.set()
         self.traffic = Traffic()
         self.declared = FakePublisher()
         self.subscription = Subscription(
             "own",
             "7/chatter/T/H",
             delivery,
-            self.got.append,
+            self.take,
             Wakeup(asyncio.get_running_loop()),
             self.traffic,
             lambda _: self.declared,
             lambda _, source: None,
             lambda _: None,
         )
+
+    def take(self, sample: Sample) -> Any:
+        self.got.append(sample)
+        if self.closes:
+            self.subscription.close()
+        return None if self.room.is_set() else self.room.wait
 
     def arrive(self, *samples: FakeSample) -> None:
         """Samples arrive on this thread."""
@@ -253,6 +281,45 @@ async def test_a_full_queue_that_keeps_all_holds_the_sender_back_until_there_is_
 
     assert await one.until(1500) == [b"%d" % number for number in range(1500)]
     thread.join()
+
+
+async def test_a_reader_without_room_gets_the_next_sample_when_it_has_some() -> None:
+    one = Receiver(RELIABLE)
+    one.room.clear()
+    one.arrive(sample(b"1"), sample(b"2"), sample(b"3"))
+    await asyncio.sleep(0.01)
+    one.arrive(sample(b"4"))
+    await asyncio.sleep(0.01)
+    assert [each.payload for each in one.got] == [b"1"]
+    one.room.set()
+    assert await one.until(4) == [b"1", b"2", b"3", b"4"]
+
+
+async def test_a_subscription_that_is_closed_while_it_takes_takes_no_more() -> None:
+    one = Receiver(Delivery(depth=10))
+    one.closes = True
+    one.arrive(sample(b"1"), sample(b"2"), sample(b"3"))
+    await asyncio.sleep(0.01)
+    assert [each.payload for each in one.got] == [b"1"]
+
+
+async def test_who_may_lose_samples_waits_for_none() -> None:
+    one = Receiver(Delivery(depth=10))
+    one.room.clear()
+    one.arrive(sample(b"1"), sample(b"2"))
+    assert await one.until(2) == [b"1", b"2"]
+
+
+async def test_a_subscription_that_is_closed_while_it_waits_for_room_leaves_no_task() -> None:
+    one = Receiver(RELIABLE)
+    one.room.clear()
+    one.arrive(sample(b"1"), sample(b"2"))
+    await one.until(1)
+    one.subscription.close()
+    one.room.set()
+    await asyncio.sleep(0.01)
+    assert [each.payload for each in one.got] == [b"1"]
+    assert len(asyncio.all_tasks()) == 1
 
 
 async def test_a_loop_that_hangs_holds_the_sender_back_once(monkeypatch: pytest.MonkeyPatch) -> None:
