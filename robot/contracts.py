@@ -142,7 +142,7 @@ HEADING_ERROR = Topic(Float64, "/odom/heading_error", qos.SENSOR_DATA)
 POSE = Topic(PoseStamped, "/pose", qos.DEFAULT)
 """50 Hz, frame `map`: odometry corrected by matching scans to the map."""
 LOCALIZATION = Topic(String, "/localization", qos.STATE)
-"""What POSE is worth, told when it changes: `tracking`, which it is before anything is told, `blind` while the LiDAR sees nothing where the map has
+"""What POSE is worth, published when it changes: `tracking`, also before the first message, `blind` while the LiDAR sees nothing where the map has
 walls, `lost` while scans do not fit the map there, until the robot has been found on it, and `ambiguous` while they fit several places alike."""
 INITIAL_POSE = Topic(PoseWithCovarianceStamped, "/initialpose", qos.DEFAULT)
 """Where the robot is, frame `map`, as rviz tells it: the localizer looks for its newest scan about there, within three times the standard deviations."""

@@ -47,7 +47,7 @@ RECALLED: Final = 100
 class Player(Node):
     """Plays a bag, with the quality of service that was offered, on the real clock or the virtual one.
 
-    Playing begins with the node and ends with the bag; `wait` waits for that. The node stays, so that its services can begin anew:
+    Playing begins with the node and ends with the bag; `wait` waits for that. The node stays, so that its services can start again:
     those of `ros2 bag play`, `~/pause`, `~/resume`, `~/toggle_paused`, `~/is_paused`, `~/set_rate`, `~/get_rate`, `~/play_next`, `~/burst`,
     `~/seek`, `~/stop`. A message that cannot be decoded is logged and left out, and so is a topic that cannot be played, such as one that is
     not in CDR. If the bag and this process define a type differently, messages are published as this process has it: with the fields that

@@ -41,7 +41,7 @@ def rewrite(
     """Write the messages of one or several bags into a new one, in order of receipt; the result is its metadata.
 
     Only topics of `selection` are taken, and messages received from `start_ns` until before `end_ns`. Types that a bag holds no definition
-    of get that of this process, if it knows them. `progress` is told the number of messages now and then. Raises `BagError` and `OSError`.
+    of get that of this process, if it knows them. `progress` gets the number of messages now and then. Raises `BagError` and `OSError`.
     """
     with ExitStack() as stack:
         bags = [stack.enter_context(BagReader(source)) for source in sources]

@@ -35,7 +35,7 @@ class TlsHosts:
     The certificate of the agent at an address must be that of the host's name, before anything that it sends is read, and a connection ends with
     it. Nothing that an agent sends is executed (see `actors.hosts.events`). A host whose agent is silent for `lease` seconds is lost.
     Each run of the tree is counted in the file `runs`, by default the one of that name beside the security file, so that what a machine
-    still does for an earlier run is known as older (`Node.fencing_token`); without that file the count begins anew.
+    still does for an earlier run is known as older (`Node.fencing_token`); without that file the count starts at zero.
 
     Raises `DeclarationError` for an address that is none and for a lease that is not above 0, `SecurityError` for a file without mutual TLS.
     """

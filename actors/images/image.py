@@ -17,7 +17,7 @@ def array_of(image: Image, encoding: str = "") -> NDArray[Any]:
 
     Without `encoding`, or with that of the image, it is a read-only view of the message's data, with the byte order of the image. With
     another one the colours are converted: among rgb, bgr, rgba, bgra and mono of the same number of bits, and from yuv422 of either
-    order. Raises `ValueError` for an encoding that is not known, for a conversion that there is not, and for too little data.
+    order. Raises `ValueError` for an unknown encoding or conversion, and for too little data.
     """
     source = encoding_of(image.encoding)
     step = image.step or image.width * source.size

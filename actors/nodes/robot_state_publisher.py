@@ -29,7 +29,7 @@ class RobotStatePublisher(Node):
     """Publishes the URDF, the fixed links on `/tf_static` once, and on `/tf` the links of the joints that each `joint_states` names.
 
     Parameters, subscriptions and publishers are those of ROS 2's robot_state_publisher. A joint that mimics another follows it. Joints of
-    more than one position, floating and planar ones, are left to whoever knows where they are. A start without a description, or with
+    more than one position, floating and planar ones, are left to another node. A start without a description, or with
     xacro, fails with `DescriptionError`.
     """
 

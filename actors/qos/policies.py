@@ -203,7 +203,7 @@ class QoS:
         Without `policies` these are history, depth and reliability. The parameters are ROS 2's, read-only, and named
         ``qos_overrides.<topic>.publisher.<policy>`` or ``...subscription...``, with ``_<id>`` after the kind if there is an `id`; durations
         are whole nanoseconds. `validate` gets the overridden profile and returns None, or why the endpoint cannot have it; its node then
-        does not start. Raises ``InvalidQoS`` for a policy that there is not.
+        does not start. Raises ``InvalidQoS`` for an unknown policy.
         """
         unknown = [policy for policy in policies if policy not in POLICIES]
         if unknown:

@@ -158,7 +158,7 @@ class Journal:
 
     async def begin(self, node: str) -> None:
         """Keep a journal of a node, or of a subtree by its path, that runs, from the next life on: its supervisor stops it in order and
-        starts it anew at once.
+        restarts it at once.
 
         What waits for it then is lost. Returns when it is ready, at once if its journal is kept already. Raises what `check` raises;
         `ReplayError`, too, if the journal cannot be written, and the node runs on without; and `StartFailed`, and the node is stopped.

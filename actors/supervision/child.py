@@ -27,7 +27,7 @@ from actors.supervision.policy import Backoff, Kind, Restart, StopTimeout, perma
 class Child(Declaration):
     """One supervised node: how to make it, how long it may take to stop, and when to restart it.
 
-    `factory`, a class or any other callable, makes the node; it is called anew for every incarnation, with `args`.
+    `factory`, a class or any other callable, makes the node; it is called for every incarnation, with `args`.
     `name` is the child's id among its siblings and the node's name; default: the factory's `node_name`, or the class
     name in snake_case. `namespace`, `parameters` and `remap` are those of the node. `stop` is the time for its
     clean-up in seconds. `backoff` delays its restarts. `significant` makes its end count for its supervisor's

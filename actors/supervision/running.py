@@ -233,7 +233,7 @@ class RunningSupervisor:
         await self._request(DeleteChild(id))
 
     async def replace(self, id: str, factory: Callable[..., object]) -> ChildRef | None:
-        """Replace the factory of a child, and if the child runs, stop it in order and start it anew; other children go on.
+        """Replace the factory of a child, and if the child runs, restart it in order; other children go on.
 
         Returns the new reference when it is ready; None if the child was not running, and then `factory` is used at its next
         start. This does not count as a restart. Raises `NotFound`, `DeclarationError`; `StartFailed`, and then the child is

@@ -56,7 +56,7 @@ class Buffer:
     Frames are named by plain words; a leading slash of a transform that comes in is removed. Of all methods that take `target_frame` and
     `source_frame`, the answer takes points given in the source frame to the target frame. They raise
 
-    - `LookupException` for a frame that nobody has told of,
+    - `LookupException` for an unknown frame,
     - `ConnectivityException` if no chain of transforms connects the two,
     - an `ExtrapolationException` if a transform on the way is not known at that time,
     - `InvalidArgumentException` for a name that is empty or begins with a slash.

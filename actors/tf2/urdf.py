@@ -14,7 +14,7 @@ from actors.tf2.quaternions import Triple
 from actors.tf2.transform import Transform
 
 JointKind: TypeAlias = Literal["fixed", "revolute", "continuous", "prismatic", "floating", "planar"]
-"""The kinds of joints of a URDF. The last two have more than one position: whoever knows it publishes their transform."""
+"""The kinds of joints of a URDF. The last two have more than one position: another node publishes their transform."""
 
 SECOND = expat.errors.codes[expat.errors.XML_ERROR_JUNK_AFTER_DOC_ELEMENT]
 

@@ -24,7 +24,7 @@ _COMPARISONS: Final[dict[str, Callable[[Any, Any], bool]]] = {
 
 
 class InvalidFilter(ValueError):
-    """An expression that is none, or that speaks of fields or parameters that there are not."""
+    """The expression is malformed, or names a field or a parameter that does not exist."""
 
 
 class ContentFilter:

@@ -121,7 +121,7 @@ class NoAnswer:
 
 
 Answer: TypeAlias = Replied | Failed | NoAnswer
-"""What becomes of a request."""
+"""How a request ends."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ class RobotStatePublisher(Node):
     description = publishes(ROBOT_DESCRIPTION)
     moving = publishes(TF)
     publish_frequency = parameter(
-        20.0, unit="Hz", ge=0.1, le=200.0, description="How often the links are told, at most."
+        20.0, unit="Hz", ge=0.1, le=200.0, description="How often the links are published, at most."
     )
 
     def __init__(self, urdf: str) -> None:

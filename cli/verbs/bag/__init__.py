@@ -181,7 +181,7 @@ def _playing(parser: Parser) -> Any:
 
 def _add_play(parser: Parser, group: Any) -> None:
     group.add_argument("-r", "--rate", type=positive_float, default=1.0, help="how much faster than recorded (1.0)")
-    group.add_argument("-l", "--loop", action="store_true", help="begin anew at the end")
+    group.add_argument("-l", "--loop", action="store_true", help="start again at the end")
     group.add_argument(
         "-d",
         "--delay",
@@ -386,10 +386,10 @@ COMMAND = Group(
     ),
     Verb(
         "convert",
-        "write a bag anew, with other settings",
+        "rewrite a bag with other settings",
         _convert,
         "cli.verbs.bag.rewrite:convert",
-        description="Write bags anew; with -O as ros2 bag convert, by a YAML file.",
+        description="Rewrite bags; with -O as ros2 bag convert, by a YAML file.",
     ),
     Verb(
         "filter",
@@ -407,10 +407,10 @@ COMMAND = Group(
     ),
     Verb(
         "reindex",
-        "write metadata.yaml anew",
+        "rewrite metadata.yaml",
         _reindex,
         "cli.verbs.bag.rewrite:reindex_bag",
-        description="Write metadata.yaml of a bag anew, from its files.",
+        description="Rewrite metadata.yaml of a bag from its files.",
     ),
     Verb(
         "recover",

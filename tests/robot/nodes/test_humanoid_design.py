@@ -1,6 +1,6 @@
 """The humanoid design exercise (X-04, Y-11): four requirements, each met by the pattern that fits it, in one running system.
 
-The table with pattern, reason, type and node of each is in docs/reference/robot.md.
+Pattern and reason of each are in docs/reference/robot.md.
 """
 
 from __future__ import annotations
