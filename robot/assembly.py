@@ -49,7 +49,7 @@ class Robot:
     With `processes`, on the real clock and in physics, the body and each concern of the tree run in processes of their own: what plans and
     looks cannot hold up what walks. `close` it at the end. `hosts` says which concerns run on which other machines, such as
     ``{"navigation": ["base", "spare"]}``, and `run(hosts=...)` then where those are. With `sight` it has depth cameras and an elevation map,
-    and heeds what stands, hangs or is missing on its way and is not in the LiDAR's plane.
+    and avoids what stands, hangs or is missing on its way outside of the LiDAR's plane.
 
     `model` is the robot whose figures the body has; an arm and `sight` are those of the reference body, `SPOT`.
 
