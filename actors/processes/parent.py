@@ -162,7 +162,7 @@ class ParentSide:
             raise WireUnavailable(
                 f"process {self._id} is ready, but the transport has not reached {', '.join(named)} for "
                 f"{UNMET_SECONDS:g} s: the processes of a machine meet on its loopback interface, at the port of ROBACTOR_GOSSIP_PORT "
-                "(7446): is the interface up, is the port not 0, and does no other program listen there? (docs/concepts/wire.md)"
+                "(7446): is the interface up, is the port not 0, and does no other program listen there? (docs/howto/ros2-network.md)"
             )
 
     async def _met(self, within: float) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from actors.errors import ProgramExit
 from actors.running.options import with_own_arguments
-from actors.running.run import execute, run
+from actors.running.run import execute, refuse_a_running_loop, run
 from actors.runtime.node import Node
 from actors.supervision.child import Child
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
@@ -38,11 +38,13 @@ def spin(tree: Runnable, *more: Spec | type[Node], argv: Sequence[str] | None = 
 
     Returns when all went well, also when a signal has stopped it in order: by SIGINT `ros2 launch` asks its nodes for their end, and those
     of ROS 2 end with 0. Raises ``SystemExit`` otherwise: with 1 after a start that failed or an error that ended the program, 2 for a wrong
-    argument, each told in a line, 128 and the number of the second signal that killed it, and what a node gave to `sys.exit`.
+    argument, each reported in a line, 128 and the number of the second signal that killed it, and what a node gave to `sys.exit`.
+    Raises `RuntimeError` in a thread whose event loop runs already, as in a notebook.
     """
     from actors.running.trees import tree_of
     from actors.transport.protocol import WireUnavailable
 
+    refuse_a_running_loop("spin", "`async with run(...) as system`, or actors.blocking.open_node(..., tree=...)")
     words = sys.argv[1:] if argv is None else argv
     whole = tree_of("spin(...)", tree, *more)
     trees = [whole] if whole is tree or isinstance(whole, DynamicSupervisor) else whole.children

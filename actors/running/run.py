@@ -356,10 +356,22 @@ class OpenNode:
         return system
 
 
+def refuse_a_running_loop(what: str, instead: str) -> None:
+    """Raise `RuntimeError`, with what to do `instead`, in a thread whose event loop runs already."""
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return
+    raise RuntimeError(
+        f"{what}(...) runs an event loop, and one runs in this thread already, as in a notebook: {instead}"
+    )
+
+
 def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real", "virtual"] = "real") -> T:
     """Run an async program to its end, and return its result. On the virtual clock, waiting takes no time.
 
-    Ctrl-C ends the program with exit code 130 and without a traceback. Raises `TypeError` for anything but an async function.
+    Ctrl-C ends the program with exit code 130 and without a traceback. Raises `TypeError` for anything but an async function, and
+    `RuntimeError` in a thread whose event loop runs already, as in a notebook.
     """
     if not callable(main):
         name = getattr(main, "__qualname__", "main")
@@ -368,6 +380,7 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
         raise TypeError(f"execute({main!r:.60}): give the async function itself, as in execute({name})")
     if clock not in ("real", "virtual"):
         raise ValueError(f"clock={clock!r}: use 'real' or 'virtual'")
+    refuse_a_running_loop("execute", "await the program itself, or await asyncio.to_thread(execute, main, clock=...)")
     factory: Callable[[], asyncio.AbstractEventLoop]
     try:
         if clock == "virtual":

@@ -92,7 +92,7 @@ def punctuality() -> Iterable[Finding]:
             "punctuality",
             "other programs hold up a control loop of 200 Hz",
             f"one tick in 100 is more than {worst * 1e3:.1f} ms late",
-            "end other programs, or run --processes with real-time priority (docs/reference/robot.md)",
+            "end other programs, or run --processes with real-time priority (docs/howto/slow-machine.md)",
             "problem" if worst > TOO_LATE else "note",
         )
 

@@ -21,13 +21,14 @@ from actors import bring_up, execute
 from actors.bag import BagReader
 from actors.testing import Rig
 from tests.project.test_docs import DOCS, once
+from tests.site import pairs
 
 PAGE = (DOCS / "howto/port-from-rclpy.md").read_text(encoding="utf-8")
 SECTIONS = {
     int(number): text
     for number, text in re.findall(r"^## (\d+)\. .*?\n(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL)
 }
-THEIRS = "\n".join(re.findall(r"```py\n(.*?)```", PAGE, re.DOTALL))
+THEIRS = pairs.FILE.read_text(encoding="utf-8")
 
 
 @pytest.fixture
@@ -37,9 +38,14 @@ def page() -> Any:
 
 
 def test_there_are_twenty_programs_each_in_both() -> None:
-    assert sorted(SECTIONS) == list(range(1, 21))
+    assert sorted(SECTIONS) == sorted(pairs.theirs()) == list(range(1, 21))
     for text in SECTIONS.values():
-        assert re.findall(r"```(\w+)\n", text) == ["py", "python"]
+        assert re.findall(r"```(\w+)\n", text) == ["python"]
+
+
+def test_the_site_shows_them_side_by_side() -> None:
+    shown = re.split(r"^## ", pairs.side_by_side(PAGE), flags=re.MULTILINE)[1:21]
+    assert [re.findall(r"```(\w+)\n", text) for text in shown] == [["py", "python"]] * 20
 
 
 def test_the_other_halves_are_python_and_import_what_they_use() -> None:
@@ -155,7 +161,7 @@ async def test_16_the_tree_and_the_launch_file_run_the_same_nodes(page: Any, rig
     from actors.launch import Launch, Packages
 
     file = tmp_path / "talk.launch.py"
-    file.write_text(re.findall(r"```py\n(.*?)```", SECTIONS[16], re.DOTALL)[0], encoding="utf-8")
+    file.write_text(pairs.theirs()[16], encoding="utf-8")
     lines = Launch(file, packages=Packages(environment={})).show().splitlines()
     assert any("talker as /ann" in line for line in lines) and any("[permanent: restarted]" in line for line in lines)
     await rig.start(page.launched)

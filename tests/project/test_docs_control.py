@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from robot.control.gaits import GAITS
+from tests.tools import numbers_table
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "concepts" / "control.md"
@@ -81,6 +82,14 @@ def test_every_name_of_the_page_is_one_of_the_code() -> None:
 def test_every_section_says_where_it_is_implemented() -> None:
     without = [title for title, text in sections().items() if not NAME.search(text)]
     assert without == ["in-short", "the-equations", "sources"]
+
+
+def test_the_reference_lists_the_numbers_with_their_values_and_reasons() -> None:
+    text = "\n".join(numbers_table.tables())
+    said = "A foot that moves over the ground faster than this slides, m/s; chosen: feet on a floor of 0.8 stay below 0.2 at 1.6 m/s."
+    assert f"| `SLIDING` | 0.3 | {said} |" in text
+    assert "| `WalkConfig.turn_spring` | 180, 180, 60 |" in text
+    assert text.count("\n| `") > 200
 
 
 def test_the_table_of_gaits_is_that_of_the_code() -> None:

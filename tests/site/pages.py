@@ -15,6 +15,7 @@ from pathlib import Path
 
 from latex2mathml.converter import convert
 
+from tests.site import pairs
 from tests.site.diagrams import THEMES, Diagram
 from tests.site.examples import as_page, examples
 from tests.site.markdown import anchored, fenced, headlines, in_prose, relinked
@@ -34,6 +35,7 @@ def documents() -> dict[str, str]:
     docs = ROOT / "docs"
     paths = [*(ROOT / name for name in FIRST), *sorted(docs.rglob("*.md")), *sorted(docs.rglob("*.py"))]
     found = {path.relative_to(ROOT).with_suffix(".md").as_posix(): as_page(path) for path in paths}
+    found[pairs.PAGE] = pairs.side_by_side(found[pairs.PAGE])
     return {**found, REFERENCE: reference.page()}
 
 

@@ -22,7 +22,7 @@ import actors
 from actors import Action, ActorError, Service, Topic
 from tests.project.surface import NO_CONSTRUCTOR, Surface
 from tests.site.markdown import headlines
-from tests.tools import parameter_table
+from tests.tools import numbers_table, parameter_table
 
 PAGE = Path(__file__).parents[2] / "build" / "reference.md"
 
@@ -153,6 +153,7 @@ def page() -> str:
     found_headlines = list(headlines(text))
     anchors = [anchor for level, _, anchor in found_headlines if level == 3]
     text += "\n## Parameters of the robot\n\n" + "\n".join(parameter_table.table()) + "\n"
+    text += "\n## Numbers of the controllers\n\n" + "\n".join(numbers_table.tables())
     contents: list[str] = []
     for level, subject, anchor in found_headlines:
         if level == 2:

@@ -32,6 +32,7 @@ PAGES = (
     "services-actions-parameters.md",
     "lifecycle-launch-supervision.md",
     "robot.md",
+    "from-rclpy.md",
 )
 PATIENCE = 60.0
 ELSEWHERE = "(another terminal) "

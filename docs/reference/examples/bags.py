@@ -6,11 +6,12 @@ from pathlib import Path
 
 from actors import Child, Node, QoS, Topic, every, execute, publishes, run
 from actors.bag import (
-    BagError, BagFile, BagMessage, BagMetadata, BagReader, BagTopic, BagWriter, RecordOptions, Recorder, Recovered, Selection, Split,
+    BagError, BagFile, BagMessage, BagMetadata, BagReader, BagTopic, BagWriter, Player, PlayOptions, RecordOptions, Recorder, Recovered, Selection, Split,
     WriterOptions, qos_overrides, recover, reindex, rewrite, topic_of,
 )
 from actors.interfaces import decode, encode
 from actors.interfaces.std_msgs.msg import Int32
+from actors.testing import Rig
 
 # -- in a program
 
@@ -72,3 +73,18 @@ overrides = folder / "qos.yaml"
 overrides.write_text("/count: {reliability: best_effort, history: keep_last, depth: 1}")
 profiles: Mapping[str, QoS] = qos_overrides(overrides)
 assert RecordOptions(qos=profiles).qos["/count"].depth == 1
+
+# -- what was to be seen at a time
+
+with BagReader(folder / "minute") as bag:
+    half = bag.metadata.start_ns + 30 * 10**9
+    (latest,) = bag.before(half, {"/count": 1})
+assert 0 < half - latest.received_ns <= 10 * 10**6
+
+
+async def test_a_seek_shows_what_was_there(rig: Rig) -> None:
+    await rig.start(Child(Player, args=(folder / "minute", PlayOptions(paused=True, scrub=True))))
+    counts = rig.probe(COUNT)
+    rig.node(Player).seek(half)
+    await rig.advance(0.1)
+    assert [message.data for message in counts] == [decode(Int32, latest.data).data]

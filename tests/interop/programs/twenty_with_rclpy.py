@@ -1,4 +1,4 @@
-"""The `rclpy` halves of docs/howto/port-from-rclpy.md, run with ROS 2: `python3 twenty_with_rclpy.py PAGE`. The last line is "all of them".
+"""The programs of twenty_theirs.py, run with ROS 2: `python3 twenty_with_rclpy.py FILE`. The last line is "all of them".
 
 Needs a shell in which ROS 2 is set up. What needs rosbag2 is left out where that is not installed.
 """
@@ -6,7 +6,6 @@ Needs a shell in which ROS 2 is set up. What needs rosbag2 is left out where tha
 from __future__ import annotations
 
 import os
-import re
 import signal
 import sys
 import threading
@@ -33,9 +32,9 @@ def until(condition: Callable[[], object], what: str) -> None:
 
 
 def halves(page: str) -> Any:
-    """The names of all `py` blocks."""
+    """The names of the file."""
     with open(page, encoding="utf-8") as file:
-        code = "\n".join(re.findall(r"```py\n(.*?)```", file.read(), re.DOTALL))
+        code = file.read()
     names: dict[str, Any] = {"__name__": "halves"}
     exec(compile(code, page, "exec"), names)
     return SimpleNamespace(**names)

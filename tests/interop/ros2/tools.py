@@ -56,7 +56,7 @@ def checks() -> Iterator[tuple[str, Check]]:
     yield "ros2 topic pub", pub
     yield "ros2 service call", call
     yield "ros2 action send_goal --feedback", send_goal
-    yield "the twenty programs of docs/howto/port-from-rclpy.md", twenty
+    yield "the twenty programs of twenty_theirs.py", twenty
     yield "ros2 service call of our logger services", logger_levels
 
 
@@ -183,7 +183,8 @@ async def send_goal(bench: Bench) -> None:
 
 async def twenty(bench: Bench) -> None:
     root = Path(__file__).parents[3]
-    program, page = root / "tests/interop/programs/twenty_with_rclpy.py", root / "docs/howto/port-from-rclpy.md"
+    folder = root / "tests/interop/programs"
+    program, page = folder / "twenty_with_rclpy.py", folder / "twenty_theirs.py"
     environment = {**os.environ, **bench.environment}
     process = await asyncio.create_subprocess_exec(
         bench.ros.python,
