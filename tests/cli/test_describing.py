@@ -107,9 +107,12 @@ async def test_definitions_are_written_from_what_nodes_know_and_modules_from_the
     share = tmp_path / "fetched" / "share"
     wrote = await robot("interface", "generate", "garden_msgs", "--definitions", "--out", str(share))
     assert (wrote.code, wrote.err, wrote.out) == (0, "", f"4 definitions, 4 written, in {share}\n")
-    assert {str(path.relative_to(share / "garden_msgs")): path.read_text() for path in share.rglob("*.*")} == {
-        name: text.replace("\\n", "\n") for name, text in DEFINITIONS.items()
-    }
+    files = {str(path.relative_to(share / "garden_msgs")): path.read_text() for path in share.rglob("*.*")}
+    manifest, cmake = files.pop("package.xml"), files.pop("CMakeLists.txt")
+    assert files == {name: text.replace("\\n", "\n") for name, text in DEFINITIONS.items()}
+    assert "<name>garden_msgs</name>" in manifest and "rosidl_interface_packages" in manifest
+    needs = [line.split(">")[1].split("<")[0] for line in manifest.splitlines() if "<depend>" in line]
+    assert [f"find_package({each} REQUIRED)" in cmake for each in needs] == [True] * len(needs) != []
     again = await robot("interface", "generate", "garden_msgs/msg/Gnome", "--definitions", "--out", str(share))
     assert again.out == f"2 definitions, 0 written, in {share}\n"
     made = await robot("interface", "generate", str(share))

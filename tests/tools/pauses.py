@@ -85,7 +85,10 @@ class Peer(Node):
         while await self._busy.wait():
             begun = self._now()
             with suppress(ActorError, TimeoutError):
-                async with asyncio.timeout(1.0), self.start(self._walk, Fibonacci.Goal(order=1), timeout=1.0) as goal:
+                async with (
+                    asyncio.timeout(1.0),
+                    self.send_goal(self._walk, Fibonacci.Goal(order=1), timeout=1.0) as goal,
+                ):
                     await goal
                 self._heard("goal", begun)
             await self.clock.sleep(PERIOD)

@@ -25,6 +25,33 @@ SHIPPED = "actors.interfaces"
 _GETTERS: Final = {"action": get_action, "service": get_service, "message": get_message}
 
 
+_MANIFEST: Final = """<?xml version="1.0"?>
+<package format="3">
+  <name>{own}</name>
+  <version>0.0.0</version>
+  <description>The interfaces of {own}</description>
+  <maintainer email="nobody@example.com">nobody</maintainer>
+  <license>TODO</license>
+  <buildtool_depend>ament_cmake</buildtool_depend>
+  <buildtool_depend>rosidl_default_generators</buildtool_depend>
+{depends}  <exec_depend>rosidl_default_runtime</exec_depend>
+  <member_of_group>rosidl_interface_packages</member_of_group>
+  <export>
+    <build_type>ament_cmake</build_type>
+  </export>
+</package>
+"""
+_CMAKE: Final = """cmake_minimum_required(VERSION 3.8)
+project({own})
+find_package(ament_cmake REQUIRED)
+find_package(rosidl_default_generators REQUIRED)
+{found}file(GLOB definitions RELATIVE ${{CMAKE_CURRENT_SOURCE_DIR}} msg/*.msg srv/*.srv action/*.action)
+rosidl_generate_interfaces(${{PROJECT_NAME}} ${{definitions}}{dependencies})
+ament_export_dependencies(rosidl_default_runtime)
+ament_package()
+"""
+
+
 class Use(NamedTuple):
     """A node that uses a type."""
 
@@ -75,7 +102,10 @@ async def _definitions(options: argparse.Namespace) -> Exit:
         if not _known(source):
             hint = closest(source, [*known_names(), *_packages(known_names())])
             raise CommandFailed(f"{source} is no type and no package that is known here, and no node uses it.{hint}")
-    written = [_write(out, name) for name in sorted(asked | {name for name in _within(asked) if not _ships(name)})]
+    names = sorted(asked | {name for name in _within(asked) if not _ships(name)})
+    written = [_write(out, name) for name in names]
+    for package in sorted(_packages(name for name in names if not _ships(name))):
+        _write_package(out / package, [name for name in names if name.startswith(f"{package}/")])
     print(f"{len(written)} definitions, {written.count(True)} written, in {out}")
     return Exit.DONE
 
@@ -128,14 +158,18 @@ def _within(names: Iterable[str]) -> set[str]:
     found: set[str] = set()
     waiting = [find(name) for name in names]
     while waiting:
-        kind: Any = waiting.pop()
-        parts = PARTS.get(kind.__ros_type__.split("/")[1], ()) if not hasattr(kind, "__ros_fields__") else ()
-        for part in [getattr(kind, part) for part in parts] or [kind]:
-            for field in part.__ros_fields__:
-                if field.message is not None and field.message.__ros_type__ not in found:
-                    found.add(field.message.__ros_type__)
-                    waiting.append(field.message)
+        for message in _nested(waiting.pop()):
+            if message.__ros_type__ not in found:
+                found.add(message.__ros_type__)
+                waiting.append(message)
     return found
+
+
+def _nested(kind: Any) -> Iterator[Any]:
+    """The messages in the fields of a type."""
+    parts = PARTS.get(kind.__ros_type__.split("/")[1], ()) if not hasattr(kind, "__ros_fields__") else ()
+    for part in [getattr(kind, part) for part in parts] or [kind]:
+        yield from (field.message for field in part.__ros_fields__ if field.message is not None)
 
 
 def _ships(name: str) -> bool:
@@ -146,8 +180,26 @@ def _ships(name: str) -> bool:
 def _write(out: Path, name: str) -> bool:
     """Write a definition. Returns whether it was missing; raises `CommandFailed` if another one is there."""
     package, kind, leaf = name.split("/")
-    path = out / package / kind / f"{leaf}.{kind}"
-    text = definition_text(name)
+    return _write_file(out / package / kind / f"{leaf}.{kind}", definition_text(name))
+
+
+def _write_package(folder: Path, names: Iterable[str]) -> None:
+    """Make a folder of definitions a package that colcon builds, unless it is one."""
+    if (folder / "package.xml").exists() or (folder / "CMakeLists.txt").exists():
+        return
+    own = folder.name
+    needs = _packages(message.__ros_type__ for name in names for message in _nested(find(name)))
+    needs |= {"action_msgs" for name in names if "/action/" in name}
+    needs.discard(own)
+    depends = "".join(f"  <depend>{each}</depend>\n" for each in sorted(needs))
+    _write_file(folder / "package.xml", _MANIFEST.format(own=own, depends=depends))
+    found = "".join(f"find_package({each} REQUIRED)\n" for each in sorted(needs))
+    dependencies = f" DEPENDENCIES {' '.join(sorted(needs))}" if needs else ""
+    _write_file(folder / "CMakeLists.txt", _CMAKE.format(own=own, found=found, dependencies=dependencies))
+
+
+def _write_file(path: Path, text: str) -> bool:
+    """Write a file. Returns whether it was missing; raises `CommandFailed` if another one is there."""
     try:
         if path.exists():
             if path.read_text(encoding="utf-8") != text:

@@ -286,7 +286,7 @@ async def ours(hosts: Hosts) -> tuple[Rig, Rig, list[str]]:
 
 async def test_the_result_of_a_goal_is_asked_for_at_once(hosts: Hosts) -> None:
     _, client, asked = await ours(hosts)
-    sending = asyncio.create_task(client.start_goal(COUNT, order(2)))
+    sending = asyncio.create_task(client.send_goal(COUNT, order(2)))
     for _ in range(2):
         await asyncio.sleep(0)
     assert asked == ["send_goal", "get_result"], "before it is accepted"
@@ -298,14 +298,14 @@ async def test_the_result_of_a_goal_is_asked_for_at_once(hosts: Hosts) -> None:
 async def test_a_goal_that_is_rejected_leaves_no_question_for_its_result(hosts: Hosts) -> None:
     server, client, _ = await ours(hosts)
     with pytest.raises(GoalRejected, match="too few"):
-        await client.start_goal(COUNT, order(-1))
+        await client.send_goal(COUNT, order(-1))
     assert (hosts.ends[client].questions, client.system.graph.actions["/count"].server.active) == ([], 0)  # type: ignore[union-attr]
     assert server.state(Counter).actions["/count"].active == 0
 
 
 async def test_a_goal_whose_client_gives_up_is_canceled_and_leaves_no_question(hosts: Hosts) -> None:
     server, client, _ = await ours(hosts)
-    sending = asyncio.create_task(client.start_goal(COUNT, order(5)))
+    sending = asyncio.create_task(client.send_goal(COUNT, order(5)))
     for _ in range(2):
         await asyncio.sleep(0)
     sending.cancel()
@@ -317,7 +317,7 @@ async def test_a_goal_whose_client_gives_up_is_canceled_and_leaves_no_question(h
 async def test_a_question_for_a_result_that_overtakes_its_goal_is_asked_again(hosts: Hosts) -> None:
     _, client, asked = await ours(hosts)
     asked.append("late")
-    goal = await client.start_goal(COUNT, order(1))
+    goal = await client.send_goal(COUNT, order(1))
     assert (await goal, asked) == (result(1), ["late", "send_goal", "get_result", "get_result"])
 
 
@@ -327,7 +327,7 @@ async def test_a_result_that_overtakes_the_acceptance_waits_for_it(hosts: Hosts)
     held: list[Any] = []
     server.answer_goal = held.append  # type: ignore[method-assign]
     await client.quiet()
-    sending = asyncio.create_task(client.start_goal(COUNT, order(1)))
+    sending = asyncio.create_task(client.send_goal(COUNT, order(1)))
     await client.quiet()
     assert not sending.done()
     held[0].reply(ACCEPTED, b"")
@@ -488,7 +488,7 @@ async def test_a_list_of_many_goals_is_searched_for_ones_own(
     plain = remote_actions.decode
     monkeypatch.setattr(remote_actions, "decode", lambda kind, data: decoded.append(kind) or plain(kind, data))
     server, client = await hosts.start(Counter), await hosts.start(Node)
-    goal = await client.start_goal(COUNT, order(3))
+    goal = await client.send_goal(COUNT, order(3))
     await client.quiet()
     decoded.clear()
     (key,) = (one.key for one in hosts.ends[client].subscriptions if "status" in one.key)
