@@ -54,54 +54,39 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors import qos
-from actors.actions.client import Goal
 from actors.actions.goals import GoalStatus
-from actors.actions.peers import Outcome
 from actors.check.checker import check_node, check_tree
-from actors.contracts.content_filter import ContentFilter, InvalidFilter
+from actors.contracts.content_filter import ContentFilter
 from actors.contracts.contracts import Aborted, Action, Done, Service, Steps, Topic, parallel, queue
 from actors.errors import (
     ActionUnavailable,
     ActorError,
-    CallCycle,
     CallTimeout,
     DeclarationError,
-    Ended,
     GoalAborted,
     GoalCanceled,
     GoalFailed,
     GoalRejected,
-    NodeRestarting,
-    NotRunning,
-    NotStarted,
-    ProgramExit,
     Reject,
     ServiceFailed,
     ServiceUnavailable,
-    WrongThread,
-    WrongType,
 )
-from actors.lifecycle.machine import HookResult, LifecycleState, TransitionRefused
-from actors.lifecycle.node import LifecycleNode, bring_down, bring_up
+from actors.lifecycle.node import LifecycleNode
 from actors.parameters.declare import parameter
 from actors.parameters.values import Parameter, SetResult
-from actors.processes.errors import ProcessDied, ProcessHung, RemoteError
 from actors.qos.policies import QoS
 from actors.running.program import remove_ros_args, spin
 from actors.running.run import execute, open_node, run
 from actors.runtime.declarations import background, every, publishes, subscribes
-from actors.runtime.node import ErrorVerdict, Node
+from actors.runtime.node import Node
 from actors.runtime.retry import retry
-from actors.runtime.timers import Rate, Tick, TickMissed, Timer
+from actors.runtime.timers import Tick
 from actors.supervision.child import Child
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.policy import (
     Backoff,
     Intensity,
-    all_significant,
-    any_significant,
-    never,
     one_for_all,
     one_for_one,
     permanent,
@@ -109,11 +94,8 @@ from actors.supervision.policy import (
     temporary,
     transient,
 )
-from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
+from actors.supervision.reasons import ExitReason, Skip, Stop
 from actors.system import System, graph_of, system_of
-from actors.time.clock import Clock
-from actors.topics.publisher import Publisher
-from actors.topics.stream import Stream
 
 __all__ = [
     "Aborted",
@@ -121,46 +103,24 @@ __all__ = [
     "ActionUnavailable",
     "ActorError",
     "Backoff",
-    "CallCycle",
     "CallTimeout",
     "Child",
-    "Clock",
     "ContentFilter",
     "DeclarationError",
     "Done",
     "DynamicSupervisor",
-    "Ended",
-    "ErrorVerdict",
     "ExitReason",
-    "Failed",
-    "Goal",
     "GoalAborted",
     "GoalCanceled",
     "GoalFailed",
     "GoalRejected",
     "GoalStatus",
-    "HookResult",
     "Intensity",
-    "InvalidFilter",
-    "Killed",
-    "Leaked",
     "LifecycleNode",
-    "LifecycleState",
     "Node",
-    "NodeRestarting",
-    "NotRunning",
-    "NotStarted",
-    "Outcome",
     "Parameter",
-    "ProcessDied",
-    "ProcessHung",
-    "ProgramExit",
-    "Publisher",
     "QoS",
-    "Rate",
     "Reject",
-    "RemoteError",
-    "Returned",
     "Service",
     "ServiceFailed",
     "ServiceUnavailable",
@@ -169,29 +129,17 @@ __all__ = [
     "StartFailed",
     "Steps",
     "Stop",
-    "Stopped",
-    "Stream",
     "Supervisor",
     "SupervisorGaveUp",
     "System",
     "Tick",
-    "TickMissed",
-    "Timer",
     "Topic",
-    "TransitionRefused",
-    "WrongThread",
-    "WrongType",
-    "all_significant",
-    "any_significant",
     "background",
-    "bring_down",
-    "bring_up",
     "check_node",
     "check_tree",
     "every",
     "execute",
     "graph_of",
-    "never",
     "one_for_all",
     "one_for_one",
     "open_node",
@@ -217,10 +165,28 @@ if TYPE_CHECKING:
     """The version of robactor that is installed."""
 
 
+_MOVED = {
+    "actors.errors": (
+        "CallCycle", "Ended", "InvalidFilter", "NodeRestarting", "NotRunning", "NotStarted", "ProcessDied",
+        "ProcessHung", "ProgramExit", "RemoteError", "TickMissed", "WrongThread", "WrongType",
+    ),
+    "actors.lifecycle": ("HookResult", "LifecycleState", "TransitionRefused", "bring_down", "bring_up"),
+    "actors.supervision": (
+        "Failed", "Killed", "Leaked", "Returned", "Stopped", "all_significant", "any_significant", "never",
+    ),
+    "actors.typing": ("Clock", "ErrorVerdict", "Goal", "Outcome", "Publisher", "Rate", "Stream", "Timer"),
+}  # fmt: skip
+"""The module -> the names that were here and are there."""
+
 if not TYPE_CHECKING:  # for a type checker every name would be one of this module
 
     def __getattr__(name: str) -> str:
         if name != "__version__":
+            for module, names in _MOVED.items():
+                if (
+                    name in names
+                ):  # an ImportError, because `from actors import name` hides the text of an AttributeError
+                    raise ImportError(f"{name} is not a name of {__name__} any more: from {module} import {name}")
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         from importlib.metadata import PackageNotFoundError, version  # late: nobody waits for it who does not ask
 

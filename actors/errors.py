@@ -1,4 +1,7 @@
-"""The errors that `actors` raises to its users. Their texts say what happened, where, and what to do next."""
+"""The errors that `actors` raises to its users. Their texts say what happened, where, and what to do next.
+
+Those that programs catch most often are names of `actors`: `ActorError`, the base of all, and what calls, goals and trees raise.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,22 @@ import re
 from typing import Final
 
 from actors.suggest import did_you_mean
+
+__all__ = [
+    "CallCycle",
+    "Ended",
+    "InvalidFilter",
+    "NodeRestarting",
+    "NotRunning",
+    "NotStarted",
+    "ProcessDied",
+    "ProcessHung",
+    "ProgramExit",
+    "RemoteError",
+    "TickMissed",
+    "WrongThread",
+    "WrongType",
+]
 
 _UNEXPECTED: Final = re.compile(r"Unexpected keyword argument '(\w+)'")
 _POSITIONAL: Final = "Extra positional arguments provided"
@@ -198,3 +217,43 @@ class GoalAborted(GoalFailed):
     """The goal's body raised, yielded `Aborted`, or ended without a result."""
 
     verb = "aborted"
+
+
+class ProcessDied(ActorError):
+    """A process ended without being asked to, and without a reason of its own: it exited, or a signal ended it.
+
+    `process` is its id, `how` says what is known of its end.
+    """
+
+    def __init__(self, process: int, how: str) -> None:
+        super().__init__(f"process {process} has ended: {how}")
+        self.process = process
+        self.how = how
+
+
+class ProcessHung(ActorError):
+    """The event loop of a process did not turn for `seconds`, and the process was killed. `where` says what it was doing, if that is known."""
+
+    def __init__(self, process: int, seconds: float, where: str) -> None:
+        super().__init__(
+            f"the event loop of process {process} did not turn for {seconds:g} s{f': {where}' if where else ''}"
+        )
+        self.process = process
+        self.seconds = seconds
+        self.where = where
+
+
+class RemoteError(ActorError):
+    """Stands for an error of another process whose class cannot be found in this one. `kind` is the name of that class."""
+
+    def __init__(self, kind: str, text: str) -> None:
+        super().__init__(f"{kind}: {text}" if text else kind)
+        self.kind = kind
+
+
+class TickMissed(ActorError):
+    """A tick of a timer with ``late="fault"`` was due before the tick before it had begun."""
+
+
+class InvalidFilter(ValueError):
+    """A `ContentFilter` that cannot be read, or that names a field or parameter that does not exist."""

@@ -11,6 +11,8 @@ Instances come from the functions and classes of `actors`; a program makes none 
 
 from __future__ import annotations
 
+from actors.actions.client import Goal
+from actors.actions.peers import Outcome
 from actors.check.checker import Finding
 from actors.contracts.contracts import ArrivalPolicy, Arrivals
 from actors.graph.queries import Endpoint, NodeGraph
@@ -22,15 +24,20 @@ from actors.running.options import ParameterSource, ParameterSources
 from actors.running.run import Observer, OpenNode, Run
 from actors.running.trees import Runnable
 from actors.runtime.declarations import Late, PublisherDeclaration, StreamDeclaration
+from actors.runtime.node import ErrorVerdict
 from actors.runtime.record import NodeRecord
+from actors.runtime.timers import Rate, Timer
 from actors.supervision.declarations import Spec
 from actors.supervision.policy import AutoShutdown, Kind, Restart, StopTimeout, Strategy
 from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, ChildState, Counts, Down
 from actors.supervision.report import Context, Report
 from actors.supervision.running import Path, RunningSupervisor
+from actors.time.clock import Clock
 from actors.topics.events import EventStream
 from actors.topics.handler import HandlerSubscription
+from actors.topics.publisher import Publisher
+from actors.topics.stream import Stream
 
 __all__ = [
     "ArrivalPolicy",
@@ -39,13 +46,16 @@ __all__ = [
     "ChildInfo",
     "ChildRef",
     "ChildState",
+    "Clock",
     "Context",
     "Counts",
     "Down",
     "Edge",
     "Endpoint",
+    "ErrorVerdict",
     "EventStream",
     "Finding",
+    "Goal",
     "Gone",
     "HandlerLoad",
     "HandlerSubscription",
@@ -59,11 +69,14 @@ __all__ = [
     "NodeView",
     "Observer",
     "OpenNode",
+    "Outcome",
     "ParameterSource",
     "ParameterSources",
     "Path",
     "PrimaryState",
+    "Publisher",
     "PublisherDeclaration",
+    "Rate",
     "Report",
     "Restart",
     "Run",
@@ -74,6 +87,8 @@ __all__ = [
     "Spec",
     "StopTimeout",
     "Strategy",
+    "Stream",
     "StreamDeclaration",
+    "Timer",
     "TopicView",
 ]

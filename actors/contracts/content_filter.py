@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache, reduce
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
+from actors.errors import InvalidFilter
+
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
 
@@ -21,10 +23,6 @@ _TOKEN: Final = re.compile(
 _COMPARISONS: Final[dict[str, Callable[[Any, Any], bool]]] = {
     "=": operator.eq, "<>": operator.ne, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
 }  # fmt: skip
-
-
-class InvalidFilter(ValueError):
-    """The expression is malformed, or names a field or a parameter that does not exist."""
 
 
 class ContentFilter:

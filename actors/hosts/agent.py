@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import Final, Protocol
 
+from actors.errors import ProcessDied
 from actors.hosts.lease import ASKING, Holding
 from actors.hosts.messages import (
     Asked,
@@ -24,7 +25,6 @@ from actors.hosts.messages import (
     Wire,
 )
 from actors.logs import WARN
-from actors.processes.errors import ProcessDied
 from actors.processes.life import Process
 from actors.processes.messages import Event, Line, Opaque, Request, StopAsked
 from actors.processes.pickling import pack

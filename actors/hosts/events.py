@@ -14,10 +14,10 @@ from typing import Any, Final, Literal, Union, cast, get_args, get_origin, get_t
 
 from msgspec import Struct
 
+from actors.errors import RemoteError
 from actors.logs.levels import Level
 from actors.pickle_bounds import BoundedUnpickler, Steps, check_extent
 from actors.processes import messages
-from actors.processes.errors import RemoteError
 from actors.runtime.node import Node
 from actors.supervision import reasons
 from actors.supervision.child import Child

@@ -10,8 +10,7 @@ from typing import Any, Final, Protocol, TypeAlias
 
 import msgspec
 
-from actors.errors import described
-from actors.processes.errors import ProcessDied, ProcessHung
+from actors.errors import ProcessDied, ProcessHung, described
 
 
 class Wire(Protocol):

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Protocol
 
-from actors.processes.errors import ProcessDied
+from actors.errors import ProcessDied
 from actors.processes.messages import Event, Order, Over, Request, StopAsked
 from actors.supervision.reasons import Stopped
 

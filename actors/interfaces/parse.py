@@ -1,6 +1,6 @@
 """Reads .msg, .srv and .action text, by the grammar of ROS 2's own adapter.
 
-    parse_message("int32 x 3  # metres [m]\\nint32 MAX=9", "my_pkg", "Sample")
+    parse("int32 x 3  # metres [m]\\nint32 MAX=9", "my_pkg", "Sample", "msg")
 
 The result says what the text says; which classes the nested types are is decided later (`loading`). Python and C++
 keywords are accepted as field names, as ROS 2 does; such a field is read with `getattr`.
@@ -129,11 +129,6 @@ def parse_recorded(text: str, name: str, parts: tuple[str, ...] = ("",)) -> tupl
         _parse_part(part, package, f"{name}{suffix}", offset, None, strict=False)
         for suffix, (offset, part) in zip(parts, split, strict=True)
     )
-
-
-def parse_message(text: str, package: str, name: str, file: str | None = None) -> MessageDefinition:
-    """Reads the text of a .msg file."""
-    return parse(text, package, name, "msg", file).parts[0]
 
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")

@@ -50,12 +50,6 @@ def show(of: str | InterfaceClass, *, comments: Comments = "top") -> str:
     return "".join(f"{line}\n" for line in _expanded(_resolve(of), comments != "none", comments == "all", ""))
 
 
-def show_text(text: str, package: str | None = None, *, comments: Comments = "top") -> str:
-    """`show` for the text of a definition that is in no file. Nested types must be known."""
-    lines = _expanded_lines(text, package, comments != "none", comments == "all", "")
-    return "".join(f"{line}\n" for line in lines)
-
-
 def schema_text(of: str | type[Message]) -> str:
     """The definition followed by those of all nested types, as MCAP's `ros2msg` schemas have it."""
     top = _resolve(of)
@@ -78,13 +72,7 @@ def _nested(cls: InterfaceClass) -> list[InterfaceClass]:
 
 def _expanded(cls: InterfaceClass, comments: bool, nested_comments: bool, indent: str) -> Iterator[str]:
     package = cls.__ros_type__.partition("/")[0]
-    return _expanded_lines(definition_text(cls), package, comments, nested_comments, indent)
-
-
-def _expanded_lines(
-    text: str, package: str | None, comments: bool, nested_comments: bool, indent: str
-) -> Iterator[str]:
-    for raw in text.splitlines():
+    for raw in definition_text(cls).splitlines():
         code = raw.partition("#")[0].rstrip()
         line = raw.rstrip() if comments else code
         if line or comments:
@@ -94,7 +82,7 @@ def _expanded_lines(
             yield from _expanded(nested, nested_comments, nested_comments, f"{indent}\t")
 
 
-def _nested_type(code: str, package: str | None) -> InterfaceClass | None:
+def _nested_type(code: str, package: str) -> InterfaceClass | None:
     """The message class that a definition line has a field of, if it has one."""
     word, _, rest = code.replace("\t", " ").partition(" ")
     if not rest or "=" in rest:

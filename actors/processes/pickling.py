@@ -8,8 +8,8 @@ from collections.abc import Callable
 from io import BytesIO
 from typing import Any, Final, TypeAlias, cast
 
+from actors.errors import RemoteError
 from actors.places import traceback_of
-from actors.processes.errors import RemoteError
 
 _Reduced: TypeAlias = tuple[Callable[..., BaseException], tuple[Any, ...]]
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar, cast
 
 from msgspec import structs
 
-from actors.errors import described
-from actors.processes.errors import ProcessDied
+from actors.errors import ProcessDied, described
 from actors.processes.messages import MOST_BEAT_SECONDS, Event, Opaque, Order, Request
 from actors.processes.pickling import pack, unpack
 

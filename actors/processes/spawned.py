@@ -11,9 +11,9 @@ import sys
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
+from actors.errors import ProcessDied, ProcessHung
 from actors.logs import WARN
 from actors.processes.channel import Channel, framed
-from actors.processes.errors import ProcessDied, ProcessHung
 from actors.processes.messages import BEAT, Event, Line, Opaque, Order, Request, beat_seconds, next_beat
 from actors.processes.pickling import unpack
 from actors.processes.preparation import environment, preparation

@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from actors.checks import is_number
-from actors.errors import ActorError
+from actors.errors import TickMissed
 from actors.runtime.callables import takes_argument
 
 if TYPE_CHECKING:
@@ -33,10 +33,6 @@ BACKLOG = 1000
 
 SHORTEST = 1e-6
 """The shortest period of a timer, seconds: that of the fastest `every`."""
-
-
-class TickMissed(ActorError):
-    """A tick of a timer with ``late="fault"`` was due before the tick before it had begun."""
 
 
 class Tick:

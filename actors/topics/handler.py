@@ -97,7 +97,7 @@ class HandlerSubscription(Subscription[M]):
         held = cast("deque[M | ExpiringMessage[M]]", self.messages)
         waiting = {id(one.message if isinstance(one, ExpiringMessage) else one) for one in held}
         latched = [one for publisher in self.publishers for one in publisher.latched[-self.depth :]]
-        missing = [one for one in latched if id(one) not in waiting and self.takes(one)]
+        missing = [one for one in latched if id(one) not in waiting and self._takes(one)]
         room = self.depth - len(self.messages)
         missing = missing[-room:] if room > 0 else []
         self.received += len(missing)

@@ -98,13 +98,13 @@ class Subscription(Endpoint, Generic[M]):
             deliver = self._deliver_in_time
         return deliver if self.filter is None else partial(self._deliver_taken, deliver)
 
-    def takes(self, message: M | ExpiringMessage[M]) -> bool:
+    def _takes(self, message: M | ExpiringMessage[M]) -> bool:
         """Whether the filter, if there is one, takes a message, or the one in a wrapper."""
         bare: Any = message.message if isinstance(message, ExpiringMessage) else message
         return self.filter is None or self.filter.takes(bare)
 
     def _deliver_taken(self, deliver: Target, message: Any) -> None:
-        if self.takes(message):
+        if self._takes(message):
             deliver(message)
 
     def _deliver_in_time(self, message: M) -> None:

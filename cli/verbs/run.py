@@ -180,7 +180,8 @@ def _run_nodes(target: str, argv: Sequence[str]) -> int:
 
 
 async def _live(make: Maker, argv: Sequence[str]) -> int:
-    from actors import ProgramExit, StartFailed, SupervisorGaveUp
+    from actors import StartFailed, SupervisorGaveUp
+    from actors.errors import ProgramExit
     from actors.running.program import live
     from actors.running.target import grown
     from actors.transport import WireUnavailable

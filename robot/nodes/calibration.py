@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping
 from math import degrees
 from typing import Final, TypeVar
 
-from actors import Node, Stream, publishes
+from actors import Node, publishes
 from actors.interfaces import Message
 from actors.interfaces.geometry_msgs.msg import Vector3
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import Imu
 from actors.suggest import did_you_mean
+from actors.typing import Stream
 from robot.contracts import CALIBRATE_SENSOR, GAIT_STATUS, IMU_CALIBRATION, IMU_RAW, ODOMETRY
 from robot.estimation.rest import AT_REST, NotAtRest, Rest, rest_of
 from robot.interfaces.robactor_msgs.msg import GaitStatus, ImuCalibration

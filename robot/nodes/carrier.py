@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from actors import ActorError, GoalAborted, GoalFailed, GoalRejected, Node, NodeRestarting, background, publishes
+from actors import ActorError, GoalAborted, GoalFailed, GoalRejected, Node, background, publishes
+from actors.errors import NodeRestarting
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import Trigger

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors import Node, Stopped, every, publishes
+from actors import Node, every, publishes
+from actors.supervision import Stopped
 from robot.contracts import BATTERY_STATUS, BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
 from robot.control.safe_stop import SafeStop
 from robot.hardware import body as hardware

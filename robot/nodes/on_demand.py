@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Callable
 from typing import Any, Final, TypeVar
 
-from actors import CallTimeout, Node, Publisher, QoS, Topic
+from actors import CallTimeout, Node, QoS, Topic
 from actors.interfaces import Message
+from actors.typing import Publisher
 
 M = TypeVar("M", bound=Message)
 

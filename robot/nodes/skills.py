@@ -10,7 +10,8 @@ from collections.abc import AsyncGenerator, Sequence
 from itertools import pairwise
 from math import dist, inf
 
-from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node, NodeRestarting, retry
+from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node, retry
+from actors.errors import NodeRestarting
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from robot.contracts import (
     CALIBRATE_GRIPPER,

@@ -50,7 +50,7 @@ def with_hangs(tree: Supervisor, hangs: Sequence[Hang]) -> Supervisor:
 
 def crash(system: System, name: str) -> None:
     """Make a node fail as if one of its handlers had raised."""
-    from actors import NotStarted
+    from actors.errors import NotStarted
 
     try:
         system.crash(name, RuntimeError("crashed on request (--crash)"))

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import asyncio
 
-from actors import Action, Done, Goal, GoalRejected, Node, Reject, Steps, Supervisor, parameter
+from actors import Action, Done, GoalRejected, Node, Reject, Steps, Supervisor, parameter
 from actors.interfaces.example_interfaces.action import (
     Fibonacci,
     Fibonacci_Feedback,
     Fibonacci_Goal,
     Fibonacci_Result,
 )
+from actors.typing import Goal
 from robot.tutorials.fibonacci import numbers_up_to, why_not
 from robot.tutorials.program import Errand, ErrandFailed, main, system
 

@@ -17,18 +17,16 @@ from actors import (
     Node,
     Service,
     StartFailed,
-    Stopped,
     Supervisor,
     SupervisorGaveUp,
-    all_significant,
     background,
     execute,
-    never,
     parameter,
     run,
     transient,
 )
 from actors.logs import Level, LogRecord, console_sink
+from actors.supervision import Stopped, all_significant, never
 from actors.transport import WireUnavailable, transport_from_environment
 from actors.typing import Spec
 from cli.command import UsageError

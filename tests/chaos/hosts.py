@@ -26,7 +26,8 @@ from types import MappingProxyType
 from typing import Any
 from unittest.mock import patch
 
-from actors import Child, Intensity, Node, NotRunning, StartFailed, Supervisor, Topic, every, publishes, rest_for_one
+from actors import Child, Intensity, Node, StartFailed, Supervisor, Topic, every, publishes, rest_for_one
+from actors.errors import NotRunning
 from actors.hosts.agent import Session
 from actors.hosts.lease import LEASE_SECONDS, Granting, Holding
 from actors.hosts.messages import Wire

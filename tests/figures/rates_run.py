@@ -10,9 +10,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from actors import Child, Node, Stream, Supervisor, System, Topic, every, execute, publishes, run
+from actors import Child, Node, Supervisor, System, Topic, every, execute, publishes, run
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.interfaces.std_srvs.srv import Trigger
+from actors.typing import Stream
 from robot import contracts
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorTargets
 from robot.link.turns import short_turns

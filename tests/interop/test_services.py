@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from actors import CallTimeout, NotRunning, Service, ServiceFailed, ServiceUnavailable
+from actors import CallTimeout, Service, ServiceFailed, ServiceUnavailable
+from actors.errors import NotRunning
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
 from tests.interop.parties import Ours, Program, until

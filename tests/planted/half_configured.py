@@ -4,22 +4,11 @@ from __future__ import annotations
 
 import asyncio
 
-from actors import (
-    ActorError,
-    Child,
-    HookResult,
-    LifecycleNode,
-    LifecycleState,
-    Node,
-    Service,
-    Supervisor,
-    Topic,
-    background,
-    publishes,
-)
+from actors import ActorError, Child, LifecycleNode, Node, Service, Supervisor, Topic, background, publishes
 from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.interfaces.std_msgs.msg import Int32
+from actors.lifecycle import HookResult, LifecycleState
 from tests.planted.kit import turns
 
 CHANGE = Service(ChangeState, "/planner/change_state")

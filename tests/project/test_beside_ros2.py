@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from actors import Node, Publisher
+from actors import Node
 from actors.actions.client import Goal
 from actors.interfaces import encode, type_hash
 from actors.interfaces.std_msgs.msg import String
@@ -20,6 +20,7 @@ from actors.topics.subscription import Subscription
 from actors.transport.format.attachments import ATTACHMENT_SIZE
 from actors.transport.format.keys import DataKey, write_key
 from actors.transport.format.tokens import NodeToken, write_token
+from actors.typing import Publisher
 from cli.command import found
 from robot import contracts
 from tests.project.test_packaging import imported, names_in

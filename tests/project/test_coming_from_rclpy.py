@@ -17,8 +17,9 @@ from typing import Any
 
 import pytest
 
-from actors import bring_up, execute
+from actors import execute
 from actors.bag import BagReader
+from actors.lifecycle import bring_up
 from actors.testing import Rig
 from tests.project.test_docs import DOCS, once
 from tests.site import pairs

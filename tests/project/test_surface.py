@@ -20,6 +20,7 @@ from pathlib import Path
 
 import pytest
 
+import actors
 from tests.project.surface import NO_CONSTRUCTOR, Definition, Surface
 from tests.tools.reference import INTERNAL
 
@@ -31,12 +32,14 @@ FACES = (
     "actors.blocking",
     "actors.diagnostics",
     "actors.diagnostics.spans",
+    "actors.errors",
     "actors.hosts",
     "actors.images",
     "actors.interfaces",
     "actors.interfaces.types",
     "actors.launch",
     "actors.launch.testing",
+    "actors.lifecycle",
     "actors.logs",
     "actors.message_filters",
     "actors.nodes",
@@ -46,6 +49,7 @@ FACES = (
     "actors.parameters.messages",
     "actors.qos",
     "actors.replay",
+    "actors.supervision",
     "actors.testing",
     "actors.testing.faults",
     "actors.tf2",
@@ -113,6 +117,17 @@ def test_a_face_has_what_it_exports_and_nothing_by_accident(face: str) -> None:
     assert all(hasattr(module, name) for name in module.__all__)
     with pytest.raises(AttributeError, match=r"has no attribute 'nothing_of_this_name'"):
         module.nothing_of_this_name  # noqa: B018
+
+
+def test_a_name_that_has_left_the_front_door_says_where_it_is() -> None:
+    for module, names in actors._MOVED.items():
+        for name in names:
+            assert name in importlib.import_module(module).__all__
+            with pytest.raises(
+                ImportError, match=f"^{name} is not a name of actors any more: from {module} import {name}$"
+            ):
+                getattr(actors, name)
+    assert len(actors.__all__) <= 60
 
 
 def test_a_room_that_is_no_face_exports_nothing(surface: Surface) -> None:

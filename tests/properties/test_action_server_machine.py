@@ -17,12 +17,10 @@ from actors import (
     Aborted,
     Child,
     Done,
-    Goal,
     GoalRejected,
     GoalStatus,
     Intensity,
     Node,
-    NodeRestarting,
     Reject,
     Service,
     Steps,
@@ -31,11 +29,13 @@ from actors import (
     queue,
 )
 from actors.contracts.contracts import Arrivals
+from actors.errors import NodeRestarting
 from actors.interfaces.derived import get_result_service
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.testing import Rig
 from actors.time.virtual_loop import VirtualLoop
+from actors.typing import Goal
 from tests.stage import COUNT, order, result, step
 
 T = TypeVar("T")

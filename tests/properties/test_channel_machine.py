@@ -13,10 +13,12 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from actors import CallTimeout, Ended, Publisher, QoS, Stream, open_node
+from actors import CallTimeout, QoS, open_node
+from actors.errors import Ended
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos import QoSWarning
 from actors.time.virtual_loop import VirtualLoop
+from actors.typing import Publisher, Stream
 from tests.stage import NUMBERS, number
 
 T = TypeVar("T")

@@ -27,8 +27,6 @@ from actors import (
     SupervisorGaveUp,
     Topic,
     background,
-    bring_down,
-    bring_up,
     every,
     one_for_all,
     one_for_one,
@@ -41,10 +39,11 @@ from actors import (
     rest_for_one,
     run,
     transient,
-)  # fmt: skip
+)
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
+from actors.lifecycle import bring_down, bring_up  # fmt: skip
 from actors.nodes.parameter_server import ParameterServer, get_global, set_global
 from actors.runtime.retry import retry
 from actors.supervision.errors import SupervisionError

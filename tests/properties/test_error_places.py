@@ -16,7 +16,6 @@ from actors import (
     GoalAborted,
     GoalRejected,
     Node,
-    NotRunning,
     Parameter,
     Service,
     ServiceFailed,
@@ -30,7 +29,8 @@ from actors import (
     background,
     every,
     parameter,
-)  # fmt: skip
+)
+from actors.errors import NotRunning  # fmt: skip
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rcl_interfaces.srv import SetParameters

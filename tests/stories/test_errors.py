@@ -6,7 +6,8 @@ import asyncio
 
 import pytest
 
-from actors import CallTimeout, GoalAborted, NotRunning, ServiceFailed, System
+from actors import CallTimeout, GoalAborted, ServiceFailed, System
+from actors.errors import NotRunning
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_srvs.srv import Trigger
 from tests.stories.conftest import Start

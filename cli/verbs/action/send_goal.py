@@ -19,7 +19,7 @@ from cli.values import read_stdin, read_values
 from cli.verbs.topic.pub import now
 
 if TYPE_CHECKING:
-    from actors import Goal
+    from actors.typing import Goal
 
 CANCELING = 10.0
 """Seconds that a goal has to end after Ctrl-C."""

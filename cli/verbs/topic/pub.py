@@ -21,7 +21,7 @@ from cli.text import message_json, message_repr
 from cli.values import Values, read_documents, read_stdin, read_values
 
 if TYPE_CHECKING:
-    from actors import Publisher
+    from actors.typing import Publisher
 
 LOOK = 0.1
 """Seconds between two looks for subscriptions."""

@@ -12,7 +12,7 @@ from cli.web.clients.names import interface
 from cli.web.graph.client_nodes import Publications
 
 if TYPE_CHECKING:
-    from actors import Publisher
+    from actors.typing import Publisher
     from cli.web.hub import Hub
 
 ENCODINGS = ("cdr", "json")

@@ -11,9 +11,10 @@ from actors.interfaces import InterfaceError
 from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
-    from actors import Publisher, QoS, System
+    from actors import QoS, System
     from actors.interfaces import Message
     from actors.runtime.joined import JoinedNode
+    from actors.typing import Publisher
 
 MOST: Final = 256
 """The topics that a client may publish on, and the services and actions that it may serve."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any, Final
 
-from actors import ActorError, Goal, GoalRejected, GoalStatus
+from actors import ActorError, GoalRejected, GoalStatus
 from actors.contracts.contracts import Action
+from actors.typing import Goal
 from cli.web.clients.conversion import plain
 from cli.web.clients.errors import Refused
 from cli.web.clients.fields import flag, optional_number, text

@@ -6,9 +6,10 @@ import asyncio
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from actors import ActorError, Publisher, Service
+from actors import ActorError, Service
 from actors.interfaces import InterfaceError
 from actors.interfaces.action_msgs.srv import CancelGoal
+from actors.typing import Publisher
 from cli.web.clients.conversion import plain, write_json
 from cli.web.clients.errors import BadRequest, Refused
 from cli.web.clients.fields import by_name, flag, optional_number, text

@@ -18,8 +18,8 @@ from cli.web.graph.findings import LOOK_EVERY, examining
 from cli.web.rosbridge.session import RosbridgeSession
 
 if TYPE_CHECKING:
-    from actors import Stream
     from actors.topics.peers import PublisherPeer
+    from actors.typing import Stream
     from cli.web.hub import Hub
 
 SETTLE: Final = 0.1

@@ -5,10 +5,41 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from actors import (
-    Aborted, Action, ActionUnavailable, ActorError, CallCycle, CallTimeout, Child, ContentFilter, DeclarationError, Ended, GoalFailed,
-    InvalidFilter, Node, NodeRestarting, NotRunning, NotStarted, ProcessDied, ProcessHung, ProgramExit, RemoteError, Service,
-    ServiceFailed, ServiceUnavailable, StartFailed, Steps, SupervisorGaveUp, TickMissed, Topic, WrongThread, WrongType, every, execute,
+    Aborted,
+    Action,
+    ActionUnavailable,
+    ActorError,
+    CallTimeout,
+    Child,
+    ContentFilter,
+    DeclarationError,
+    GoalFailed,
+    Node,
+    Service,
+    ServiceFailed,
+    ServiceUnavailable,
+    StartFailed,
+    Steps,
+    SupervisorGaveUp,
+    Topic,
+    every,
+    execute,
     run,
+)
+from actors.errors import (
+    CallCycle,
+    Ended,
+    InvalidFilter,
+    NodeRestarting,
+    NotRunning,
+    NotStarted,
+    ProcessDied,
+    ProcessHung,
+    ProgramExit,
+    RemoteError,
+    TickMissed,
+    WrongThread,
+    WrongType,
 )
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32, String

@@ -1,11 +1,41 @@
 """A running system from inside: trees, snapshots, records, supervisors, goals, and the types of all answers."""
 
 from actors import (
-    Action, Child, Done, DynamicSupervisor, ExitReason, Failed, Goal, GoalStatus, HookResult, Killed, Leaked, LifecycleNode,
-    LifecycleState, Node, Outcome, Publisher, Returned, Service, Steps, Stop, Stopped, Stream, Supervisor, System, Topic,
-    TransitionRefused, all_significant, any_significant, bring_down, bring_up, check_node, check_tree, every, execute, graph_of, never,
-    one_for_all, one_for_one, open_node, parallel, permanent, publishes, queue, run, subscribes, system_of, temporary, transient,
+    Action,
+    Child,
+    Done,
+    DynamicSupervisor,
+    ExitReason,
+    GoalStatus,
+    LifecycleNode,
+    Node,
+    Service,
+    Steps,
+    Stop,
+    Supervisor,
+    System,
+    Topic,
+    check_node,
+    check_tree,
+    every,
+    execute,
+    graph_of,
+    one_for_all,
+    one_for_one,
+    open_node,
+    parallel,
+    permanent,
+    publishes,
+    queue,
+    run,
+    subscribes,
+    system_of,
+    temporary,
+    transient,
 )
+from actors.lifecycle import HookResult, LifecycleState, TransitionRefused, bring_down, bring_up
+from actors.supervision import Failed, Killed, Leaked, Returned, Stopped, all_significant, any_significant, never
+from actors.typing import Goal, Outcome, Publisher, Stream
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger

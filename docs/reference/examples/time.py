@@ -1,6 +1,7 @@
 """Time: instants of several clocks, timers, rates, jumps of the clock, `/clock`."""
 
-from actors import Child, Clock, Node, Rate, Timer, background
+from actors import Child, Node, background
+from actors.typing import Clock, Rate, Timer
 from actors.interfaces.builtin_interfaces.msg import Time as Stamp
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.nodes import CLOCK, ClockPublisher

@@ -24,14 +24,10 @@ from actors import (
     GoalRejected,
     GoalStatus,
     Node,
-    NodeRestarting,
-    NotRunning,
-    NotStarted,
     Reject,
     StartFailed,
     Steps,
     Stop,
-    WrongType,
     every,
     open_node,
     parallel,
@@ -42,6 +38,7 @@ from actors import (
 )
 from actors.actions.client import Goal
 from actors.contracts.contracts import Arrivals
+from actors.errors import NodeRestarting, NotRunning, NotStarted, WrongType
 from actors.inbox.control import Unwinding
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32

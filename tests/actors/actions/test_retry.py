@@ -15,14 +15,13 @@ from actors import (
     GoalAborted,
     GoalRejected,
     Node,
-    NodeRestarting,
-    NotRunning,
     Reject,
     ServiceFailed,
     ServiceUnavailable,
     Steps,
     temporary,
 )
+from actors.errors import NodeRestarting, NotRunning
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.runtime.retry import PASSING, retry

@@ -15,8 +15,9 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
-from actors import Child, Node, NotStarted, QoS, Supervisor, Topic, every, execute, open_node, publishes, qos, run
+from actors import Child, Node, QoS, Supervisor, Topic, every, execute, open_node, publishes, qos, run
 from actors.bag import FlightRecorder, Trace
+from actors.errors import NotStarted
 from actors.interfaces import decode, get_message
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.message import Message

@@ -19,7 +19,6 @@ from actors import (
     GoalCanceled,
     GoalRejected,
     Node,
-    NodeRestarting,
     Reject,
     Service,
     ServiceFailed,
@@ -29,6 +28,7 @@ from actors import (
     run,
 )
 from actors.diagnostics.spans import Spans
+from actors.errors import NodeRestarting
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.replay import Journal, Recording, replay
 from actors.system import System

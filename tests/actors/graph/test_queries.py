@@ -12,7 +12,6 @@ from actors import (
     Child,
     DynamicSupervisor,
     Node,
-    NotStarted,
     Service,
     ServiceUnavailable,
     Steps,
@@ -20,7 +19,8 @@ from actors import (
     graph_of,
     publishes,
     qos,
-)  # fmt: skip
+)
+from actors.errors import NotStarted  # fmt: skip
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import String

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Any
 
+from actors.errors import ProcessDied
 from actors.hosts import agent as agents
 from actors.hosts.agent import Agent
 from actors.hosts.messages import (
@@ -21,7 +22,6 @@ from actors.hosts.messages import (
     Signaled,
     Watched,
 )
-from actors.processes.errors import ProcessDied
 from actors.processes.messages import CrashAsked, Line, Opaque, Ready, StopAsked
 from actors.processes.pickling import pack, unpack
 from tests.actors.supervision.kit import settle, virtual

@@ -12,11 +12,11 @@ from typing import Any
 import pytest
 
 from actors import Child, Node
+from actors.errors import ProcessDied, ProcessHung, RemoteError
 from actors.hosts.errors import HostLost
 from actors.hosts.events import UnreadableEvent, read_event
 from actors.hosts.messages import Ended, Launched, from_agent, written
 from actors.logs.levels import Level
-from actors.processes.errors import ProcessDied, ProcessHung, RemoteError
 from actors.processes.messages import Event, Line, NodeFacts, Nodes, Over, Ready, Told
 from actors.processes.pickling import pack
 from actors.supervision.reasons import Failed, Killed, Returned, Stopped

@@ -14,14 +14,13 @@ from actors import (
     ExitReason,
     Intensity,
     Node,
-    NotStarted,
-    ProcessDied,
     StartFailed,
     Supervisor,
     Topic,
     every,
     publishes,
 )
+from actors.errors import NotStarted, ProcessDied
 from actors.hosts import HostLost
 from actors.hosts.messages import Hello
 from actors.hosts.simulated import SimulatedHosts

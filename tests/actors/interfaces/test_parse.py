@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from actors.interfaces.parse import DefinitionError, parse, parse_message, parse_type, parse_value
+from actors.interfaces.parse import DefinitionError, parse, parse_type, parse_value
 
 
 def test_an_error_says_file_line_and_reason() -> None:
@@ -32,12 +32,12 @@ def test_names_of_packages_and_types_are_checked(package: str, name: str) -> Non
 
 
 def test_tabs_and_windows_line_ends_are_blanks() -> None:
-    part = parse_message("int32\tx\t5\t# five [m]\r\nstring   s   'a b'   \r\n", "my_pkg", "Sample")
+    part = parse("int32\tx\t5\t# five [m]\r\nstring   s   'a b'   \r\n", "my_pkg", "Sample", "msg").parts[0]
     assert [(f.name, f.default, f.unit) for f in part.fields] == [("x", 5, "m"), ("s", "a b", None)]
 
 
 def test_an_indented_comment_continues_the_one_of_its_field() -> None:
-    part = parse_message("\nint32 x  # first\n         # second\n# of y\nint32 y\n", "my_pkg", "Sample")
+    part = parse("\nint32 x  # first\n         # second\n# of y\nint32 y\n", "my_pkg", "Sample", "msg").parts[0]
     assert [field.comment for field in part.fields] == [("first", "second"), ("of y",)]
 
 
@@ -78,5 +78,5 @@ def test_any_text_is_read_or_refused_with_the_one_error(text: str, kind: str) ->
 
 
 def test_empty_comment_lines_at_the_ends_are_left_out_and_two_become_one() -> None:
-    part = parse_message("\n#\n# first\n#\n#\n# second\n#\nint32 x\n", "my_pkg", "Sample")
+    part = parse("\n#\n# first\n#\n#\n# second\n#\nint32 x\n", "my_pkg", "Sample", "msg").parts[0]
     assert [field.comment for field in part.fields] == [("first", "", "second")]

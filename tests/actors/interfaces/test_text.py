@@ -7,7 +7,6 @@ import pytest
 import robot.interfaces.tutorials  # noqa: F401  # makes the types of the robot and of the tutorials known
 from actors.interfaces import UnknownInterface, definition_text, schema_text, show
 from actors.interfaces.std_srvs.srv import SetBool
-from actors.interfaces.text import show_text
 
 
 def test_a_service_is_shown_with_both_sections() -> None:
@@ -46,14 +45,6 @@ def test_comments_of_the_top_level_stay_and_others_go_unless_asked_for() -> None
     action = "my_robot_pkg/action/Fibonacci"
     assert show(action).startswith("# The fields are those of example_interfaces/action/Fibonacci")
     assert "#" not in show(action, comments="none")
-    text = "# top\n\nFibonacci x\n"
-    assert show_text("# top\n\nint32 x # why\n", comments="none") == "int32 x\n"
-    assert show_text("# top\n\nint32 x # why\n") == "# top\n\nint32 x # why\n"
-    assert text
-
-
-def test_a_line_that_is_no_field_is_shown_as_it_stands() -> None:
-    assert show_text("string S=a b\n---\nwhat is this\n") == "string S=a b\n---\nwhat is this\n"
 
 
 def test_the_schema_of_a_bag_has_the_definition_of_every_nested_type_once() -> None:

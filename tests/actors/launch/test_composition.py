@@ -31,7 +31,7 @@ class Stubborn(LifecycleNode):
     """Does not get configured."""
 
     async def on_configure(self, previous: object) -> Any:
-        from actors import HookResult
+        from actors.lifecycle import HookResult
 
         return HookResult.FAILURE
 

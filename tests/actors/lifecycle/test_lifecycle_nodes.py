@@ -12,8 +12,6 @@ from actors import (
     Done,
     DynamicSupervisor,
     Node,
-    NodeRestarting,
-    NotRunning,
     Service,
     ServiceUnavailable,
     StartFailed,
@@ -25,6 +23,7 @@ from actors import (
     qos,
     subscribes,
 )
+from actors.errors import NodeRestarting, NotRunning
 from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
 from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from actors.interfaces.lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState

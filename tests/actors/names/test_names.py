@@ -134,14 +134,6 @@ def test_style_hints_name_the_better_spelling() -> None:
     assert names.lint_name("left_arm_joint_commands") == ()
 
 
-def test_style_hints_for_nodes() -> None:
-    assert "camera_driver" in names.lint_node_name("node1")[0]
-    assert names.lint_node_name("camera_driver") == ()
-    assert names.lint_node_name("CameraDriver") == (
-        "'CameraDriver' has capital letters; ROS names are lower case with underscores: 'camera_driver'",
-    )
-
-
 def test_the_error_survives_the_way_to_another_process() -> None:
     error = InvalidName("namespace", "empty", 0, "")
 

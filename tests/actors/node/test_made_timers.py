@@ -9,9 +9,11 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Ended, LifecycleNode, Node, Tick, TickMissed, bring_up, transient
+from actors import Child, LifecycleNode, Node, Tick, transient
+from actors.errors import Ended, TickMissed
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rosgraph_msgs.msg import Clock
+from actors.lifecycle import bring_up
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.sim_time import CLOCK
 from actors.runtime.timers import Timer

@@ -9,20 +9,10 @@ from typing import Any
 
 import pytest
 
-from actors import (
-    DeclarationError,
-    LifecycleNode,
-    LifecycleState,
-    Node,
-    StartFailed,
-    Topic,
-    every,
-    parameter,
-    publishes,
-    subscribes,
-)
+from actors import DeclarationError, LifecycleNode, Node, StartFailed, Topic, every, parameter, publishes, subscribes
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
+from actors.lifecycle import LifecycleState
 from actors.testing import Rig
 from tests.stage import ADD, NUMBERS
 

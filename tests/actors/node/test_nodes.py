@@ -11,17 +11,11 @@ from actors import (
     Child,
     DeclarationError,
     Done,
-    Ended,
-    Failed,
-    Killed,
-    Leaked,
     Node,
-    NotStarted,
     Skip,
     StartFailed,
     Steps,
     Stop,
-    Stopped,
     Supervisor,
     Tick,
     Topic,
@@ -32,10 +26,12 @@ from actors import (
     temporary,
     transient,
 )
+from actors.errors import Ended, NotStarted
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.runtime.incarnation import incarnation_of
+from actors.supervision import Failed, Killed, Leaked, Stopped
 from actors.supervision.reasons import ExitReason
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, result, step, total, two

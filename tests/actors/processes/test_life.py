@@ -8,9 +8,11 @@ from typing import Any, cast
 
 import pytest
 
-from actors import Failed, ProcessDied, Skip, Stop, Stopped
+from actors import Skip, Stop
+from actors.errors import ProcessDied
 from actors.processes.life import LAST_SECONDS, TERMINATION_SECONDS, UNMET_STOP_SECONDS, Parent, ProcessLife
 from actors.processes.messages import Event, Order, Over, Ready, Request, StopAsked
+from actors.supervision import Failed, Stopped
 from tests.actors.supervision.kit import settle, virtual
 
 

@@ -15,7 +15,8 @@ from typing import Any
 
 import pytest
 
-from actors import RemoteError, StartFailed
+from actors import StartFailed
+from actors.errors import RemoteError
 from actors.processes import watchdog as watchdogs
 from actors.processes.channel import Channel, framed
 from actors.processes.pickling import pack, unpack

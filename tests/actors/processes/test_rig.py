@@ -15,17 +15,13 @@ from actors import (
     DynamicSupervisor,
     ExitReason,
     Intensity,
-    Killed,
     LifecycleNode,
     Node,
-    NotStarted,
-    ProcessDied,
     Service,
     ServiceFailed,
     Skip,
     StartFailed,
     Stop,
-    Stopped,
     Supervisor,
     SupervisorGaveUp,
     Topic,
@@ -36,6 +32,7 @@ from actors import (
     temporary,
     transient,
 )
+from actors.errors import NotStarted, ProcessDied
 from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState, GetState
 from actors.interfaces.std_msgs.msg import Int32
@@ -46,6 +43,7 @@ from actors.processes.messages import StopAsked
 from actors.processes.parent import KNOWN_SECONDS, ParentSide
 from actors.processes.pickling import pack, unpack
 from actors.processes.simulated import SimulatedProcess
+from actors.supervision import Killed, Stopped
 from actors.supervision.errors import NotFound
 from actors.testing import Rig
 from tests.actors.processes.test_life import Stage

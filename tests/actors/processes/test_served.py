@@ -19,7 +19,7 @@ from typing import Any
 
 import pytest
 
-from actors import Child, ExitReason, Failed, Node, Stopped, every
+from actors import Child, ExitReason, Node, every
 from actors.logs import INFO
 from actors.processes import main as mains
 from actors.processes.channel import Channel, framed
@@ -27,6 +27,7 @@ from actors.processes.main import main, read_frame, serve
 from actors.processes.messages import BEAT, Line, NodeFacts, Nodes, Order, Over, Ready, StopAsked
 from actors.processes.preparation import preparation
 from actors.processes.signals import PARENT, leave_to_parent
+from actors.supervision import Failed, Stopped
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.processes.kit import until
 

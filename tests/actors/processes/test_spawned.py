@@ -15,8 +15,9 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 
-from actors import Child, Node, ProcessDied, ProcessHung, Service, Supervisor, Topic, every, open_node, publishes, run
+from actors import Child, Node, Service, Supervisor, Topic, every, open_node, publishes, run
 from actors.bag import FlightRecorder
+from actors.errors import ProcessDied, ProcessHung
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.logs import LogRecord

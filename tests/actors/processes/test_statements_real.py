@@ -14,22 +14,19 @@ from actors import (
     Backoff,
     Child,
     DynamicSupervisor,
-    Failed,
     Intensity,
-    Killed,
     StartFailed,
     Supervisor,
     SupervisorGaveUp,
     System,
-    all_significant,
-    any_significant,
     one_for_all,
     permanent,
     rest_for_one,
     temporary,
     transient,
 )
-from actors.processes.errors import ProcessDied
+from actors.errors import ProcessDied
+from actors.supervision import Failed, Killed, all_significant, any_significant
 from tests.actors.processes.kit import Diary, Scripted, alive, in_order, running, until
 
 pytestmark = pytest.mark.realtime

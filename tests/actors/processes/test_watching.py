@@ -14,11 +14,12 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Failed, Node, Service, Supervisor, Topic, every, open_node
+from actors import Child, Node, Service, Supervisor, Topic, every, open_node
+from actors.errors import ProcessDied, ProcessHung
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.logs import LogRecord
-from actors.processes.errors import ProcessDied, ProcessHung
+from actors.supervision import Failed
 from tests.actors.processes.kit import PATIENCE, Diary, alive, in_order, running, until
 
 pytestmark = pytest.mark.realtime

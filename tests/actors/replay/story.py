@@ -14,7 +14,6 @@ from actors import (
     GoalAborted,
     GoalCanceled,
     Node,
-    NodeRestarting,
     Service,
     ServiceFailed,
     ServiceUnavailable,
@@ -27,6 +26,7 @@ from actors import (
     publishes,
     run,
 )
+from actors.errors import NodeRestarting
 from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
 from actors.interfaces.std_msgs.msg import Float64, Int32, String
 from actors.interfaces.std_srvs.srv import (

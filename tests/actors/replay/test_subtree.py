@@ -12,8 +12,6 @@ from actors import (
     CallTimeout,
     Child,
     Node,
-    NodeRestarting,
-    NotRunning,
     Service,
     ServiceFailed,
     ServiceUnavailable,
@@ -25,6 +23,7 @@ from actors import (
     publishes,
     run,
 )
+from actors.errors import NodeRestarting, NotRunning
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from actors.qos import LATCHED

@@ -7,11 +7,11 @@ import time
 import pytest
 
 from actors import Child, Node, Topic, background, every, execute, publishes, run
+from actors.errors import TickMissed
 from actors.interfaces.std_msgs.msg import String
 from actors.nodes import ClockPublisher
 from actors.replay import Journal, Recording, replay
 from actors.runtime.node import ErrorVerdict
-from actors.runtime.timers import TickMissed
 from tests.actors.replay.story import HERO, OTHERS, TOLD, Hero, Visitor, lived
 from tests.actors.replay.test_replay import CLOCKS, Clock, Ticking
 

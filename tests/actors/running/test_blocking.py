@@ -20,14 +20,12 @@ from actors import (
     CallTimeout,
     Child,
     Done,
-    Ended,
     GoalAborted,
     GoalCanceled,
     GoalRejected,
     GoalStatus,
     Intensity,
     Node,
-    NotRunning,
     Reject,
     Service,
     ServiceUnavailable,
@@ -42,6 +40,7 @@ from actors import (
     run,
 )
 from actors.blocking import BlockingNode, InsideEventLoop
+from actors.errors import Ended, NotRunning
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32, String

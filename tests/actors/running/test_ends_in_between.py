@@ -11,7 +11,8 @@ from typing import ClassVar
 
 import pytest
 
-from actors import Action, Child, Done, Node, NotRunning, Steps, Supervisor, background, every, execute, open_node, run
+from actors import Action, Child, Done, Node, Steps, Supervisor, background, every, execute, open_node, run
+from actors.errors import NotRunning
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord

@@ -10,9 +10,7 @@ import pytest
 from actors import (
     Child,
     DeclarationError,
-    Ended,
     Node,
-    NotRunning,
     ServiceUnavailable,
     Stop,
     Supervisor,
@@ -23,6 +21,7 @@ from actors import (
     publishes,
     run,
 )
+from actors.errors import Ended, NotRunning
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord

@@ -20,7 +20,6 @@ from actors import (
     Done,
     GoalAborted,
     Node,
-    NotRunning,
     ServiceFailed,
     StartFailed,
     Steps,
@@ -32,7 +31,7 @@ from actors import (
     publishes,
     run,
 )
-from actors.errors import ProgramExit
+from actors.errors import NotRunning, ProgramExit
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32

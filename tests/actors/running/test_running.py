@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Node, NotRunning, Supervisor, blocking, open_node, run
+from actors import Child, Node, Supervisor, blocking, open_node, run
+from actors.errors import NotRunning
 from actors.system import System, system_of
 
 SIGNALS = [(signal.SIGINT, KeyboardInterrupt, 130), (signal.SIGTERM, SystemExit, 143), (signal.SIGHUP, SystemExit, 129)]

@@ -23,12 +23,12 @@ from actors import (
     Supervisor,
     background,
     every,
-    never,
     parameter,
     remove_ros_args,
     spin,
     temporary,
-)  # fmt: skip
+)
+from actors.supervision import never  # fmt: skip
 
 greetings: list[str] = []
 

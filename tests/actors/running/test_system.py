@@ -6,7 +6,8 @@ import asyncio
 
 import pytest
 
-from actors import Child, Node, NotStarted, Supervisor, System, run, temporary
+from actors import Child, Node, Supervisor, System, run, temporary
+from actors.errors import NotStarted
 from actors.logs import LogRecord
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import ErrorVerdict

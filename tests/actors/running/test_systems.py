@@ -18,8 +18,6 @@ from actors import (
     DynamicSupervisor,
     Intensity,
     Node,
-    NotRunning,
-    NotStarted,
     StartFailed,
     Supervisor,
     SupervisorGaveUp,
@@ -32,6 +30,7 @@ from actors import (
     publishes,
     run,
 )
+from actors.errors import NotRunning, NotStarted
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
 from actors.running.run import Run

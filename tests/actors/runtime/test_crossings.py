@@ -6,21 +6,9 @@ import asyncio
 
 import pytest
 
-from actors import (
-    CallTimeout,
-    Child,
-    Done,
-    GoalStatus,
-    Intensity,
-    Node,
-    NodeRestarting,
-    NotRunning,
-    Reject,
-    Steps,
-    Supervisor,
-    temporary,
-)
+from actors import CallTimeout, Child, Done, GoalStatus, Intensity, Node, Reject, Steps, Supervisor, temporary
 from actors.actions.server import ActionServer
+from actors.errors import NodeRestarting, NotRunning
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32

@@ -6,7 +6,8 @@ import asyncio
 
 import pytest
 
-from actors import Child, Node, NotRunning, Supervisor, System, run
+from actors import Child, Node, Supervisor, System, run
+from actors.errors import NotRunning
 from actors.runtime.incarnation import incarnation_of
 from actors.supervision.reasons import ExitReason
 from actors.system import system_of

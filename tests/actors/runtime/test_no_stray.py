@@ -15,7 +15,6 @@ from actors import (
     ActorError,
     Child,
     Done,
-    Ended,
     GoalAborted,
     GoalCanceled,
     LifecycleNode,
@@ -25,13 +24,14 @@ from actors import (
     Steps,
     Topic,
     background,
-    bring_up,
 )
+from actors.errors import Ended
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.interfaces.std_msgs.msg import Int32
+from actors.lifecycle import bring_up
 from actors.runtime.incarnation import incarnation_of
 from actors.supervision.reasons import ExitReason
 from actors.testing import Rig

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from actors import CallCycle, CallTimeout, Child, Node, Service, ServiceFailed, Topic
+from actors import CallTimeout, Child, Node, Service, ServiceFailed, Topic
+from actors.errors import CallCycle
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.testing import Rig

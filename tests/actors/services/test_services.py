@@ -10,13 +10,10 @@ import pytest
 from actors import (
     ActionUnavailable,
     Backoff,
-    CallCycle,
     CallTimeout,
     Child,
     DeclarationError,
     Node,
-    NodeRestarting,
-    NotRunning,
     Service,
     ServiceFailed,
     ServiceUnavailable,
@@ -24,13 +21,13 @@ from actors import (
     Stop,
     Supervisor,
     Topic,
-    WrongType,
     every,
     one_for_all,
     publishes,
     temporary,
     transient,
 )
+from actors.errors import CallCycle, NodeRestarting, NotRunning, WrongType
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger

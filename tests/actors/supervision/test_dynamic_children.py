@@ -12,7 +12,6 @@ from actors import (
     Done,
     DynamicSupervisor,
     Node,
-    NotRunning,
     Service,
     Steps,
     Supervisor,
@@ -23,6 +22,7 @@ from actors import (
     subscribes,
     temporary,
 )
+from actors.errors import NotRunning
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.rcl_interfaces.msg import Log

@@ -13,13 +13,10 @@ from actors import (
     DynamicSupervisor,
     Intensity,
     Node,
-    NodeRestarting,
-    NotRunning,
     StartFailed,
     Supervisor,
     SupervisorGaveUp,
     Tick,
-    TickMissed,
     every,
     one_for_all,
     parameter,
@@ -29,6 +26,7 @@ from actors import (
     temporary,
     transient,
 )
+from actors.errors import NodeRestarting, NotRunning, TickMissed
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.runtime.record import KEPT_RESTARTS

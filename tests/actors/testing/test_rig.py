@@ -17,7 +17,6 @@ from actors import (
     GoalStatus,
     Intensity,
     Node,
-    NotStarted,
     Steps,
     Supervisor,
     SupervisorGaveUp,
@@ -27,6 +26,7 @@ from actors import (
     publishes,
     qos,
 )
+from actors.errors import NotStarted
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32

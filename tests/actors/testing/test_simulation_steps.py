@@ -7,19 +7,8 @@ from collections.abc import Callable
 
 import pytest
 
-from actors import (
-    ActorError,
-    CallCycle,
-    Child,
-    Done,
-    GoalFailed,
-    Node,
-    Service,
-    Steps,
-    Supervisor,
-    background,
-    every,
-)
+from actors import ActorError, Child, Done, GoalFailed, Node, Service, Steps, Supervisor, background, every
+from actors.errors import CallCycle
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger

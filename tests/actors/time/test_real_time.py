@@ -20,9 +20,7 @@ from actors import (
     GoalCanceled,
     GoalStatus,
     LifecycleNode,
-    LifecycleState,
     Node,
-    NodeRestarting,
     Parameter,
     Service,
     ServiceFailed,
@@ -31,7 +29,6 @@ from actors import (
     System,
     Tick,
     Topic,
-    bring_up,
     every,
     execute,
     open_node,
@@ -40,10 +37,12 @@ from actors import (
     qos,
     run,
 )
+from actors.errors import NodeRestarting
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rcl_interfaces import srv
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 from actors.interfaces.std_msgs.msg import Int32
+from actors.lifecycle import LifecycleState, bring_up
 from actors.nodes.clock_publisher import ClockPublisher
 from actors.parameters.messages import to_parameter
 from actors.runtime.incarnation import incarnation_of

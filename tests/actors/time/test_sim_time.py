@@ -21,11 +21,11 @@ from actors import (
     Steps,
     Supervisor,
     Tick,
-    TickMissed,
     Topic,
     every,
     open_node,
 )
+from actors.errors import TickMissed
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.rcl_interfaces import srv

@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Done, Node, Service, Steps, Supervisor, WrongThread, open_node, parameter, run
+from actors import Child, Done, Node, Service, Steps, Supervisor, open_node, parameter, run
 from actors.actions.goals import GoalStatus
+from actors.errors import WrongThread
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.system import System

@@ -7,21 +7,11 @@ from typing import Any
 
 import pytest
 
-from actors import (
-    Child,
-    DeclarationError,
-    LifecycleNode,
-    Node,
-    SetResult,
-    StartFailed,
-    Tick,
-    TickMissed,
-    bring_up,
-    every,
-    parameter,
-)
+from actors import Child, DeclarationError, LifecycleNode, Node, SetResult, StartFailed, Tick, every, parameter
+from actors.errors import TickMissed
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rosgraph_msgs.msg import Clock
+from actors.lifecycle import bring_up
 from actors.runtime.declarations import Late
 from actors.runtime.sim_time import CLOCK
 from actors.testing import Rig

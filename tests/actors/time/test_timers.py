@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from actors import Tick, TickMissed
+from actors import Tick
+from actors.errors import TickMissed
 from actors.inbox.inbox import Inbox
 from actors.runtime.timers import BACKLOG, KEPT, Lateness, NodeTimer, TimerRecord
 from actors.time.ticker import Ticker

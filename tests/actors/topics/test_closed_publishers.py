@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from actors import Ended, LifecycleNode, Node, Service, Topic, parameter, publishes
+from actors import LifecycleNode, Node, Service, Topic, parameter, publishes
+from actors.errors import Ended
 from actors.interfaces.lifecycle_msgs.msg import Transition
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.interfaces.rcl_interfaces.msg import ParameterEvent

@@ -8,7 +8,8 @@ from typing import Any, cast
 
 import pytest
 
-from actors import Child, ContentFilter, DeclarationError, InvalidFilter, Node, QoS, Service, Topic, qos, subscribes
+from actors import Child, ContentFilter, DeclarationError, Node, QoS, Service, Topic, qos, subscribes
+from actors.errors import InvalidFilter
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.geometry_msgs.msg import Twist, Vector3

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from actors import Ended, QoS, WrongThread, WrongType, qos
+from actors import QoS, qos
+from actors.errors import Ended, WrongThread, WrongType
 from actors.graph.graph import Graph, TopicEntry
 from actors.graph.interceptor import TopicInterceptor
 from actors.inbox.inbox import Inbox, Item

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from actors import Ended, QoS, qos
-from actors.errors import CallTimeout
+from actors import QoS, qos
+from actors.errors import CallTimeout, Ended
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos.events import DeadlineMissed, LivelinessChanged, Matched, MessageLost
 from actors.topics.endpoint import Endpoint, nanoseconds

@@ -6,19 +6,8 @@ import asyncio
 
 import pytest
 
-from actors import (
-    Child,
-    DeclarationError,
-    Ended,
-    Node,
-    QoS,
-    Supervisor,
-    Topic,
-    background,
-    every,
-    publishes,
-    qos,
-)
+from actors import Child, DeclarationError, Node, QoS, Supervisor, Topic, background, every, publishes, qos
+from actors.errors import Ended
 from actors.interfaces.rcl_interfaces.msg import Log
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos.events import (

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from actors import Ended, QoS, WrongThread, WrongType, qos
-from actors.errors import CallTimeout
+from actors import QoS, qos
+from actors.errors import CallTimeout, Ended, WrongThread, WrongType
 from actors.inbox.expiring import ExpiringMessage
 from actors.inbox.inbox import Inbox
 from actors.interfaces.std_msgs.msg import Int32

@@ -10,22 +10,8 @@ from typing import Any
 
 import pytest
 
-from actors import (
-    Child,
-    Ended,
-    Node,
-    NotStarted,
-    QoS,
-    Supervisor,
-    Topic,
-    WrongThread,
-    WrongType,
-    every,
-    publishes,
-    qos,
-    subscribes,
-)
-from actors.errors import CallTimeout
+from actors import Child, Node, QoS, Supervisor, Topic, every, publishes, qos, subscribes
+from actors.errors import CallTimeout, Ended, NotStarted, WrongThread, WrongType
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Float32, Header, Int32, String
 from actors.qos.policies import History

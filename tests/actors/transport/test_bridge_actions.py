@@ -12,22 +12,19 @@ from actors import (
     Aborted,
     ActionUnavailable,
     Backoff,
-    CallCycle,
     Child,
     Done,
     GoalAborted,
     GoalCanceled,
     GoalRejected,
     Node,
-    NodeRestarting,
-    NotRunning,
     Reject,
     Service,
     ServiceFailed,
     Steps,
-    WrongType,
 )
 from actors.actions.goals import GoalStatus
+from actors.errors import CallCycle, NodeRestarting, NotRunning, WrongType
 from actors.interfaces import decode, derived, encode, type_hash
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
 from actors.interfaces.action_msgs.msg import GoalStatus as GoalStatusMessage

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from actors import CallCycle, CallTimeout, Child, Done, GoalRejected, Node, Reject, Service, Steps
+from actors import CallTimeout, Child, Done, GoalRejected, Node, Reject, Service, Steps
+from actors.errors import CallCycle
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger

@@ -7,22 +7,8 @@ from typing import Any
 
 import pytest
 
-from actors import (
-    Backoff,
-    CallCycle,
-    CallTimeout,
-    Child,
-    Done,
-    Node,
-    NodeRestarting,
-    NotRunning,
-    Service,
-    ServiceFailed,
-    ServiceUnavailable,
-    Steps,
-    WrongType,
-    parameter,
-)
+from actors import Backoff, CallTimeout, Child, Done, Node, Service, ServiceFailed, ServiceUnavailable, Steps, parameter
+from actors.errors import CallCycle, NodeRestarting, NotRunning, WrongType
 from actors.interfaces import Message, decode, encode, load
 from actors.interfaces.derived import send_goal_service
 from actors.interfaces.errors import CdrError

@@ -6,7 +6,8 @@ import asyncio
 
 import pytest
 
-from actors import GoalAborted, Node, NotRunning, qos
+from actors import GoalAborted, Node, qos
+from actors.errors import NotRunning
 from actors.testing import Rig
 from actors.transport.simulated.network import Network
 from tests.actors.transport.test_bridge_actions import Counter

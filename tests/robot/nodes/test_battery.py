@@ -8,7 +8,8 @@ from math import isnan
 
 import pytest
 
-from actors import Child, GoalAborted, ProcessDied, Supervisor
+from actors import Child, GoalAborted, Supervisor
+from actors.errors import ProcessDied
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticStatus
 from actors.interfaces.sensor_msgs.msg import BatteryState
 from actors.interfaces.std_srvs.srv import Trigger

@@ -10,9 +10,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from actors import Goal, GoalAborted, GoalCanceled, GoalRejected
+from actors import GoalAborted, GoalCanceled, GoalRejected
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.testing import Rig
+from actors.typing import Goal
 from robot.contracts import (
     ARM_JOINT_STATES,
     CALIBRATE_GRIPPER,

@@ -6,8 +6,9 @@ from typing import TypeAlias
 
 import pytest
 
-from actors import Child, Goal, GoalCanceled, GoalRejected
+from actors import Child, GoalCanceled, GoalRejected
 from actors.testing import Rig
+from actors.typing import Goal
 from robot.interfaces.tutorials.robot_arm_control.action import MoveArm, MoveArm_Feedback, MoveArm_Result
 from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition
 from robot.tutorials.robot_arm import (

@@ -7,8 +7,9 @@ from typing import TypeAlias
 
 import pytest
 
-from actors import Child, Goal, GoalAborted, GoalCanceled, GoalRejected
+from actors import Child, GoalAborted, GoalCanceled, GoalRejected
 from actors.testing import Rig
+from actors.typing import Goal
 from robot.interfaces.tutorials.your_package.action import HumanoidNav, HumanoidNav_Feedback, HumanoidNav_Result
 from robot.scenes.scene import Box, Cylinder
 from robot.tutorials.humanoid_navigation import HUMANOID_NAVIGATE, HumanoidNavClient, HumanoidNavServer, tree

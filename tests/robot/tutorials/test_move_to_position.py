@@ -7,8 +7,9 @@ from typing import TypeAlias
 
 import pytest
 
-from actors import Child, Goal, GoalCanceled, GoalRejected, GoalStatus, Node, every
+from actors import Child, GoalCanceled, GoalRejected, GoalStatus, Node, every
 from actors.testing import Rig
+from actors.typing import Goal
 from robot.interfaces.tutorials.my_robot_interfaces.action import (
     MoveToPosition,
     MoveToPosition_Feedback,

@@ -13,15 +13,12 @@ from actors import (
     Action,
     Child,
     Done,
-    Goal,
     Node,
     Parameter,
-    Publisher,
     Reject,
     Service,
     SetResult,
     Steps,
-    Stream,
     Supervisor,
     Tick,
     Topic,
@@ -42,6 +39,7 @@ from actors.interfaces.std_msgs.msg import Int32, String
 from actors.nodes.parameter_server import set_global
 from actors.parameters import ParameterDeclaration, on_set, post_set, pre_set
 from actors.runtime.retry import retry
+from actors.typing import Goal, Publisher, Stream
 
 WORDS = Topic(String, "words")
 NUMBERS = Topic(Int32, "numbers", qos.SENSOR_DATA)

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Done, GoalRejected, Node, NotRunning, Reject, Service, ServiceFailed, System, Topic, qos, run
-from actors.errors import CallCycle, CallTimeout
+from actors import Child, Done, GoalRejected, Node, Reject, Service, ServiceFailed, System, Topic, qos, run
+from actors.errors import CallCycle, CallTimeout, NotRunning
 from actors.interfaces.rcl_interfaces.srv import ListParameters
 from actors.interfaces.std_srvs.srv import SetBool
 from actors.qos.policies import Liveliness, QoS, Reliability
