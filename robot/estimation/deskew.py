@@ -52,7 +52,7 @@ class Deskew:
         self._poses.add(stamp, np.array([*position, *attitude]))
 
     def clear(self) -> None:
-        """Forget all poses: odometry has begun anew."""
+        """Forget all poses: odometry has started over."""
         self._poses.clear()
 
     def corrected(self, ranges: Floats, start: float, sweep: float, at: float) -> Floats | None:
