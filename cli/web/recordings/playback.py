@@ -82,7 +82,7 @@ class Playback:
         return {"dataStartTime": _time(self.player.start_ns), "dataEndTime": _time(self.player.end_ns)}
 
     def control(self, request: PlaybackRequest, viewer: Viewer) -> None:
-        """Play as a viewer wants it, and tell everyone. Playing on from the end begins anew. Raises `Refused` for a rate that is not offered."""
+        """Play as a viewer wants it, and tell everyone. Playing on from the end starts over. Raises `Refused` for a rate that is not offered."""
         player = self.player
         seek_ns = request.seek_ns
         if seek_ns is None and request.play and self.state.status == ENDED:
