@@ -86,7 +86,7 @@ network."""
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """What a robot is told of the place where it works. Poses are on the map."""
+    """What a robot knows of the place where it works. Poses are on the map."""
 
     grid: Grid
     """The map that it plans on."""
@@ -165,10 +165,10 @@ def tree_of(
 ) -> Supervisor:
     """The tree of any robot, real or simulated, walking `waypoints`; without any (`None`) it waits to be asked, and there is no node `patrol`.
 
-    It has the nodes of the devices that the robot has. Without a `site` or without a LiDAR it does not know where it is: it walks as it is told,
+    It has the nodes of the devices that the robot has. Without a `site` or without a LiDAR it does not know where it is: it walks by velocity commands,
     and there is no concern ``navigation``.
 
-    With a `delivery` its mission is that errand instead of the patrol: a node `carrier` in place of `patrol`; the robot must have an arm.
+    With a `delivery` its mission is that task instead of the patrol: a node `carrier` in place of `patrol`; the robot must have an arm.
 
     With `processes` each concern runs in a process of its own, and the hardware must be one that can cross to them, as a `LinkedBody` can. Its
     process is restarted when it dies, up to 3 times within 5 s; before its own nodes it has one more, `control_process` and so on.
@@ -343,12 +343,12 @@ def _handling(robot: Equipment, site: Site | None) -> list[Supervisor]:
 def _mission(
     site: Site | None, waypoints: Sequence[tuple[str, Pose2]] | None, laps: int, delivery: Delivery | None
 ) -> Supervisor:
-    """Who gives the robot its goals, the carrier, the patrol or nobody, and who tells how it is."""
-    told = (Child(RobotStatus), Child(Diagnostics), Child(Markers))
-    return _concern("mission", *told, *_errand(site, waypoints, laps, delivery))
+    """What gives the robot its goals, if anything does: the carrier or the patrol; and what reports its state."""
+    reporting = (Child(RobotStatus), Child(Diagnostics), Child(Markers))
+    return _concern("mission", *reporting, *_goals(site, waypoints, laps, delivery))
 
 
-def _errand(
+def _goals(
     site: Site | None, waypoints: Sequence[tuple[str, Pose2]] | None, laps: int, delivery: Delivery | None
 ) -> list[Child]:
     if delivery is not None:

@@ -37,7 +37,7 @@ class Endpoint(NamedTuple):
 
 
 class GraphView:
-    """The nodes and endpoints that the processes of a domain announce. It is told by a transport, as its `Events`.
+    """The nodes and endpoints that the processes of a domain announce. A transport calls it, as its `Events`.
 
     Invariant: it holds what has appeared and not vanished.
     """

@@ -1,4 +1,4 @@
-"""`daemon start | stop | status`: there is no daemon here, and what asks for one is told so.
+"""`daemon start | stop | status`: there is no daemon here, and these say so.
 
 A command of `ros2` starts a daemon that remembers the graph. Commands of this one find the graph by themselves within a moment.
 """

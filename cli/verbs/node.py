@@ -40,7 +40,7 @@ async def _list(options: argparse.Namespace) -> Exit:
         for name in names:
             print(name)
     if len(set(names)) < len(names):
-        complain("WARNING: some nodes of the graph share a name: what one is told, may reach the other")
+        complain("WARNING: some nodes of the graph share a name: a message or request for one may reach another")
     return Exit.DONE
 
 

@@ -254,6 +254,6 @@ COMMAND = Verb(
     _arguments,
     _top,
     description="Hosts, processes and nodes, every second. CPU in percent of one core, MEM in megabytes; RATE: messages, requests "
-    "and ticks handled a second; AGE: how long one has been waiting in the inbox, ms; RST: restarts. What a process does not tell, "
-    "as those of ROS 2 do not, is -.",
+    "and ticks handled a second; AGE: how long one has been waiting in the inbox, ms; RST: restarts. A figure that a process "
+    "does not report, such as one of ROS 2, is -.",
 )

@@ -12,7 +12,7 @@ from robot.planning.trajectory import Motion, Point, Quintic, Stop
 
 
 class Arm:
-    """Four joints that follow what they are told exactly. Times are seconds of any one clock that never goes back."""
+    """Four joints that follow their targets exactly. Times are seconds of any one clock that never goes back."""
 
     __slots__ = ("_began", "_motion", "_progress")
 

@@ -43,7 +43,7 @@ class SlipWatch:
         return self._slid > (CERTAIN if speed > UNHURRIED else CERTAIN_THEN)
 
     def asked(self, leg: int, friction: float) -> None:
-        """The leg is told to push so that its foot needs this friction."""
+        """The leg is commanded to push so that its foot needs this friction."""
         self._asked[leg] = friction
 
     def forget(self, dt: float) -> None:

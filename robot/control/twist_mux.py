@@ -51,7 +51,7 @@ class VelocityLimits:
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What the legs are told now, and why."""
+    """The velocity command of the legs now, and why."""
 
     velocity: Twist2
     source: Source | None
@@ -120,7 +120,7 @@ class TwistMux:
         return Verdict.ACCEPTED
 
     def decide(self, now: float) -> Decision:
-        """What the legs are told at `now`."""
+        """The command of the legs at `now`."""
         if self._stopped is not None:
             return Decision(ZERO_TWIST, None, f"emergency stop: {self._stopped}")
         if not self._enabled:

@@ -99,7 +99,7 @@ class WalkController:
         """Whether the body leans or moves in a way that this gait, if it sways, was not made for."""
 
     def join(self, estimate: Estimator, ahead: PredictedState) -> None:
-        """Go on with a trot that another controller has left in mid-stride: its phase is told by how far the standing feet are behind."""
+        """Go on with a trot that another controller has left in mid-stride: its phase comes from how far the standing feet are behind."""
         vx, vy, _ = estimate.velocity
         speed = max(self._config.least_stride, hypot(vx, vy))
         self.clock.hurry(speed)

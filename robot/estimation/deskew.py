@@ -1,6 +1,6 @@
 """What a level LiDAR at the body's origin would have seen at one instant, from a revolution that took a while in a body that walked and leaned.
 
-Every beam's end is put where the body was when the beam looked, by odometry, and is seen anew from where the body is at the end; the
+Every beam's end is put where the body was when the beam looked, by odometry, and is seen from where the body is at the end; the
 ranges of the regular beams are then read from between those ends. Equations: docs/concepts/control.md#deskewing.
 """
 
@@ -52,7 +52,7 @@ class Deskew:
         self._poses.add(stamp, np.array([*position, *attitude]))
 
     def clear(self) -> None:
-        """Forget all poses: odometry has begun anew."""
+        """Forget all poses: odometry has started over."""
         self._poses.clear()
 
     def corrected(self, ranges: Floats, start: float, sweep: float, at: float) -> Floats | None:

@@ -48,7 +48,7 @@ class Footing:
         return np.asarray(self._cells == LOW)
 
     def forget(self) -> None:
-        """Start anew."""
+        """Start over."""
         self._cells.fill(UNSEEN)
 
     def integrate(

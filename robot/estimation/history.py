@@ -16,7 +16,7 @@ T = TypeVar("T")
 KEEP = 2.0
 """For how long before the newest value others are kept, s: a measurement that is on its way for longer says nothing about now."""
 JUMP = 0.5
-"""An odometry step longer than this, m, beside what the robot may have gone meanwhile, means that odometry has begun anew."""
+"""An odometry step longer than this, m, beside what the robot may have gone meanwhile, means that odometry has started over."""
 FASTEST = 2.0
 """What the robot may have gone meanwhile, along and across together, m/s; more than it can."""
 
@@ -97,8 +97,8 @@ def attitude_history() -> History[Attitude]:
     return History(_attitude_between)
 
 
-def begun_anew(before: tuple[float, float], after: tuple[float, float], passed: float) -> bool:
-    """Whether odometry went from one place (m) to another within `passed` seconds farther than the robot can: it has begun anew."""
+def started_over(before: tuple[float, float], after: tuple[float, float], passed: float) -> bool:
+    """Whether odometry went from one place (m) to another within `passed` seconds farther than the robot can: it has started over."""
     return abs(after[0] - before[0]) + abs(after[1] - before[1]) > JUMP + FASTEST * max(0.0, passed)
 
 

@@ -87,7 +87,7 @@ class Movers:
         )
 
     def forget(self) -> None:
-        """Start anew."""
+        """Start over."""
         self._tracks = []
 
     def age(self, now: float) -> None:

@@ -67,7 +67,7 @@ def rest_of(
     if len(gyro) < FEWEST:
         raise NotAtRest(f"the IMU is silent: {len(gyro)} samples came in {AT_REST:g} s, {FEWEST} are needed")
     if not speeds:
-        raise NotAtRest("nobody tells how fast the body moves: odometry is silent")
+        raise NotAtRest("the speed of the body is unknown: there is no odometry")
     speed, turn = float(np.sqrt(np.mean(np.square(speeds)))), abs(float(np.mean(turns)))
     rates, forces = np.asarray(gyro, dtype=np.float64), np.asarray(accel, dtype=np.float64)
     deviation = rates.std(axis=0, ddof=1)

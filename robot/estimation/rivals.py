@@ -40,7 +40,7 @@ class Rivals:
     def weighing(self, ranges: Floats, moved: Pose2) -> Iterator[Pose2]:
         """Judge all places by a level scan of `ranges` (m), in pieces of about half a millisecond: each gives where the robot would be.
 
-        Weigh one scan to its end before the next one, and before odometry begins anew.
+        Weigh one scan to its end before the next one, and before odometry starts over.
         """
         self.scans += 1
         share = max(_SHARE, 1.0 / self.scans)
@@ -50,7 +50,7 @@ class Rivals:
             self._means[number] += share * (self._relocalizer.score(pose, ranges) - self._means[number])
             yield pose
 
-    def begin_anew(self, before: Pose2, after: Pose2) -> None:
+    def start_over(self, before: Pose2, after: Pose2) -> None:
         """Odometry has gone from `before` to `after` while the robot stood: each place stays where it is on the map."""
         self._offsets = [compose(compose(offset, before), inverse(after)) for offset in self._offsets]
 

@@ -87,7 +87,7 @@ class ScanHeading:
         return float(self._state[4])
 
     def clear(self) -> None:
-        """Forget everything but the ranges' bias: odometry has begun anew."""
+        """Forget everything but the ranges' bias: odometry has started over."""
         self._views.clear()
         self._odom, self._refused = None, 0
 

@@ -123,7 +123,7 @@ class StuckWatch:
                         self.stuck.add(joint)
 
     def _lead(self, joint: int) -> None:
-        """Note where the drive is told to turn the joint, if it is told a place at all."""
+        """Note the position target of the joint, if it has one."""
         position, _, _, kp, _ = self._told[-1]
         if kp[joint] > 0.0:
             self._near[joint] = min(self._near[joint], position[joint])

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, sin
-from typing import Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from robot.geometry.angles import wrap
-from robot.geometry.vectors import Floats
 
-N = TypeVar("N", float, Floats)
+if TYPE_CHECKING:
+    from robot.geometry.vectors import Floats  # it imports numpy, for which help does not wait
+
+N = TypeVar("N", float, "Floats")
 """A number, or an array of them."""
 
 

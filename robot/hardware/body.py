@@ -26,7 +26,7 @@ JOINT_NAMES = tuple(f"{leg}_{joint}" for leg in LEGS for joint in ("hip", "shoul
 
 @dataclass(frozen=True, slots=True)
 class MotorTargets:
-    """What the motor drives of all 12 joints are told: torque = effort + kp (position - q) + kd (velocity - qd), then limited.
+    """The command of the motor drives of all 12 joints: torque = effort + kp (position - q) + kd (velocity - qd), then limited.
 
     Every field has shape (12,). The drives close this loop themselves, faster than targets come; the motor delay lies on the targets.
     """

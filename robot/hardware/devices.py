@@ -138,7 +138,7 @@ class DepthDevice(Device, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Equipment:
-    """One robot: its legs and battery, and what else it has. A robot without a LiDAR walks as it is told, and does not navigate."""
+    """One robot: its legs and battery, and what else it has. A robot without a LiDAR walks by velocity commands, and does not navigate."""
 
     hardware: Hardware
     battery: BatteryDevice

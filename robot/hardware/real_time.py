@@ -11,7 +11,7 @@ from actors.time.lockstep import lockstep_of
 WINDOW: Final = 3.0
 """Real seconds over which it is measured. The first of them belong to the start, which is not warned of."""
 SLOW: Final = 0.8
-"""A factor below this is told."""
+"""A factor below this is reported."""
 REMEDY: Final = (
     "--clock virtual needs no real time; --backend kinematic, fewer sensors or other programs ended make it faster"
 )

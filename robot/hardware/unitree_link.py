@@ -31,7 +31,7 @@ DISCOVERY: Final = 1.0
 MUTUAL: Final = 0.3
 """Seconds that the other side has to discover us, too: a reader that asks for no retransmission misses what is written before."""
 BRAKED: Final = 0.5
-"""Seconds for which the drives are told to brake at the end."""
+"""Seconds for which the drives are commanded to brake at the end."""
 ANSWER: Final = 2.0
 """Seconds in which a service of the robot must answer."""
 TRIES: Final = 5

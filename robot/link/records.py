@@ -17,7 +17,7 @@ from robot.scenes.scene import Thing
 from robot.sim.simulation import Truth
 
 TOUCHED: Final = 4
-"""So many obstacles are told of those that are touched at once."""
+"""So many obstacles are reported of those that are touched at once."""
 _NONE: Final = -1.0
 COLD: Final = ActuatorState(True, np.empty(0), 1.0)
 """Drives with current that do not get warm."""

@@ -162,7 +162,7 @@ def _attach(name: str) -> shared_memory.SharedMemory:
 
 
 def _untold(name: str, kind: str) -> None:
-    """What the tracker is told instead."""
+    """What the tracker does instead."""
 
 
 def _sweep() -> None:

@@ -1,4 +1,4 @@
-"""Walking to a goal: plan, follow, watch, plan anew, recover, and say by name why it did not work. Pure: no clock, no node."""
+"""Walking to a goal: plan, follow, watch, replan, recover, and say by name why it did not work. Pure: no clock, no node."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Navigator:
     # --- goals ------------------------------------------------------------------------------------------------------
 
     def update_map(self, grid: Grid) -> None:
-        """Use another map from now on; a running goal is planned anew at the next step."""
+        """Use another map from now on; a running goal is replanned at the next step."""
         self.planner = Planner(grid, self._footprint, self._margins)
         self.around = LocalCostmap(grid, self._footprint)
         self._field: LocalField | None = None
@@ -187,7 +187,7 @@ class Navigator:
         self.follower.set_limits(limits)
 
     def _advance(self, now: Instant, dt: float) -> Motion:
-        """The step of the state that it is in, after planning anew where that is called for."""
+        """The step of the state that it is in, after replanning where that is called for."""
         if self.state is State.RECOVERING:
             return self._recover(now)
         if self._straight:

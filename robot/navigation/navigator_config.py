@@ -1,4 +1,4 @@
-"""The numbers of walking to a goal: when to plan anew, how long to be patient, when to give up."""
+"""The numbers of walking to a goal: when to replan, how long to be patient, when to give up."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robot.navigation.follow_config import FollowerConfig
 class NavigatorConfig:
     """All were chosen, on the built-in worlds and the 30 BARN worlds of `tests.figures barn`, unless they say otherwise."""
 
-    # -- planning anew
+    # -- replanning
     pause: float = 0.4
     """Between two plans while following, s: four scans; a plan takes some 10 ms (measured)."""
     relaxed_pause: float = 1.0
@@ -19,7 +19,7 @@ class NavigatorConfig:
     look: float = 2.5
     """The stretch of the path on which something newly seen matters, m: three seconds of walking. A goal that is farther away may be taken."""
     side_room: float = 0.30
-    """A path on which the body's side comes this near to something seen is worth planning anew, m: just below the follower's comfort."""
+    """A path on which the body's side comes this near to something seen is worth replanning, m: just below the follower's comfort."""
     gain: float = 0.85
     """A new path must cost less than this share of the old one: two ways round a thing differ by less, and would take turns."""
     off_path: float = 0.6

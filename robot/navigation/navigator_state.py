@@ -33,7 +33,7 @@ class Planned:
     changes: int = 0
     """Of the surroundings at that time."""
     again: bool = True
-    """Whether to plan anew at the next step, whatever has been seen since."""
+    """Whether to replan at the next step, whatever has been seen since."""
     failure: NavigationError | None = None
     """Why it found no way; None when it did."""
 

@@ -36,7 +36,7 @@ class ProgressChecker:
         self._since = 0.0
 
     def reset(self) -> None:
-        """Forget the past: the next `stuck` starts the time anew."""
+        """Forget the past: the next `stuck` restarts the time."""
         self._mark = None
 
     def stuck(self, now: float, pose: Pose2) -> bool:

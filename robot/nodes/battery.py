@@ -49,7 +49,7 @@ class Battery(Node):
     def resume(self, state: tuple[tuple[ChargeLevel, float], tuple[float, ...], bool]) -> None:
         levels, pack, self._cut_off = state
         self._levels = LevelMonitor(levels)
-        self._pack.restore(pack)  # only a process that was restarted has made it anew
+        self._pack.restore(pack)  # only a process that was restarted has made it again
 
     async def on_start(self) -> None:
         self._gauge = BatteryGauge((self.robot_id,))

@@ -1,4 +1,4 @@
-"""The mission of one errand: fetch a thing, carry it somewhere if that was asked, and sit."""
+"""The mission of one task: fetch a thing, carry it somewhere if that was asked, and sit."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robot.nodes.story import CANCELED
 from robot.planning.errors import ErrorCode
 
 TRIES = 3
-"""How often an errand is asked for, when its server fails on the way."""
+"""How often a task is asked for, when its server fails on the way."""
 PAUSE = 1.0
 """Seconds that a server has to come back, before it is asked again."""
 
@@ -38,7 +38,7 @@ class Delivery:
 
 
 class Carrier(Node):
-    """Runs one errand by navigate_and_grab or fetch_and_carry, logs its stages, and sits. Publishes one report on mission/goals at its end."""
+    """Runs one task by navigate_and_grab or fetch_and_carry, logs its stages, and sits. Publishes one report on mission/goals at its end."""
 
     reports = publishes(GOAL_REPORT)
 
@@ -61,13 +61,13 @@ class Carrier(Node):
             outcome, reason = "aborted", f"{type(error).__name__}: {error}"
         taken = self.clock.now() - begun
         why: dict[str, Any] = {"why": reason} if reason else {}
-        self.log.info("errand over", outcome=outcome, seconds=round(taken, 1), **why)
+        self.log.info("delivery over", outcome=outcome, seconds=round(taken, 1), **why)
         await self._report(outcome, reason, taken)
         await self.call(SIT, Trigger.Request())
         self.finished = True
 
     async def _attempts(self) -> None:
-        """Run the errand; ask for it again when its server has failed on the way: such a goal ends without a result, or as if canceled."""
+        """Run the task; ask for it again when its server has failed on the way: such a goal ends without a result, or as if canceled."""
         for _ in range(TRIES - 1):
             try:
                 return await self._run()
@@ -77,7 +77,7 @@ class Carrier(Node):
                 why = error.reason
             except NodeRestarting as error:
                 why = str(error)
-            self.log.warning("errand lost: asking for it again", why=why)
+            self.log.warning("delivery lost: asking for it again", why=why)
             await self.clock.sleep(PAUSE)
         await self._run()
 

@@ -371,7 +371,7 @@ class Docking(Node):
             raise _Failed("not reached", reply.message if not reply.success else "the robot does not walk")
 
     async def _rest(self) -> None:
-        """Half a second after a drive that has ended, ask the gait to stand, unless somebody else walks the robot by then or it docks anew."""
+        """Half a second after a drive that has ended, ask the gait to stand, unless somebody else walks the robot by then or it docks again."""
         ended = self.clock.now()
         await self.clock.sleep(RESTING)
         if self._stage is None and self._mode == Mode.WALK and self._others_path < ended:

@@ -4,7 +4,7 @@
     [-> carry it to where it shall stand -> release it there]
 
 An object that is not confirmed moves nothing: not the robot, not the arm. When the tool does not get within 2 cm of the object, or the gripper
-closes on nothing, the robot looks again, stands anew and tries again. A cancel stops walking and arm; until the object is lifted
+closes on nothing, the robot looks again, stands elsewhere and tries again. A cancel stops walking and arm; until the object is lifted
 the gripper lets go of it, later it keeps what it has, and the result says so.
 """
 
@@ -56,7 +56,7 @@ class Fetch(Node):
     """
 
     tolerance = parameter(
-        1.0, unit="m", ge=0.1, le=10.0, description="How far from where it was said to be an object may be seen."
+        1.0, unit="m", ge=0.1, le=10.0, description="Most distance of an object from where the goal expects it."
     )
     tries = parameter(3, ge=1, le=10, description="How often to stand and reach for an object.")
 
@@ -164,7 +164,7 @@ class Fetch(Node):
         spot = self._skills.on_map(seen)
         off = hypot(spot.x - expected.x, spot.y - expected.y)
         if off > self.tolerance:
-            raise TaskFailed("confirm", f"{name} was seen {off:.1f} m from where it was said to be")
+            raise TaskFailed("confirm", f"{name} was seen {off:.1f} m from where it was expected")
         failure, failed = TaskFailed("grab", "it was not tried"), list[Pose2]()
         for _ in range(self.tries):
             base, length = await self._base("navigate", spot, failed)
@@ -182,7 +182,7 @@ class Fetch(Node):
                 await self._grasp(name, spot)
             except (OutOfReach, Missed) as error:
                 failure = TaskFailed("grab", str(error))
-                self.log.warning("standing anew", why=str(error))
+                self.log.warning("standing elsewhere", why=str(error))
                 await self._skills.stow()
                 seen, _ = await self._skills.look(name)
                 spot = spot if seen is None else self._skills.on_map(seen)

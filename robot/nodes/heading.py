@@ -10,7 +10,7 @@ from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Float64
 from robot.contracts import HEADING_ERROR, ODOMETRY, SCAN
-from robot.estimation.history import begun_anew, pose_history
+from robot.estimation.history import pose_history, started_over
 from robot.estimation.scan_heading import ScanHeading
 from robot.geometry.messages import from_pose, seconds
 
@@ -35,7 +35,7 @@ class Heading(Node):
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
         odom, stamp, newest = from_pose(message.pose.pose), seconds(message.header.stamp), self._odoms.newest
-        if begun_anew(self._last, (odom.x, odom.y), stamp - newest if newest is not None else 0.0):
+        if started_over(self._last, (odom.x, odom.y), stamp - newest if newest is not None else 0.0):
             self._odoms.clear()
             self._tracker.clear()
         self._last = (odom.x, odom.y)

@@ -15,7 +15,7 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Response
 from robot.contracts import GET_ROBOT_POSE, INITIAL_POSE, LOCALIZATION, ODOMETRY, POSE, RELOCALIZE, SCAN
 from robot.estimation.fit_watch import AMBIGUOUS, BLIND, LOST, TRACKING, FitWatch
-from robot.estimation.history import begun_anew, pose_history
+from robot.estimation.history import pose_history, started_over
 from robot.estimation.relocalize import CERTAIN, Found, Near, Relocalizer, apart
 from robot.estimation.rivals import Rivals
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
@@ -41,7 +41,7 @@ NEAREST, LEAST_TURN = 0.5, 0.35
 """Somebody who tells where the robot is may be wrong by three standard deviations, and by this (m, rad) whatever those are."""
 SAYINGS = {
     LOST: "scans do not fit the map: looking where on it the robot is",
-    AMBIGUOUS: "scans fit several places of the map alike: walk it about by hand, or tell it by /initialpose",
+    AMBIGUOUS: "scans fit several places of the map alike: drive it about, or publish its pose on /initialpose",
     BLIND: "the LiDAR sees nothing, where the map has walls",
 }
 
@@ -52,7 +52,7 @@ class Localizer(Node):
 
     While scans do not fit the map there, it looks for them on the whole map, and goes where they fit, if they fit in one place only; that is
     `relocalize` by itself. Places that one scan cannot tell from each other are weighed by the next ones. Who knows better tells it by
-    initialpose. What the pose is worth is told on localization.
+    initialpose. The quality of the pose is published on localization.
 
     Parameters: gain, the share of each scan's correction that is taken at once; range_bias.
     """
@@ -84,7 +84,7 @@ class Localizer(Node):
         self._relocalizer: Relocalizer | None = None
         self._searching = False
         self._begun = 0
-        """So many times odometry has begun anew."""
+        """So many times odometry has started over."""
         self._near: Near | None = None
         """Where somebody has said that the robot is, until a search there has ended."""
         self._rivals: Rivals | None = None
@@ -102,9 +102,9 @@ class Localizer(Node):
     def odometry(self, message: Odometry) -> None:
         odom = from_pose(message.pose.pose)
         passed = seconds(message.header.stamp) - self._stamp if self._offset is not None else 0.0
-        jumped = begun_anew((self._odom.x, self._odom.y), (odom.x, odom.y), passed)
+        jumped = started_over((self._odom.x, self._odom.y), (odom.x, odom.y), passed)
         if jumped:
-            self._begin_anew(odom)
+            self._start_over(odom)
         self._odoms.add(seconds(message.header.stamp), odom)
         if self._offset is None or jumped:
             self._offset = compose(self._here, inverse(odom))
@@ -115,12 +115,12 @@ class Localizer(Node):
         self.checkpoint((self._here, self._odom, self._stamp, self._told))
         self.pose(pose_stamped(self._here, message.header.stamp))
 
-    def _begin_anew(self, odom: Pose2) -> None:
+    def _start_over(self, odom: Pose2) -> None:
         """Odometry counts from elsewhere: the robot stands where it stood, and so it does at each of the places that are weighed."""
         self._odoms.clear()
         self._begun += 1
         if self._rivals is not None:
-            self._rivals.begin_anew(self._odom, odom)
+            self._rivals.start_over(self._odom, odom)
         if self._newest is not None:
             ranges, moved = self._newest
             self._newest = ranges, compose(odom, compose(inverse(self._odom), moved))
@@ -186,7 +186,7 @@ class Localizer(Node):
         self._rivals, self._here = None, pose
         if self._offset is not None:
             self._offset = compose(pose, inverse(self._odom))
-        self.log.info("told where the robot is", x=round(pose.x, 2), y=round(pose.y, 2), yaw=round(pose.yaw, 2))
+        self.log.info("initial pose set", x=round(pose.x, 2), y=round(pose.y, 2), yaw=round(pose.yaw, 2))
         if not self._searching:
             self.spawn(self._search_now())
 
@@ -207,7 +207,7 @@ class Localizer(Node):
                 (ranges, moved), near, begun = self._newest, self._near, self._begun
                 found = await self.offload(self._relocalizer.search, ranges, near, takes=SEARCH, thread=True)
                 if near is not self._near or begun != self._begun:
-                    continue  # somebody has said meanwhile that the robot is elsewhere, or odometry has begun anew
+                    continue  # somebody has said meanwhile that the robot is elsewhere, or odometry has started over
                 if near is None or (found and found[0].score >= LEAST):
                     break
                 self._near = None  # it is not where somebody has said

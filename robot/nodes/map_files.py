@@ -198,7 +198,7 @@ class _Said:
     def _value(self, key: str, default: str | None = None) -> Any:
         value = self._values.get(key, default)
         if value is None:
-            raise InvalidMap(f"{self._file}: it does not say {key}")
+            raise InvalidMap(f"{self._file}: {key} is missing")
         return value
 
     def _finite(self, key: str, value: Any) -> float:

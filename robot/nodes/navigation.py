@@ -279,7 +279,7 @@ class Navigation(Node):
         if behavior_tree not in ("", STRAIGHT):
             raise NotReached(
                 ErrorCode.FAILED_TO_LOAD_BEHAVIOR_TREE,
-                f"there is no behavior tree {behavior_tree!r}: leave it empty, or say {STRAIGHT!r}",
+                f"there is no behavior tree {behavior_tree!r}: leave it empty, or give {STRAIGHT!r}",
             )
         for pose in poses:
             frame = pose.header.frame_id

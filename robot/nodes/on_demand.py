@@ -12,7 +12,7 @@ from actors.typing import Publisher
 M = TypeVar("M", bound=Message)
 
 PATIENCE: Final = 1.0
-"""Seconds after which a silent topic is listened to anew, if anybody still wants what is made of it."""
+"""Seconds after which a silent topic is subscribed to again, if anybody still wants what is made of it."""
 
 
 async def while_heard(

@@ -145,15 +145,15 @@ class Patrol(Node):
         async with self.send_goal(DOCK, Dock.Goal()) as handle:
             await handle
 
-    async def _try(self, name: str, goal: Pose2, errand: Awaitable[None]) -> bool:
-        """Await an errand that ends at `goal` and publish its report. False if it failed and should be tried again."""
+    async def _try(self, name: str, goal: Pose2, task: Awaitable[None]) -> bool:
+        """Await a task that ends at `goal` and publish its report. False if it failed and should be tried again."""
         begun = self.clock.now()
         behind = self._is_behind(goal)
         outcome, reason, again = "succeeded", "", False
         code = ErrorCode.NONE
         self.log.info("walking", to=name, x=goal.x, y=goal.y)
         try:
-            await errand
+            await task
         except GoalRejected as error:
             outcome, reason, again, code = "rejected", error.reason, True, ErrorCode.UNKNOWN
         except GoalFailed as error:

@@ -97,7 +97,7 @@ class Proprioception(Node):
             waited = self.clock.now() - waiting[0].time
             together = waiting[: taken_together(self.rate, waited)]
             if len(together) > 1 and waited > LATE:
-                self.log.warning("read late: several samples are told as one", once=True, seconds=round(waited, 3))
+                self.log.warning("read late: several samples are published as one", once=True, seconds=round(waited, 3))
             self._tell(merged(together))
             waiting = waiting[len(together) :] + self._waiting()
             if waiting:

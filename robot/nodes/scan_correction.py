@@ -12,7 +12,7 @@ from actors.tf2 import Transform
 from actors.time import nanoseconds_of, stamp_of
 from robot.contracts import ODOMETRY, SCAN, SCAN_RAW
 from robot.estimation.deskew import Deskew
-from robot.estimation.history import begun_anew
+from robot.estimation.history import started_over
 from robot.geometry.messages import seconds
 from robot.model.footprint import Footprint
 from robot.model.robot import SPOT, RobotModel
@@ -44,7 +44,7 @@ class ScanCorrection(Node):
         base = Transform.from_msg(message.pose.pose)
         x, y, _ = base.translation
         stamp, newest = seconds(message.header.stamp), self._deskew.newest
-        if begun_anew(self._last, (x, y), stamp - newest if newest is not None else 0.0):
+        if started_over(self._last, (x, y), stamp - newest if newest is not None else 0.0):
             self._deskew.clear()
         self._last = (x, y)
         self._deskew.add(stamp, base.translation, base.rpy)

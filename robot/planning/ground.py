@@ -15,8 +15,9 @@ from robot.model.parameters import FOOT_RADIUS, STAND_HEIGHT
 from robot.scenes.terrain import Ramp
 
 STEEPEST: Final = radians(20.0)
-"""The steepest slope that is planned over, rad; chosen: the robot crosses its crests at a friction of 0.6 (docs/reference/figures.md#missions-and-hard-ground). Steeper ground
-counts as a wall."""
+"""The steepest slope that is planned over, rad; chosen: the robot crosses its crests at a friction of 0.6
+(docs/reference/figures.md#missions-and-hard-ground). Steeper ground counts as a wall.
+"""
 _STEP: Final = 0.12
 """The highest step from cell to cell that does not, m: what the trot crosses without seeing where it treads."""
 _ROUNDING: Final = 1e-6

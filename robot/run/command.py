@@ -303,10 +303,10 @@ class Session:
         """Whether the last report of a mission in another process was the one that ends it."""
         from robot.run.mission import DOCK_GOAL
 
-        errands = [goal for goal in score.goals if goal.name != DOCK_GOAL]
-        if not (self.options.processes or self.options.machines) or not errands:
+        tasks = [goal for goal in score.goals if goal.name != DOCK_GOAL]
+        if not (self.options.processes or self.options.machines) or not tasks:
             return False
-        return self.options.fetch is not None or (self.options.goal is not None and errands[-1].succeeded)
+        return self.options.fetch is not None or (self.options.goal is not None and tasks[-1].succeeded)
 
     def _announce(self, system: System) -> None:
         more: dict[str, Any] = {"only": ", ".join(self.options.only)} if self.options.only else {}

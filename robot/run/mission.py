@@ -67,16 +67,16 @@ def _check_patrol(scene: Scene, grid: Grid, model: RobotModel) -> None:
 def failure(options: Options, score: Score, body: Simulation) -> str | None:
     """What went wrong in a run that has ended, or was asked for and has not come about, in one line; `None` if there is nothing of the kind.
 
-    A fall comes first, as what else failed may have failed by it. The dock is no errand: to have reached it instead of the goal is to have
+    A fall comes first, as what else failed may have failed by it. The dock is no task: to have reached it instead of the goal is to have
     failed. Of a patrol, every goal counts by its last try; a try that was refused for want of charge is no failure if the dock was reached.
     """
     if score.fallen_at is not None:
         more = f" and {score.falls - 1} more times" if score.falls > 1 else ""
         return f"the robot fell at {score.fallen_at:.1f} s{more}"
-    errands = [goal for goal in score.goals if goal.name != DOCK_GOAL]
+    tasks = [goal for goal in score.goals if goal.name != DOCK_GOAL]
     if options.goal is None and options.fetch is None:
-        return _missed(errands, docked=any(goal.succeeded for goal in score.goals if goal.name == DOCK_GOAL))
-    if any(goal.succeeded for goal in errands):
+        return _missed(tasks, docked=any(goal.succeeded for goal in score.goals if goal.name == DOCK_GOAL))
+    if any(goal.succeeded for goal in tasks):
         return None
     if options.goal is not None:
         x, y, _ = options.goal
@@ -86,8 +86,8 @@ def failure(options: Options, score: Score, body: Simulation) -> str | None:
     else:
         assert options.fetch is not None
         asked, how_far = f"--fetch {options.fetch.name}: not done", "under way"
-    if errands:
-        return f"{asked}: {_outcome(errands[-1])}"
+    if tasks:
+        return f"{asked}: {_outcome(tasks[-1])}"
     docked = ", on its dock" if score.goals and score.goals[-1].succeeded else ""
     return f"{asked}: the robot was {how_far}{docked} when the run ended"
 

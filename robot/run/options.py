@@ -207,9 +207,9 @@ def _check_together(given: argparse.Namespace) -> None:
     if given.spans and given.processes:
         raise UsageError("--spans: they are made of nodes of this process; leave out --processes")
     if given.journals is not None and not given.replay:
-        raise UsageError("--journals: say of which nodes: --replay NODE")
+        raise UsageError("--journals: give the nodes: --replay NODE")
     if given.hang and not given.processes:
-        raise UsageError("--hang: in one process everything would hang, and nobody be left to see it; add --processes")
+        raise UsageError("--hang: in one process everything would hang, so nothing could notice it; add --processes")
     if given.processes and given.push:
         raise UsageError("--push: a body in a process of its own cannot be pushed from here; leave out --processes")
 

@@ -82,7 +82,7 @@ def parse_fetch(values: Sequence[str] | None, goal: object) -> Fetch | None:
     if values is None:
         return None
     if goal is not None:
-        raise UsageError("--fetch and --goal: one errand at a time; give one of them")
+        raise UsageError("--fetch and --goal: one task at a time; give one of them")
     name, *place = values
     if len(place) not in (0, 2, 3):
         raise UsageError(f"--fetch takes NAME, NAME X Y or NAME X Y Z, not {len(place)} numbers")

@@ -15,7 +15,7 @@ def declare(add: Any) -> None:
     _add_hardware(add)
     _add_ground(add)
     _add_network(add)
-    _add_errand(add)
+    _add_task(add)
     _add_output(add)
 
 
@@ -183,7 +183,7 @@ def _add_network(add: Any) -> None:
     )
 
 
-def _add_errand(add: Any) -> None:
+def _add_task(add: Any) -> None:
     """What is to be done, and by which nodes."""
     add(
         "--goal",

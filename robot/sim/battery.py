@@ -80,7 +80,7 @@ class Pack:
 
     @property
     def kept(self) -> tuple[float, ...]:
-        """What a pack that is made anew needs to go on from here: age (s), charge, temperature, relaxation, and whether it is full."""
+        """What a pack that is made again needs to go on from here: age (s), charge, temperature, relaxation, and whether it is full."""
         return self._age, self._soc, self._temperature, self._v1, float(self._full)
 
     def restore(self, kept: tuple[float, ...]) -> None:

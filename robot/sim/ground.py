@@ -1,4 +1,4 @@
-"""What a simulated robot stands on and carries, which no controller is told."""
+"""What a simulated robot stands on and carries, of which no controller knows."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""A body without forces, in numpy only: it goes where it is told, its feet stick to the floor, and it cannot fall.
+"""A body without forces, in numpy only: it follows commands exactly, its feet stick to the floor, and it cannot fall.
 
 For tests, for machines without a physics engine, and for questions that are not about walking. Nothing that it
 shows may be reported as walking performance. It passes through obstacles and reports which ones its outline
 touches.
 
-It is told what to do in one of two ways. `KinematicBody.drive` takes a body velocity, height and mode, and does the
+It is commanded in one of two ways. `KinematicBody.drive` takes a body velocity, height and mode, and does the
 legs itself. `KinematicBody.command` takes motor targets like any body; without forces only joints with a position
 gain can be followed, and the body goes where their standing feet push it. Either way standing feet roll on their balls as real ones do,
 so that an estimator finds what it expects.

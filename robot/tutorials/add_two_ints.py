@@ -6,7 +6,7 @@ import asyncio
 
 from actors import ActorError, Node, Service, Supervisor
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
-from robot.tutorials.program import Errand, ErrandFailed, main, system
+from robot.tutorials.program import Job, JobFailed, main, system
 
 ADD_TWO_INTS = Service(AddTwoInts, "/add_two_ints")
 
@@ -24,17 +24,17 @@ class AddServer(Node):
         return response
 
 
-class AddClient(Errand):
+class AddClient(Job):
     """Waits for /add_two_ints, has it add 5 and 3, and says the result.
 
     Parameters: patience.
     """
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(ADD_TWO_INTS, "Waiting for service...")
         total = await self.add(5, 3)
         if total is None:
-            raise ErrandFailed("No result")
+            raise JobFailed("No result")
         self.log.info(f"Result: {total}")
 
     async def add(self, a: int, b: int) -> int | None:
@@ -52,7 +52,7 @@ class AsyncAddClient(AddClient):
     Parameters: patience.
     """
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(ADD_TWO_INTS, "Waiting for service...")
         totals = await asyncio.gather(self.add(1, 2), self.add(3, 4), self.add(5, 6))
         self.log.info(f"Results: {totals}")

@@ -12,7 +12,7 @@ from robot.interfaces.tutorials.my_robot_interfaces.srv import (
     GetBatteryStatus_Request,
     GetBatteryStatus_Response,
 )
-from robot.tutorials.program import Errand, main, system
+from robot.tutorials.program import Job, main, system
 
 GET_BATTERY_STATUS = Service(GetBatteryStatus, "/get_battery_status")
 
@@ -52,7 +52,7 @@ class BatteryServer(Node):
         )
 
 
-class BatteryClient(Errand):
+class BatteryClient(Job):
     """Waits for /get_battery_status, asks once, and says what it heard.
 
     Parameters: robot_id, patience.
@@ -61,7 +61,7 @@ class BatteryClient(Errand):
     node_name = "battery_service_client"
     robot_id = parameter(ROBOT, description="Whose battery to ask for.")
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(GET_BATTERY_STATUS, "Waiting for battery service...")
         request = GetBatteryStatus.Request(robot_id=self.robot_id)  # a new one for each call: they may overlap
         battery = await self.call(GET_BATTERY_STATUS, request)

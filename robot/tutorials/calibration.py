@@ -13,7 +13,7 @@ from robot.interfaces.tutorials.your_package.srv import (
     SensorCalibration_Request,
     SensorCalibration_Response,
 )
-from robot.tutorials.program import Errand, ErrandFailed, main, system, was_interrupted
+from robot.tutorials.program import Job, JobFailed, main, system, was_interrupted
 
 CALIBRATE_SENSOR = Service(SensorCalibration, "calibrate_sensor")
 
@@ -87,7 +87,7 @@ def _answer(success: bool, message: str) -> SensorCalibration_Response:
     return SensorCalibration.Response(success=success, message=message)
 
 
-class CalibrationClient(Errand):
+class CalibrationClient(Job):
     """Asks calibrate_sensor once; a failure is an error of the program.
 
     Parameters: sensor_name, reset_only, patience.
@@ -96,12 +96,12 @@ class CalibrationClient(Errand):
     sensor_name = parameter("camera_1")
     reset_only = parameter(False)
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(CALIBRATE_SENSOR, "Service not available, waiting...")
         request = SensorCalibration.Request(sensor_name=self.sensor_name, reset_only=self.reset_only)
         answer = await self.call(CALIBRATE_SENSOR, request)
         if not answer.success:
-            raise ErrandFailed(f"ERROR: {answer.message}")
+            raise JobFailed(f"ERROR: {answer.message}")
         self.log.info(f"SUCCESS: {answer.message}")
 
 

@@ -15,7 +15,7 @@ from robot.interfaces.tutorials.my_robot_pkg.action import (
     Fibonacci_Goal,
     Fibonacci_Result,
 )
-from robot.tutorials.program import Errand, ErrandFailed, main, system
+from robot.tutorials.program import Job, JobFailed, main, system
 
 FIBONACCI = Action(Fibonacci, "fibonacci")
 
@@ -74,7 +74,7 @@ class FibonacciServer(Node):
         yield Done(Fibonacci.Result(sequence=numbers_up_to(known)))
 
 
-class FibonacciClient(Errand):
+class FibonacciClient(Job):
     """Asks fibonacci for one sequence and tells how it grows.
 
     Parameters: order, patience.
@@ -83,7 +83,7 @@ class FibonacciClient(Errand):
     node_name = "fibonacci_action_client"
     order = parameter(10)
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(FIBONACCI, "Waiting for action server...")
         try:
             async with self.send_goal(FIBONACCI, Fibonacci.Goal(order=self.order)) as computing:
@@ -92,9 +92,9 @@ class FibonacciClient(Errand):
                     self.log.info(f"Received feedback: {feedback.sequence.tolist()}")
                 result = await computing
         except GoalRejected as rejected:
-            raise ErrandFailed(f"Goal rejected: {rejected.reason}") from None
+            raise JobFailed(f"Goal rejected: {rejected.reason}") from None
         except GoalFailed as failed:
-            raise ErrandFailed(f"Goal failed: {failed.reason}") from None
+            raise JobFailed(f"Goal failed: {failed.reason}") from None
         self.log.info(f"Result: {result.sequence.tolist()}")
 
 

@@ -23,7 +23,7 @@ from robot.planning.grid import Grid, signed_distance
 from robot.planning.path import Path
 from robot.planning.planner import Planner
 from robot.scenes.scene import Obstacle, Scene
-from robot.tutorials.program import Errand, ErrandFailed, main, system
+from robot.tutorials.program import Job, JobFailed, main, system
 from robot.tutorials.strides import is_finite, turn_left, turned
 
 HUMANOID_NAVIGATE = Action(HumanoidNav, "humanoid_navigate")
@@ -145,7 +145,7 @@ class HumanoidNavServer(Node):
         return Aborted(self._result(False, why), why)
 
 
-class HumanoidNavClient(Errand):
+class HumanoidNavClient(Job):
     """Sends one goal of humanoid_navigate and tells how it goes.
 
     Parameters: target (x, y, theta), avoid_obstacles, patience.
@@ -155,7 +155,7 @@ class HumanoidNavClient(Errand):
     target = parameter([5.0, 3.0, 0.0], unit="m, m, rad")
     avoid_obstacles = parameter(True)
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(HUMANOID_NAVIGATE, "Waiting for action server...")
         goal = HumanoidNav.Goal(target_position=self.target, avoid_obstacles=self.avoid_obstacles)
         try:
@@ -165,7 +165,7 @@ class HumanoidNavClient(Errand):
                     self.log.info(f"Received feedback: {feedback.status_message}")
                 result = await walking
         except GoalRejected as rejected:
-            raise ErrandFailed(f"Goal rejected :( {rejected.reason}") from None
+            raise JobFailed(f"Goal rejected :( {rejected.reason}") from None
         except GoalFailed as failed:
             self.log.warning(f"Result: {getattr(failed.result, 'message', '') or failed.reason}")
             return

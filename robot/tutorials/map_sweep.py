@@ -11,7 +11,7 @@ from typing import TypeAlias
 from actors import Action, Done, GoalFailed, GoalRejected, Node, Reject, Steps, Supervisor, parameter
 from actors.interfaces import ActionType, Message
 from actors.interfaces.types import float32, int32, string
-from robot.tutorials.program import Errand, ErrandFailed, main, system
+from robot.tutorials.program import Job, JobFailed, main, system
 
 
 class Sweep_Goal(Message, frozen=True, kw_only=True):
@@ -75,7 +75,7 @@ class SweepServer(Node):
             yield Done(Sweep.Result(success=True, cells=swept, message=f"All {cells} cells swept"))
 
 
-class SweepClient(Errand):
+class SweepClient(Job):
     """Has a map swept by sweep_map and tells of every tenth part of it.
 
     Parameters: width, height, patience.
@@ -84,7 +84,7 @@ class SweepClient(Errand):
     width = parameter(10)
     height = parameter(10)
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(SWEEP, "Waiting for action server...")
         told = 0
         try:
@@ -95,7 +95,7 @@ class SweepClient(Errand):
                         self.log.info(f"{feedback.percent_complete:.0f}% complete")
                 result = await sweeping
         except (GoalRejected, GoalFailed) as failed:
-            raise ErrandFailed(f"Map not swept: {failed.reason}") from None
+            raise JobFailed(f"Map not swept: {failed.reason}") from None
         self.log.info(result.message)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from actors import Node, Service, Supervisor
 from actors.interfaces.example_interfaces.srv import AddTwoInts, AddTwoInts_Request, AddTwoInts_Response
-from robot.tutorials.program import Errand, main, system
+from robot.tutorials.program import Job, main, system
 
 ADD_TWO_INTS = Service(AddTwoInts, "add_two_ints")
 
@@ -18,13 +18,13 @@ class MinimalService(Node):
         return AddTwoInts.Response(sum=request.a + request.b)
 
 
-class MinimalClient(Errand):
+class MinimalClient(Job):
     """Asks add_two_ints for 1 + 2.
 
     Parameters: patience.
     """
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(ADD_TWO_INTS, "Service not available, waiting again...")
         answer = await self.call(ADD_TWO_INTS, AddTwoInts.Request(a=1, b=2))
         self.log.info(f"Result of add_two_ints: {answer.sum}")

@@ -15,7 +15,7 @@ from robot.interfaces.tutorials.my_robot_interfaces.action import (
     MoveToPosition_Goal,
     MoveToPosition_Result,
 )
-from robot.tutorials.program import Errand, ErrandFailed, main, system
+from robot.tutorials.program import Job, JobFailed, main, system
 from robot.tutorials.strides import distance, is_finite, stride, turn_left
 
 MOVE_TO_POSITION = Action(MoveToPosition, "/move_to_position")
@@ -103,7 +103,7 @@ def _feedback(pose: Pose2, target: Pose2) -> MoveToPosition_Feedback:
     )
 
 
-class MoveClient(Errand):
+class MoveClient(Job):
     """Sends one goal of /move_to_position and tells how it goes.
 
     Parameters: x, y, theta, patience.
@@ -114,7 +114,7 @@ class MoveClient(Errand):
     y = parameter(4.0, unit="m")
     theta = parameter(0.0, unit="rad")
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(MOVE_TO_POSITION, "Waiting for action server...")
         self.log.info(f"Sending goal: ({self.x}, {self.y})")
         goal = MoveToPosition.Goal(target_x=self.x, target_y=self.y, target_theta=self.theta)
@@ -126,7 +126,7 @@ class MoveClient(Errand):
                     self.log.info(f"Position: {where} | Remaining: {now.distance_remaining:.2f}m")
                 result = await moving
         except GoalRejected as rejected:
-            raise ErrandFailed(f"Goal rejected: {rejected.reason}") from None
+            raise JobFailed(f"Goal rejected: {rejected.reason}") from None
         except GoalFailed as failed:
             self.log.warning(f"Failed: {getattr(failed.result, 'message', '') or failed.reason}")
             return

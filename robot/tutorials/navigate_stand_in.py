@@ -16,7 +16,7 @@ from actors.interfaces.example_interfaces.action import (
 )
 from actors.typing import Goal
 from robot.tutorials.fibonacci import numbers_up_to, why_not
-from robot.tutorials.program import Errand, ErrandFailed, main, system
+from robot.tutorials.program import Job, JobFailed, main, system
 
 NAVIGATE_TO_GOAL = Action(Fibonacci, "navigate_to_goal")
 
@@ -51,7 +51,7 @@ class NavigationServer(Node):
         yield Done(Fibonacci.Result(sequence=numbers_up_to(done)))
 
 
-class NavigationClient(Errand):
+class NavigationClient(Job):
     """Sends one goal of navigate_to_goal, and on request cancels it after a while.
 
     Parameters: order, cancel_after, patience.
@@ -61,7 +61,7 @@ class NavigationClient(Errand):
     order = parameter(10)
     cancel_after = parameter(0.0, unit="s", ge=0.0, description="0: not at all.")
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(NAVIGATE_TO_GOAL, "Waiting for action server...")
         self.log.info("Sending goal...")
         try:
@@ -74,9 +74,9 @@ class NavigationClient(Errand):
                 if canceling is not None:
                     await canceling
         except GoalRejected as rejected:
-            raise ErrandFailed(f"Goal rejected: {rejected.reason}") from None
+            raise JobFailed(f"Goal rejected: {rejected.reason}") from None
         if outcome.result is None:
-            raise ErrandFailed(f"Goal failed: {outcome.reason}")
+            raise JobFailed(f"Goal failed: {outcome.reason}")
         self.log.info(f"Result: {outcome.result.sequence.tolist()}")
 
     async def _cancel_later(self, goal: Goal[Fibonacci_Result, Fibonacci_Feedback]) -> None:

@@ -20,7 +20,7 @@ from robot.planning.errors import NavigationError
 from robot.planning.grid import Grid
 from robot.planning.planner import Planner
 from robot.scenes.scene import Obstacle, Scene
-from robot.tutorials.program import Errand, ErrandFailed, main, system
+from robot.tutorials.program import Job, JobFailed, main, system
 
 ADD_TO_PLAN = Service(AddTwoInts, "plan_path")
 PLAN_PATH = Service(PlanPath, "plan_path")
@@ -57,17 +57,17 @@ class PlannerServer(Node):
         return AddTwoInts.Response(sum=request.a + request.b)
 
 
-class PlannerClient(Errand):
+class PlannerClient(Job):
     """Asks the placeholder for a plan from 1 to 2.
 
     Parameters: patience.
     """
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(ADD_TO_PLAN, "Service not available, waiting...")
         answer = await call_safely(self, ADD_TO_PLAN, AddTwoInts.Request(a=1, b=2))
         if answer is None:
-            raise ErrandFailed("No plan")
+            raise JobFailed("No plan")
         self.log.info(f"Result: {answer.sum}")
 
 

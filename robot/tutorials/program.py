@@ -41,11 +41,11 @@ SLICE = 1.0
 """How often a client that waits for its server says so, s."""
 
 
-class ErrandFailed(Exception):
-    """Raise it in an errand that cannot be done; its text goes to the log."""
+class JobFailed(Exception):
+    """Raise it in a job that cannot be done; its text goes to the log."""
 
 
-class Errand(Node):
+class Job(Node):
     """A node with one job: it waits for its server, does the job, says how it went, and ends itself.
 
     Parameters: patience.
@@ -53,18 +53,18 @@ class Errand(Node):
 
     patience = parameter(60.0, unit="s", ge=0.0, description="How long to wait for the server before giving up.")
 
-    async def errand(self) -> None:
-        """The job. Raises `ErrandFailed`, or an `ActorError`, when it cannot be done."""
-        raise NotImplementedError(f"{type(self).__name__} has no errand: define `async def errand(self)`")
+    async def job(self) -> None:
+        """The job. Raises `JobFailed`, or an `ActorError`, when it cannot be done."""
+        raise NotImplementedError(f"{type(self).__name__} has no job: define `async def job(self)`")
 
     @background
-    async def run_errand(self) -> None:
+    async def run_job(self) -> None:
         """Once per life; a life that fails is restarted and does it again."""
         try:
-            await self.errand()
-        except (ErrandFailed, ActorError) as problem:
-            self.log.error(str(problem), errand="failed")
-        self.stop("its errand is over")
+            await self.job()
+        except (JobFailed, ActorError) as problem:
+            self.log.error(str(problem), job="failed")
+        self.stop("its job is done")
 
     async def wait_in_slices(self, contract: Service[Any, Any] | Action[Any, Any, Any], line: str) -> None:
         """Wait for a server, and log `line` after every second without one. Raises an `ActorError` after `patience` seconds."""
@@ -85,22 +85,22 @@ def was_interrupted(reason: ExitReason) -> bool:
 
 
 def system(name: str, *nodes: Spec | type[Node]) -> Supervisor:
-    """A tree of these nodes. It ends when its errands are done; without errands it runs until it is stopped."""
+    """A tree of these nodes. It ends when its jobs are done; without jobs it runs until it is stopped."""
     children = [_child(node) for node in nodes]
-    errands = any(child.significant for child in children)
-    return Supervisor(name, children=children, auto_shutdown=all_significant if errands else never)
+    jobs = any(child.significant for child in children)
+    return Supervisor(name, children=children, auto_shutdown=all_significant if jobs else never)
 
 
 def _child(node: Spec | type[Node]) -> Spec:
     if not isinstance(node, type):
         return node
-    return Child(node, restart=transient, significant=True) if issubclass(node, Errand) else Child(node)
+    return Child(node, restart=transient, significant=True) if issubclass(node, Job) else Child(node)
 
 
 def main(tree: Callable[[], Supervisor], argv: Sequence[str] | None = None, *, name: str | None = None) -> NoReturn:
-    """Run a tutorial until its errands are over, or until Ctrl-C, and exit.
+    """Run a tutorial until its jobs are over, or until Ctrl-C, and exit.
 
-    The exit code is 0, also after Ctrl-C, because that is how these programs are meant to end; 1 when an errand failed, 2 for options
+    The exit code is 0, also after Ctrl-C, because that is how these programs are meant to end; 1 when a job failed, 2 for options
     that are not understood, 3 when a node did not start or a supervisor gave up. `name` is how the program calls itself.
     """
     name = name or _own_name()
@@ -158,15 +158,15 @@ def _options(tree: Callable[[], Supervisor], argv: Sequence[str] | None, name: s
 
 
 def _chosen(tree: Supervisor, options: argparse.Namespace) -> Supervisor:
-    """The tree, or what `--only` leaves of it. It then ends with the errands that are left; without any, it runs until it is stopped."""
+    """The tree, or what `--only` leaves of it. It then ends with the jobs that are left; without any, it runs until it is stopped."""
     if not options.only:
         return tree
     try:
         chosen = only(tree, options.only)
     except UnknownNode as error:
         raise UsageError(f"--only: {error}") from None
-    errands = any(child.significant for child in chosen.children)
-    return chosen if errands else chosen.replace(auto_shutdown=never)
+    jobs = any(child.significant for child in chosen.children)
+    return chosen if jobs else chosen.replace(auto_shutdown=never)
 
 
 def _transport(options: argparse.Namespace) -> Transport | None:
@@ -188,7 +188,7 @@ async def _live(tree: Supervisor, transport: Transport | None, duration: float |
     failed: list[LogRecord] = []
 
     def note(record: LogRecord) -> None:
-        if record.fields.get("errand") == "failed":
+        if record.fields.get("job") == "failed":
             failed.append(record)
 
     async with run(tree, sinks=(console_sink(sys.stdout, level), note), level=level, transport=transport) as running:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from actors import Child, Node, Supervisor, Topic, parameter, transient
 from actors.interfaces.std_msgs.msg import Int32
-from robot.tutorials.program import Errand, main, system
+from robot.tutorials.program import Job, main, system
 
 NODES = 200
 
@@ -31,7 +31,7 @@ class Link(Node):
         self.next(Int32(data=token.data + 1))
 
 
-class Starter(Errand):
+class Starter(Job):
     """Sends a token into the ring by /ring/hop_0 and waits for it at the ring's end.
 
     Parameters: size, patience.
@@ -39,7 +39,7 @@ class Starter(Errand):
 
     size = parameter(NODES, ge=1, read_only=True)
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         begun = self.clock.now()
         async with self.subscribe(hop(self.size)) as end:
             self.publisher(hop(0))(Int32(data=0))

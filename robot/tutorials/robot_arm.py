@@ -28,7 +28,7 @@ from robot.interfaces.robactor_msgs.msg import ArmState
 from robot.interfaces.tutorials.robot_arm_control.action import MoveArm, MoveArm_Feedback, MoveArm_Goal, MoveArm_Result
 from robot.interfaces.tutorials.robot_arm_control.srv import GetPosition, GetPosition_Request, GetPosition_Response
 from robot.sim.stepping_arm import Ending, InvalidTarget, TutorialArm
-from robot.tutorials.program import Errand, ErrandFailed, main, system
+from robot.tutorials.program import Job, JobFailed, main, system
 
 GET_CURRENT_POSITION = Service(GetPosition, "get_current_position")
 MOVE_ARM = Action(MoveArm, "move_arm")
@@ -127,7 +127,7 @@ def _result(ending: Ending) -> MoveArm_Result:
     return MoveArm.Result(success=ending.success, final_angles=ending.final_angles, message=ending.message)
 
 
-class ArmControlClient(Errand):
+class ArmControlClient(Job):
     """Asks where the arm is, and moves it to `target` (rad).
 
     Parameters: target, patience.
@@ -136,14 +136,14 @@ class ArmControlClient(Errand):
     node_name = "arm_control_client"
     target = parameter(TARGET, unit="rad")
 
-    async def errand(self) -> None:
+    async def job(self) -> None:
         await self.wait_in_slices(GET_CURRENT_POSITION, "Service not available, waiting again...")
         await self.wait_in_slices(MOVE_ARM, "Move arm action server not available, waiting...")
         self.log.info("Getting current arm position...")
         position = await self.call(GET_CURRENT_POSITION, GetPosition.Request())
         self.log.info(f"Current position: {position.joint_angles.tolist()}, status: {position.arm_status}")
         if await self.move(self.target) is None:
-            raise ErrandFailed("The arm was not moved")
+            raise JobFailed("The arm was not moved")
 
     async def move(self, target: Sequence[float]) -> MoveArm_Result | None:
         """Move the arm and tell how it goes; the result, of a canceled motion too, or `None` when the goal was rejected."""

@@ -184,7 +184,7 @@ def test_a_service_whose_server_does_not_run() -> None:
 @pytest.mark.parametrize("there", ["/enabel", "/robot/front/left/enable"])
 def test_a_service_that_is_served_under_almost_this_name(there: str) -> None:
     (found,) = serving(graph(end("/robot", SERVER, there, type=SET_BOOL), asked=("service", "/enable")))
-    assert found.cause == f"nobody serves this name, but one that is almost it: {there}"
+    assert found.cause == f"no node serves this name; similar services: {there}"
     assert found.remedy.endswith(f"-r /enable:={there}")
 
 

@@ -166,7 +166,7 @@ async def test_notes_count_as_problems_if_that_is_asked_for(system_of: SystemOf,
     ("words", "error"),
     [
         (("topc", "/x"), "doctor examines a topic, a service or a node, not 'topc'; did you mean 'topic'?\n"),
-        (("topic",), "which topic? robactor topic list tells which there are\n"),
+        (("topic",), "which topic? robactor topic list prints them\n"),
         (("node", "/a//b"), "'/a//b' is not a valid"),
     ],
 )

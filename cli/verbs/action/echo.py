@@ -32,7 +32,7 @@ INTERFACES: Final = ("GOAL_SERVICE", "CANCEL_SERVICE", "RESULT_SERVICE", "FEEDBA
 
 
 class Interface(NamedTuple):
-    """One of the five topics on which something of an action is told."""
+    """One of the five topics that an action has."""
 
     name: str
     topic: Topic[Any]

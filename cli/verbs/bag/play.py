@@ -30,7 +30,7 @@ async def play(options: argparse.Namespace) -> int:
 
 
 def _told(options: argparse.Namespace) -> PlayOptions:
-    """What the player is told. Raises `CommandFailed`."""
+    """The options of the player. Raises `CommandFailed`."""
     common: dict[str, Any] = {
         "selection": selection_of(options),
         "start_offset": options.start_offset,

@@ -38,7 +38,7 @@ async def record(options: argparse.Namespace) -> int:
 
 
 def _told(options: argparse.Namespace) -> RecordOptions:
-    """What the recorder is told. Raises `CommandFailed`."""
+    """The options of the recorder. Raises `CommandFailed`."""
     chosen = (
         "all",
         "all_topics",

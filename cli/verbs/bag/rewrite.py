@@ -17,7 +17,7 @@ from cli.verbs.bag.progress import progress, progress_over
 
 
 def convert(options: argparse.Namespace) -> int:
-    """Write bags anew."""
+    """Rewrite bags."""
     learn_folders(options)
     sources = [one[0] for one in options.input]
     if options.output is not None:
@@ -92,7 +92,7 @@ def merge(options: argparse.Namespace) -> int:
 
 
 def reindex_bag(options: argparse.Namespace) -> int:
-    """Write metadata.yaml of a bag anew."""
+    """Rewrite metadata.yaml of a bag."""
     return _told(options.bag_path, reindex(options.bag_path))
 
 

@@ -63,7 +63,7 @@ async def _doctor(options: argparse.Namespace) -> Exit:
             hint = did_you_mean(options.word, WORDS)
             raise CommandFailed(f"doctor examines a topic, a service or a node, not {options.word!r}{hint}")
         if options.name is None:
-            raise CommandFailed(f"which {options.word}? robactor {options.word} list tells which there are")
+            raise CommandFailed(f"which {options.word}? robactor {options.word} list prints them")
         asked = (options.word, absolute(options.name))
     results = everything = examined(await observe(options, asked, options.type))
     levels = ("problem", "note") if options.include_warnings else ("problem",)

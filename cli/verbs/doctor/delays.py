@@ -128,7 +128,7 @@ def blocked(seen: Observation) -> Iterator[Finding]:
                 f"the event loop of {told.last.program} comes too late: a handler computes, sleeps or reads without an await, or the "
                 "machine is too busy",
                 f"{count(lost, 'tick')} of {due} of its timers lost by that in {told.seconds:.1f} s; slowest: {_slowest(told.last.nodes, SLOWEST)}",
-                "await, or heavy work by offload(); its log names the handler and the line; robactor top tells its share of a core",
+                "await, or heavy work by offload(); its log names the handler and the line; robactor top shows its share of a core",
                 "problem" if lost > FEW * due else "note",
             )
 

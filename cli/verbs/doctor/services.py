@@ -34,7 +34,7 @@ def serving(seen: Observation) -> Iterator[Finding]:
         if similar:
             yield Finding(
                 name,
-                f"nobody serves this name, but one that is almost it: {', '.join(similar)}",
+                f"no node serves this name; similar services: {', '.join(similar)}",
                 measured,
                 f"use that name, for instance with --ros-args -r {name}:={similar[0]}",
             )
@@ -96,7 +96,7 @@ def node_is_there(seen: Observation) -> Iterator[Finding]:
         elsewhere = sorted({node.domain_id for node in seen.nodes if node.fqn == name})
         hint = f"; it is in domain {elsewhere[0]}" if elsewhere else did_you_mean(name, known)
         remedy = (
-            f"export ROS_DOMAIN_ID={elsewhere[0]}" if elsewhere else "start it; robactor log tells whether it has ended"
+            f"export ROS_DOMAIN_ID={elsewhere[0]}" if elsewhere else "start it; robactor log shows whether it has ended"
         )
         yield Finding(
             name, f"there is no such node{hint}", f"{count(len(known), 'node')} in domain {seen.domain}", remedy

@@ -64,9 +64,7 @@ def transport(seen: Observation) -> Iterator[Finding]:
 
 def security(seen: Observation) -> Iterator[Finding]:
     """Whether security is on, and what it says."""
-    cause = (
-        "on: who has no certificate is neither heard nor told" if seen.security else "off: everybody is heard and told"
-    )
+    cause = "on: a peer without a certificate is refused" if seen.security else "off: every peer is accepted"
     measured = (
         "; ".join(" ".join(line.split()) for line in seen.security) or "no --security, and ROBACTOR_SECURITY is empty"
     )

@@ -33,7 +33,7 @@ def _echo(parser: Parser) -> None:
         "--field", action="append", metavar="A.B", help="print only this field, .[0] is an item; may be repeated"
     )
     add_style(parser)
-    parser.add_argument("--no-lost-messages", action="store_true", help="do not tell of lost messages")
+    parser.add_argument("--no-lost-messages", action="store_true", help="do not report lost messages")
     parser.add_argument("--raw", action="store_true", help="print the bytes as they were sent")
     parser.add_argument(
         "--filter", metavar="EXPRESSION", help="print only messages m for which this Python expression is true"

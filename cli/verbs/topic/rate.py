@@ -69,7 +69,7 @@ class Intervals(Window):
         """How many of those have been told of."""
 
     def arrived(self, now: float, step: int = 1) -> None:
-        """A message has come, the last one of `step` that were sent since the one before. Where time was set back, counting begins anew."""
+        """A message has come, the last one of `step` that were sent since the one before. Where time was set back, counting starts over."""
         if self._last is not None and now < self._last:
             self._numbers.clear()
             self._steps.clear()

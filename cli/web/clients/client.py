@@ -112,7 +112,7 @@ class Client:
             )  # fmt: skip
 
     def spawn(self, work: Coroutine[Any, Any, None], session: Session) -> None:
-        """Work on a request beside the next frames. What it raises is told to the client."""
+        """Work on a request beside the next frames. What it raises is sent to the client."""
         if len(self._tasks) >= MOST_TASKS:
             work.close()
             raise Refused(f"{MOST_TASKS} requests of this client are being worked on: wait for some of the answers")

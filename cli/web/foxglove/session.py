@@ -46,7 +46,7 @@ CAPABILITIES: Final = (
     "clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph", "assets", "robactor",
 )  # fmt: skip
 TIME: Final = "time"
-"""What a graph with a `/clock`, or a recording, is capable of beside all that: viewers that are told so stand still until they are told the time."""
+"""What a graph with a `/clock`, or a recording, is capable of beside all that: viewers that know of it stand still until they get the time."""
 PLAYBACK: Final = "playbackControl"
 """What a recording is capable of, too."""
 PLAYS: Final = SUBPROTOCOLS[:1]
@@ -75,7 +75,7 @@ class FoxgloveSession:
         self.wants_findings = False
         """Whether `found` is to be called."""
         self._watched: set[str] | None = None
-        """The parameters of which changes are told; empty for all, None for none."""
+        """The parameters of which changes are sent; empty for all, None for none."""
         self._ops: dict[str, Op] = {
             "subscribe": self._subscribe,
             "unsubscribe": self._unsubscribe,

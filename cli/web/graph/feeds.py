@@ -89,7 +89,7 @@ class Feed:
         return self._capture.dropped
 
     def refit(self) -> None:
-        """Subscribe anew if the publishers have changed so that another quality of service fits them."""
+        """Resubscribe if the publishers have changed so that another quality of service fits them."""
         if self._publishers == self._entry.publishers:
             return
         qos = self._fitting()

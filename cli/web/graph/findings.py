@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cli.verbs.doctor.observation import Told
 
 LOOK_EVERY: Final = 2 * PERIOD
-"""Seconds between two looks: what is lost between them is told by both reports of a process."""
+"""Seconds between two looks: both reports of a process include what is lost between them."""
 
 
 class Examination:

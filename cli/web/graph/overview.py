@@ -53,7 +53,7 @@ class Overview(Protocol):
 
 
 class Figures:
-    """What the processes of the graph tell of their own nodes, for as long as somebody looks: a snapshot alone knows only that they are there."""
+    """What the processes of the graph report of their own nodes, while a client looks: a snapshot alone has only their names."""
 
     def __init__(self) -> None:
         self.source: Callable[[], tuple[Reports, ...]] = tuple

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.topics.peers import PublisherPeer
 
 LOOK_EVERY: Final = 0.1
-"""Seconds between two looks at the time of a recording, which clients are told."""
+"""Seconds between two looks at the time of a recording, which is sent to clients."""
 
 
 PLAYING, PAUSED, ENDED = 0, 1, 3
@@ -46,7 +46,7 @@ class PlaybackState(NamedTuple):
 
 
 class Viewer(Protocol):
-    """A client that is told how the recording is played."""
+    """A client that follows how the recording is played."""
 
     def tell_playback(self, state: PlaybackState, *, sought: bool, request: str) -> None:
         """Take the state. With `sought` what waits to be sent belongs to another time; with `request` it answers that request of this viewer."""
@@ -82,7 +82,7 @@ class Playback:
         return {"dataStartTime": _time(self.player.start_ns), "dataEndTime": _time(self.player.end_ns)}
 
     def control(self, request: PlaybackRequest, viewer: Viewer) -> None:
-        """Play as a viewer wants it, and tell everyone. Playing on from the end begins anew. Raises `Refused` for a rate that is not offered."""
+        """Play as a viewer wants it, and tell everyone. Playing on from the end starts over. Raises `Refused` for a rate that is not offered."""
         player = self.player
         seek_ns = request.seek_ns
         if seek_ns is None and request.play and self.state.status == ENDED:
@@ -124,7 +124,7 @@ class Playback:
 
     @property
     def _kind(self) -> tuple[int, float]:
-        """What of the state is told when it changes."""
+        """The part of the state of which changes are sent."""
         state = self.state
         return state.status, state.rate
 
@@ -177,7 +177,7 @@ class RecordedFeeds:
         def deliver(message: Message) -> None:
             if player.message_ns is None:
                 return  # what the nodes here say themselves is no part of the recording
-            self._playback.look()  # so that a seek is told before what it shows
+            self._playback.look()  # so that a seek is sent before what it shows
             self._forget_after_seek()
             shown = Outgoing(Arrival(message), player.message_ns)
             kept = self._kept.get(key)

@@ -25,7 +25,7 @@ LONGEST: Final = 600.0
 class Goals:
     """The goals of one client, by the ids that it has given them. They are canceled when it goes.
 
-    Invariant: `_goals` holds an id from its request until its result is told.
+    Invariant: `_goals` holds an id from its request until its result is sent.
     """
 
     def __init__(self, hub: Hub, say: Say) -> None:

@@ -1,4 +1,4 @@
-"""The clients that look at one graph, and what all of them are told of it."""
+"""The clients that look at one graph, and what is sent to all of them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cli.web.hub import Hub
 
 SETTLE: Final = 0.1
-"""Seconds from a change of the graph to the look at it: what changes together is told together."""
+"""Seconds from a change of the graph to the look at it: changes that come together are sent together."""
 AGAIN: Final = 1.0
 """Seconds from the first failure to the next attempt; the pauses grow."""
 LATEST: Final = 60.0
@@ -34,7 +34,7 @@ REPORT_EVERY: Final = 1.0
 
 
 class Audience:
-    """The clients of one graph. What they are told is done by tasks of the hub's node, from `begin` until that node stops.
+    """The clients of one graph. What is sent to all of them comes from tasks of the hub's node, from `begin` until that node stops.
 
     Invariant: `_sessions` holds the session of every client that is served, by its number.
     """

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 MOST: Final = 8
 """The recordings that are open at the same time."""
 LINGER: Final = 30.0
-"""Seconds that a recording waits where it is after its last client has left: a page that is loaded anew finds it there."""
+"""Seconds that a recording waits where it is after its last client has left: a page that is reloaded finds it there."""
 FAILED: Final = 1011
 
 
@@ -80,7 +80,7 @@ class Recordings:
                 await audience.begin()
                 shown.audience.set_result(audience)
                 await self._until_left(shown, system.node(Player))
-                del self._shown[path]  # who comes from now on opens it anew
+                del self._shown[path]  # who comes from now on reopens it
         except (ActorError, BagError) as error:
             self._fail(shown, f"{path.name} cannot be played: {error}")
         finally:

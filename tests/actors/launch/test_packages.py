@@ -13,7 +13,7 @@ from actors.launch.packages import GROUP, NodeTarget, Packages, Program, Unknown
 from actors.launch.sources import folder_of_module
 from actors.running.target import find
 from actors.supervision.declarations import Supervisor
-from robot.tutorials.executables import EXECUTABLES
+from robot.tutorials import EXECUTABLES
 
 
 def program(path: Path) -> Path:

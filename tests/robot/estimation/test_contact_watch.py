@@ -154,7 +154,7 @@ def test_a_foot_that_is_not_overdue_or_bears_for_a_moment_only_is_believed() -> 
     for _ in range(3):
         watched(brief, late, sample, samples=4)
         watched(brief, late, pressed(forces, (True,) * 4))
-    assert brief.trusted[0], "each time it closes the count begins anew"
+    assert brief.trusted[0], "each time it closes the count starts over"
 
 
 def test_a_foot_that_bore_weight_unfelt_needs_a_swing_after_it_has_been_felt() -> None:

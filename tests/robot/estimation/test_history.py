@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from robot.estimation.history import History, attitude_history, begun_anew, pose_history
+from robot.estimation.history import History, attitude_history, pose_history, started_over
 from robot.geometry.planar import Pose2
 
 
@@ -86,9 +86,9 @@ def test_between_two_attitudes_the_body_turns_evenly_whatever_the_signs_of_their
     assert height == pytest.approx(0.425)
 
 
-def test_odometry_has_begun_anew_when_it_went_farther_than_the_robot_can() -> None:
-    assert begun_anew((0.0, 0.0), (0.4, -0.2), 0.0)
-    assert not begun_anew((0.0, 0.0), (0.4, -0.05), 0.0)
-    assert not begun_anew((0.0, 0.0), (1.5, 0.9), 1.0)  # it was not heard of for a second
-    assert begun_anew((0.0, 0.0), (1.5, 1.1), 1.0)
-    assert begun_anew((0.0, 0.0), (0.6, 0.0), -100.0)  # the clock was set back
+def test_odometry_has_started_over_when_it_went_farther_than_the_robot_can() -> None:
+    assert started_over((0.0, 0.0), (0.4, -0.2), 0.0)
+    assert not started_over((0.0, 0.0), (0.4, -0.05), 0.0)
+    assert not started_over((0.0, 0.0), (1.5, 0.9), 1.0)  # it was not heard of for a second
+    assert started_over((0.0, 0.0), (1.5, 1.1), 1.0)
+    assert started_over((0.0, 0.0), (0.6, 0.0), -100.0)  # the clock was set back

@@ -74,5 +74,5 @@ def test_silent_sensors_are_no_rest() -> None:
     gyro, accel = imu(seconds=0.2)
     with pytest.raises(NotAtRest, match="IMU is silent: 40 samples"):
         rest_of(gyro, accel, STILL, NO_TURN)
-    with pytest.raises(NotAtRest, match="odometry is silent"):
+    with pytest.raises(NotAtRest, match="there is no odometry"):
         rest_of(*imu(), [], [])

@@ -1,4 +1,4 @@
-"""Scans that fit several places: the localizer weighs these, and neither an odometry that begins anew nor a wrong word about the place ends that."""
+"""Scans that fit several places: the localizer weighs these, and neither an odometry that starts over nor a wrong word about the place ends that."""
 
 from __future__ import annotations
 

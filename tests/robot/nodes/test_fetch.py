@@ -70,7 +70,7 @@ async def send(
     return await rig.send_goal(NAVIGATE_AND_GRAB, NavigateAndGrab.Goal(object_name=name, target_pose=where))
 
 
-@pytest.mark.slow(reason="the first half of the test of the whole errand, with more looked at")
+@pytest.mark.slow(reason="the first half of the test of the whole task, with more looked at")
 async def test_the_cup_is_confirmed_walked_to_grabbed_and_held(rig: Rig) -> None:
     body = await awake(rig, robot())
     poses, images = rig.probe(POSE), rig.probe(CAMERA_RGB)
@@ -119,7 +119,7 @@ async def test_an_object_that_is_not_confirmed_moves_nothing(rig: Rig) -> None:
 
 async def test_an_object_that_is_not_where_it_was_said_to_be_moves_nothing(rig: Rig) -> None:
     body = await awake(rig, robot())
-    with pytest.raises(GoalAborted, match=r"confirm: cup was seen 2\.\d m from where it was said to be"):
+    with pytest.raises(GoalAborted, match=r"confirm: cup was seen 2\.\d m from where it was expected"):
         await (await send(rig, "cup", at(3.5, -1.0)))
     assert np.hypot(*body.truth().position[:2]) < 0.01
 
@@ -178,7 +178,7 @@ async def test_a_cup_that_is_snatched_from_the_jaws_is_looked_for_and_reached_fo
     body._arm._things.put(0, centre(CUP) + np.array([0.05, 0.04, 0.0]))
     result = await goal
     assert (result.success, held(body)) == (True, "cup")
-    assert [record.fields["why"] for record in rig.logs if record.event == "standing anew"] == [
+    assert [record.fields["why"] for record in rig.logs if record.event == "standing elsewhere"] == [
         "the gripper closed on nothing where cup was seen"
     ]
 

@@ -169,7 +169,7 @@ def test_what_is_transparent_is_unknown(tmp_path: Path) -> None:
     [
         ("resolution: 0.05", "resolution: -1", r"m\.yaml:2: resolution: -1 m a cell"),
         ("resolution: 0.05", "resolution: [1]", r"m\.yaml:2: resolution: \[1\] is no number"),
-        ("resolution: 0.05\n", "", r"m\.yaml: it does not say resolution"),
+        ("resolution: 0.05\n", "", r"m\.yaml: resolution is missing"),
         ("resolution: 0.05", "resolution: 1e-300", r"m\.yaml:2: resolution: 1e-300 m a cell"),
         ("resolution: 0.05", f"resolution: {'[' * 2000}", r"m\.yaml:2: it is nested more than 100 levels deep"),
         ("resolution: 0.05", f"resolution: {BOMB}", r"m\.yaml:\d+: its aliases stand for too many values"),

@@ -24,7 +24,7 @@ from tests.robot.picture.kit import decoded
         (["--renderer", "mujoco", "--arm"], "draws no arm"),
         (["--fetch", "cup"], "the world 'kitchen' has one: add --world kitchen"),
         (["--goal", "100", "0"], "outside of the world 'warehouse'"),
-        (["--goal", "1", "0", "--fetch", "cup"], "one errand at a time"),
+        (["--goal", "1", "0", "--fetch", "cup"], "one task at a time"),
     ],
 )
 def test_what_cannot_be_drawn_is_one_line_and_code_2(
@@ -112,7 +112,7 @@ def test_the_robot_is_caught_in_mid_stride_with_its_plan_and_its_trail() -> None
     assert len(seen.footprints) > 4
 
 
-def test_an_errand_is_pictured_with_the_arm_and_the_things_where_they_are() -> None:
+def test_a_task_is_pictured_with_the_arm_and_the_things_where_they_are() -> None:
     from robot import Robot
     from robot.nodes.carrier import Delivery
     from robot.picture.record import record

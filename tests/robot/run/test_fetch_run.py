@@ -18,8 +18,8 @@ def test_a_run_for_something_out_of_sight_ends_with_the_reason_and_has_not_moved
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == "robot run: --fetch box: not done: aborted: confirm: box is not in sight"
     assert report["failure"] == "--fetch box: not done: aborted: confirm: box is not in sight"
-    (errand,) = report["goals"]
-    assert (errand["name"], errand["outcome"], errand["reason"]) == (
+    (task,) = report["goals"]
+    assert (task["name"], task["outcome"], task["reason"]) == (
         "fetch box",
         "aborted",
         "confirm: box is not in sight",
@@ -32,9 +32,9 @@ def test_a_run_for_something_out_of_sight_ends_with_the_reason_and_has_not_moved
 def test_the_run_fetches_a_cup_sits_down_with_it_and_ends(tmp_path: Path) -> None:
     done, report = run(tmp_path, *KINEMATIC, "--world", "kitchen", "--fetch", "cup", "--seed", "2", "--duration", "60")
     assert done.returncode == 0, done.stderr
-    (errand,) = report["goals"]
-    assert (errand["name"], errand["outcome"]) == ("fetch cup", "succeeded")
-    assert errand["true_error"] < 0.05
+    (task,) = report["goals"]
+    assert (task["name"], task["outcome"]) == ("fetch cup", "succeeded")
+    assert task["true_error"] < 0.05
     assert report["arm"]
     assert report["last"]["held"] == "cup"
     assert report["last"]["body_height"] < 0.22
@@ -75,10 +75,10 @@ def test_a_robot_with_an_arm_may_patrol_as_ever(tmp_path: Path) -> None:
         (("--world", "kitchen", "--fetch", "cup", "1"), "--fetch takes NAME, NAME X Y or NAME X Y Z, not 1 numbers"),
         (("--world", "kitchen", "--fetch", "cup", "here", "there"), "X, Y and Z are numbers"),
         (("--world", "kitchen", "--fetch", "cup", "nan", "0"), "must be finite"),
-        (("--world", "kitchen", "--fetch", "cup", "--goal", "1", "1"), "one errand at a time"),
+        (("--world", "kitchen", "--fetch", "cup", "--goal", "1", "1"), "one task at a time"),
     ],
 )
-def test_an_errand_that_cannot_be_run_is_one_line_and_exit_code_2(words: tuple[str, ...], complaint: str) -> None:
+def test_a_task_that_cannot_be_run_is_one_line_and_exit_code_2(words: tuple[str, ...], complaint: str) -> None:
     done = robot("run", *KINEMATIC, *words)
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
@@ -103,7 +103,7 @@ OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in ("fetch", "obje
 
 
 @pytest.mark.parametrize("crashed", ["arm", *OTHERS])
-def test_an_errand_is_done_although_a_node_that_it_needs_crashes_on_the_way(tmp_path: Path, crashed: str) -> None:
+def test_a_task_is_done_although_a_node_that_it_needs_crashes_on_the_way(tmp_path: Path, crashed: str) -> None:
     done, report = run(
         tmp_path, *KINEMATIC, "--world", "kitchen", "--fetch", "cup", "--duration", "60", "--crash", f"{crashed}@9"
     )

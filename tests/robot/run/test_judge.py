@@ -248,13 +248,13 @@ def test_a_fall_is_a_failure_whatever_was_reached(words: list[str]) -> None:
         ),
     ],
 )
-def test_an_errand_that_the_world_does_not_allow_is_refused(goal: Any, fetch: Fetch | None, told: str) -> None:
+def test_a_task_that_the_world_does_not_allow_is_refused(goal: Any, fetch: Fetch | None, told: str) -> None:
     with pytest.raises(UsageError) as refused:
         get_mission(goal, fetch, get_world("kitchen"))
     assert str(refused.value).startswith(told)
 
 
-def test_without_an_errand_it_is_the_patrol_and_with_one_the_errand() -> None:
+def test_without_a_task_it_is_the_patrol_and_with_one_the_task() -> None:
     scene = get_world("warehouse")
     assert get_mission(None, None, scene) == "patrol"
     assert get_mission((2.0, 0.0, 0.5), None, scene) == [Pose2(2.0, 0.0, 0.5)]

@@ -134,7 +134,7 @@ def test_who_fetches_has_an_arm() -> None:
         (["--fetch", "cup", "1"], "--fetch takes NAME, NAME X Y or NAME X Y Z, not 1 numbers"),
         (["--fetch", "cup", "1", "two"], "--fetch cup 1 two: X, Y and Z are numbers, in meters"),
         (["--fetch", "cup", "1", "inf"], "--fetch cup 1 inf: X, Y and Z must be finite"),
-        (["--fetch", "cup", "--goal", "1", "2"], "--fetch and --goal: one errand at a time; give one of them"),
+        (["--fetch", "cup", "--goal", "1", "2"], "--fetch and --goal: one task at a time; give one of them"),
         (["--duratoin", "5"], "unrecognized arguments: --duratoin 5; did you mean --duration? (see robactor run --help)"),
         (["--report", ""], "--report: name a file"),
         (["--report", "/nowhere/r.json"], "--report /nowhere/r.json: there is no folder /nowhere to write it in"),

@@ -96,7 +96,7 @@ async def test_a_hang_whose_time_is_over_is_not_made_again_by_the_next_life(
     [
         (["--processes", "--clock", "virtual"], "--processes: processes live in real time; leave out --clock virtual"),
         (["--processes", "--backend", "kinematic"], "only the physics body has a process of its own; leave out --backend kinematic"),
-        (["--hang", "gait@3"], "--hang: in one process everything would hang, and nobody be left to see it; add --processes"),
+        (["--hang", "gait@3"], "--hang: in one process everything would hang, so nothing could notice it; add --processes"),
         (["--processes", "--hang", "gait"], "--hang gait: write NODE@SECONDS, such as navigation@10"),
         (["--processes", "--hang", "gait@9", "--duration", "5"], "--hang gait@9: the run ends at 5 s, before that"),
     ],

@@ -233,7 +233,7 @@ def test_a_run_writes_the_journals_that_it_keeps_into_a_folder(tmp_path: Path) -
     assert verdict.compared > 5
     refused = robot("run", "--journals", str(tmp_path))
     assert refused.returncode == 2
-    assert "--journals: say of which nodes: --replay NODE" in refused.stderr
+    assert "--journals: give the nodes: --replay NODE" in refused.stderr
 
 
 @pytest.mark.slow(reason="two runs")

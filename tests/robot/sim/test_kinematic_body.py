@@ -1,4 +1,4 @@
-"""The body without forces: it goes where it is told, its feet stay put, and it says what no leg could do."""
+"""The body without forces: it follows commands exactly, its feet stay put, and it says what no leg could do."""
 
 from __future__ import annotations
 

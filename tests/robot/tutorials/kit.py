@@ -6,12 +6,12 @@ from collections.abc import Iterable
 from itertools import pairwise
 
 from actors import Child, transient
-from robot.tutorials.program import Errand
+from robot.tutorials.program import Job
 
 
-def alone(errand: type[Errand], **parameters: object) -> Child:
+def alone(job: type[Job], **parameters: object) -> Child:
     """A client without its server, that is not started again when it is done."""
-    return Child(errand, restart=transient, parameters=parameters)
+    return Child(job, restart=transient, parameters=parameters)
 
 
 def increasing(values: Iterable[float]) -> bool:

@@ -23,7 +23,7 @@ from robot.tutorials.__main__ import main as list_or_run
 from robot.tutorials.battery_service import BatteryClient, BatteryServer
 from robot.tutorials.calibration import CalibrationClient, CalibrationService
 from robot.tutorials.move_to_position import MoveClient, MoveServer
-from robot.tutorials.program import Errand, main, system
+from robot.tutorials.program import Job, main, system
 from tests.robot.stage import said
 from tests.robot.tutorials.kit import alone
 
@@ -91,7 +91,7 @@ def test_ctrl_c_ends_a_program_quietly(number: signal.Signals) -> None:
     assert "Interrupted, shutting down" in out
 
 
-def test_an_errand_that_fails_is_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_job_that_fails_is_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
     def failing() -> Supervisor:
         """A client of a sensor that is not there."""
         client = Child(CalibrationClient, restart=temporary, significant=True, parameters={"sensor_name": "camera_9"})
@@ -190,12 +190,12 @@ def test_debug_lines_are_shown_when_they_are_asked_for(capsys: pytest.CaptureFix
         assert ("Received sensor data" in capsys.readouterr().out) is shown
 
 
-class Aimless(Errand):
-    """An errand without a job."""
+class Aimless(Job):
+    """A job without a job."""
 
 
-async def test_an_errand_needs_a_job(rig: Rig) -> None:
-    with rig.expect_failure(NotImplementedError, match="Aimless has no errand"):
+async def test_a_job_needs_a_job(rig: Rig) -> None:
+    with rig.expect_failure(NotImplementedError, match="Aimless has no job"):
         await rig.start(Child(Aimless, restart=temporary))
         await rig.advance(1.0)
     assert said(rig, "aimless") == []
@@ -204,7 +204,7 @@ async def test_an_errand_needs_a_job(rig: Rig) -> None:
 FAULTS = [Crash("*_server"), SlowStart(), ClockJump(), Delay()]
 
 
-async def _ends(rig: Rig, server: type[Node], client: type[Errand]) -> None:
+async def _ends(rig: Rig, server: type[Node], client: type[Job]) -> None:
     """However it goes, the client says how it went, and ends."""
     await rig.start(server, alone(client))
     await rig.advance(60.0)
