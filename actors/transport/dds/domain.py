@@ -74,7 +74,7 @@ class Domain:
         self._pairs = count(1)
         self._publishing: asyncio.Handle | None = None
         self._explained: set[str] = set()
-        self._gid_size = GUID_SIZE
+        self._gid_size = OLD_GID_SIZE
         self._info: Writer
         self._infos: Reader
         self._tells: Writer
@@ -212,9 +212,13 @@ class Domain:
         self._fit_gids()
 
     def _fit_gids(self) -> None:
-        """Write GIDs as the neighbours do: those of Humble and older read no others."""
+        """Write GIDs as the neighbours do, and as Humble and older do while there are none.
+
+        A process of Humble may end at a message with the newer ones, as it takes a part of a GID for the number of nodes. A newer one sees no
+        nodes in a message with the older ones, and then what is written because it is there.
+        """
         sizes = {peer.gid_size for peer in self.known.peers.values() if peer.gid_size and peer.process is None}
-        size = OLD_GID_SIZE if sizes == {OLD_GID_SIZE} else GUID_SIZE
+        size = GUID_SIZE if GUID_SIZE in sizes else OLD_GID_SIZE
         if size != self._gid_size:
             self._gid_size = size
             self._changed()
@@ -224,6 +228,7 @@ class Domain:
 
     def participant_vanished(self, found: discovery.RemoteParticipant) -> None:
         self.known.participant_vanished(found.guid)
+        self._fit_gids()
 
     def endpoint_appeared(self, found: discovery.RemoteEndpoint) -> None:
         self.known.endpoint_appeared(found)

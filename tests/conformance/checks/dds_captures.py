@@ -8,7 +8,7 @@ from pathlib import Path
 from actors.interfaces import decode, encode, get_message, to_plain, type_hash
 from actors.transport.dds.format.names import DdsNames, Role, RosNames, parse_names, write_names
 from actors.transport.dds.format.participants import parse_participant, write_participant
-from actors.transport.dds.format.qos import INFINITE, DdsQos, parse_qos, write_qos
+from actors.transport.dds.format.qos import EndpointQos, parse_qos, write_qos
 from actors.transport.dds.format.requests import parse_request, write_request
 from actors.transport.dds.format.user_data import (
     parse_endpoint_data,
@@ -45,15 +45,16 @@ def endpoint(vector: Vector) -> None:
     same("user data", write_endpoint_data(found), data)
     assert given["gid"].startswith(given["participant"][:24]), "an endpoint has the prefix of its participant"
     policies, times = given["policies"], ("deadline_ns", "lifespan_ns", "lease_ns")
-    deadline, lifespan, lease = (INFINITE if policies[time] is None else policies[time] for time in times)
-    qos = DdsQos(
-        policies["reliable"],
-        policies["transient_local"],
-        policies["depth"],
-        deadline,
-        lifespan,
-        policies["manual"],
-        lease,
+    deadline, lifespan, lease = (None if policies[time] is None else policies[time] / 1e9 for time in times)
+    qos = EndpointQos(
+        reliable=policies["reliable"],
+        transient_local=policies["transient_local"],
+        keep_all=policies["depth"] is None,
+        depth=policies["depth"] or 10,
+        deadline=deadline,
+        lifespan=lifespan,
+        manual_liveliness=policies["manual"],
+        lease=lease,
     )
     same("policies", write_qos(parse_qos(qos)), qos)
     assert given["end"] in ("reader", "writer")
@@ -64,13 +65,16 @@ def nodes(vector: Vector) -> None:
     found = parse_participant(data)
     same("participant", found.gid.hex(), expect["participant"])
     same("size of GIDs", found.gid_size, expect["gid_size"])
-    same("nodes", [(node.namespace, node.name) for node in found.nodes], [(expect["namespace"], expect["name"])])
-    (node,) = found.nodes
+    names = expect.get("nodes") or [[expect["namespace"], expect["name"]]]
+    same("nodes", [[node.namespace, node.name] for node in found.nodes], names)
     prefix = found.gid[:12]
-    assert node.readers and node.writers and all(gid.startswith(prefix) for gid in node.readers + node.writers)
-    for end, gids in (("readers", node.readers), ("writers", node.writers)):
+    for node in found.nodes:
+        assert node.readers and node.writers and all(gid.startswith(prefix) for gid in node.readers + node.writers)
+    for end, gids in (("readers", found.nodes[0].readers), ("writers", found.nodes[0].writers)):
         if end in expect:
             same(end, [gid.hex() for gid in gids], expect[end])
+    if "ends" in expect:
+        same("number of ends", [[len(node.readers), len(node.writers)] for node in found.nodes], expect["ends"])
     again = write_participant(found)
     same("written again", parse_participant(again), found)  # what fills up to a number may be anything
     same("size", len(again), len(data))

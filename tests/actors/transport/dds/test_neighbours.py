@@ -147,6 +147,24 @@ async def test_humble_is_told_of_with_24_bytes_and_tells_so_and_has_no_hashes() 
             assert (await stream.next()).data == 7
 
 
+async def test_gids_have_24_bytes_until_somebody_is_there_who_reads_16_as_humble_may_end_at_those() -> None:
+    async with beside() as (system, neighbour):
+        await until(lambda: any(info.nodes for info in neighbour.infos))
+        assert {info.gid_size for info in neighbour.infos} == {24}
+        out = neighbour.writer("rt/numbers", INT32)
+        neighbour.tell("newer", out)
+        await until(lambda: names(system) == ["/newer"] and neighbour.infos[-1].gid_size == 16)
+        await neighbour.participant.close()
+        await until(lambda: names(system) == [])
+        late = Neighbour(neighbour.participant._config.domain)
+        await late.open()
+        try:
+            await until(lambda: late.infos)
+            assert late.infos[0].gid_size == 24
+        finally:
+            await late.participant.close()
+
+
 async def test_a_program_without_ros_is_heard_and_not_listed() -> None:
     async with beside(user_data=b"") as (system, neighbour):
         out, heard = neighbour.writer("rt/numbers", INT32), neighbour.reader("rt/numbers", INT32)
