@@ -59,8 +59,10 @@ class Go2(Hardware):
         self._waiting: deque[Sample] = deque(maxlen=40)
         self.lost = ""
         """Why it is lost; empty while it is not."""
-        self.state = first
-        """The newest."""
+        self.state = self.arrived = first
+        """The newest that has been taken in, and that has arrived."""
+        self.told: LowCmd | None = None
+        """The newest command."""
         self.received = self.sent = 0
         """States and commands so far."""
         newest = sample_of(first, 0.0, self._feet)
@@ -71,6 +73,7 @@ class Go2(Hardware):
     def take(self, state: LowState) -> None:
         """A state has arrived."""
         self.received += 1
+        self.arrived = state
         self._arrived.append(state)
 
     @property
@@ -121,7 +124,7 @@ class Go2(Hardware):
 
     def _put(self, command: LowCmd) -> None:
         if self._send is not None:
-            self.sent += 1
+            self.sent, self.told = self.sent + 1, command
             self._send(command)
 
     def actuators(self) -> ActuatorState:

@@ -34,6 +34,8 @@ class SimulatedGo2:
         self.body = PhysicsBody(get_world("empty"), seed=3, delay=0.002, model=GO2)
         self.topics = topics
         self.feels = True
+        self.tick, self.closed = 0, False
+        """Of the newest state; whether nobody is at the other end any more."""
         self.walking, self.calls = walking, list[int]()
         self.taken = self.refused = 0
         self.newest = LowCmd()
@@ -67,6 +69,7 @@ class SimulatedGo2:
         """Go on to `until`, and send a state."""
         self.body.advance(until)
         joints, imu = self.body.joints(), self.body.imu()
+        self.tick = round(until * 1e3) & 0xFFFFFFFF
         rows = zip(*(part[JOINTS].tolist() for part in (joints.position, joints.velocity, joints.effort)), strict=True)
         motors = [MotorState(mode=1, q=q, dq=dq, tau_est=tau, temperature=30) for q, dq, tau in rows]
         self._states.write(
@@ -78,7 +81,7 @@ class SimulatedGo2:
                 motor_state=(*motors, *[MotorState()] * 8),
                 bms_state=BmsState(soc=83, current=-2500, cell_vol=[3600] * 8 + [0] * 7),
                 foot_force=(self.feels * (UNLOADED + LOADED * joints.contact))[FEET].astype(np.int16),
-                tick=round(until * 1e3) & 0xFFFFFFFF,
+                tick=self.tick,
             )
         )
 
