@@ -21,6 +21,7 @@ from actors.transport.protocol import (
     Take,
     Transport,
     TypeInfo,
+    Wait,
     WireUnavailable,
 )
 
@@ -44,6 +45,7 @@ __all__ = [
     "Take",
     "Transport",
     "TypeInfo",
+    "Wait",
     "WireUnavailable",
     "transport_from_environment",
 ]
