@@ -81,7 +81,7 @@ def test_every_name_of_the_page_is_one_of_the_code() -> None:
 
 def test_every_section_says_where_it_is_implemented() -> None:
     without = [title for title, text in sections().items() if not NAME.search(text)]
-    assert without == ["in-short", "the-equations", "sources"]
+    assert without == ["in-short", "sources"]
 
 
 def test_the_reference_lists_the_numbers_with_their_values_and_reasons() -> None:

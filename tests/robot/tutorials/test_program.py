@@ -29,7 +29,7 @@ from tests.robot.tutorials.kit import alone
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "reference" / "tutorials.md").read_text(encoding="utf-8")
-HELPERS = {"__main__", "program", "strides"}
+HELPERS = {"__main__", "executables", "program", "strides"}
 MODULES = sorted({module.name for module in pkgutil.iter_modules(tutorials.__path__)} - HELPERS)
 
 
