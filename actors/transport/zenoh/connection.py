@@ -37,6 +37,8 @@ _SETTLING: Final = 0.01
 _LONGEST_SESSION: Final = 32
 MANY: Final = 1000
 """After so many tokens have vanished, the memory of what was known of them is given back."""
+AFTER: Final = 2.0
+"""Seconds from then: Zenoh frees its own part later."""
 QUESTIONS: Final = 10
 """So many beats of ours from one question to processes of ROS 2 to the next."""
 
@@ -79,6 +81,7 @@ class Connection:
         self._settling: Any = None
         self._beats = 0
         self._gone = 0
+        self._giving: Any = None
         own = Process(scope_of(tokens), self._own_session, os.getpid(), socket.gethostname())
         self._process = self._declare_token(own.token)
         alive = f"@robactor/{own.scope}/alive"
@@ -175,6 +178,8 @@ class Connection:
         self._heartbeat.close()
         if self._settling is not None:
             self._settling.cancel()
+        if self._giving is not None:
+            self._giving.cancel()
         for question in tuple(self._questions):
             question.close()
         await self._answers.result(lambda: None)
@@ -238,9 +243,8 @@ class Connection:
     def _settle(self) -> None:
         self._settling = None
         self._gone += self._presence.settle()
-        if self._gone >= MANY:
-            self._gone = 0
-            self._answers.do(give_back)
+        if self._gone >= MANY and self._giving is None:
+            self._giving = self._loop.call_later(AFTER, self._give_back)
         afterwards, self._afterwards = self._afterwards, []
         for call in afterwards:
             call()
@@ -249,6 +253,10 @@ class Connection:
         del self._questions[question]
         if question.lingers:
             self._lingering.append(question)
+
+    def _give_back(self) -> None:
+        self._giving, self._gone = None, 0
+        self._answers.do(give_back)
 
     def _unanswered(self, question: Question) -> None:
         self._settle_soon(lambda: question.end(NoAnswer(timed_out=False)))

@@ -135,6 +135,7 @@ async def test_when_many_tokens_have_vanished_their_memory_is_given_back(
     a: Party, other: zenoh.Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("actors.transport.zenoh.connection.MANY", 3)
+    monkeypatch.setattr("actors.transport.zenoh.connection.AFTER", 0.01)
     changes, loop = Changes(), asyncio.get_running_loop()
     given: list[str] = []
 
@@ -152,6 +153,19 @@ async def test_when_many_tokens_have_vanished_their_memory_is_given_back(
         token.undeclare()
     await changes.until(lambda: given, "memory is given back")
     assert len(a.told("vanished")) == 3
+
+
+async def test_a_transport_that_closes_meanwhile_gives_nothing_back(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.connection.MANY", 1)
+    monkeypatch.setattr("actors.transport.zenoh.connection.give_back", pytest.fail)
+    one = Party(ZenohKeys(ZenohConfig(listen=(f"tcp/127.0.0.1:{port}",), gossip_port=0)), Changes())
+    await one.open()
+    with closing(zenoh.open(config_of(port))) as session:
+        token = session.liveliness().declare_token(of_server(str(session.zid())))
+        await one.until(lambda: one.told("appeared"), "its server appears")
+        token.undeclare()
+        await one.until(lambda: one.told("vanished"), "its server vanishes")
+        await one.transport.close()
 
 
 async def test_processes_of_ros_2_are_asked_now_and_then_so_that_something_comes_from_them(
