@@ -236,8 +236,6 @@ class ReplayingBoundary(JournalBoundary):
         self._come_back()
 
     def delivering(self, publisher: Any, subscription: Any, target: Callable[[Any], None]) -> Callable[[Any], None]:
-        if not self.owns(subscription):
-            return target
         if self.owns(publisher):
             return self.to_itself(target)
         self._joining = self.number_of(subscription)

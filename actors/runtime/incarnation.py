@@ -384,7 +384,7 @@ class Incarnation:
         """A new id of 16 bytes in the form of a random UUID, from a stream of this incarnation's own."""
         if self._ids is None:
             draw: Callable[[], bytes] = partial(_uuid_of, self.runtime.ids(self.fqn))
-            for each in self.runtime.interceptors:
+            for each in reversed(self.runtime.interceptors):
                 draw = each.drawing(self, draw)
             self._ids = draw
         return self._ids()

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from actors import Node, Supervisor, Topic, every, publishes
+from actors import Node, Service, Supervisor, Topic, every, publishes
+from actors.errors import CallCycle, ServiceFailed
 from actors.interfaces.std_msgs.msg import Int32
+from actors.interfaces.std_srvs.srv import Trigger
 from actors.running.target import find
 from actors.testing import Lab, scenario
 from actors.testing.explore import main as explore
@@ -229,6 +231,41 @@ def test_after_recover_no_fault_goes_on_and_none_begins() -> None:
     assert outcome.error is None
     assert outcome.profile.faulty_seconds == 5.0
     assert heard[0] >= 48
+
+
+FIRST, SECOND = Service(Trigger, "first"), Service(Trigger, "second")
+
+
+class Taking(Node):
+    """Asks the one that asks it, and takes the error for an answer."""
+
+    @FIRST.serve()
+    async def answer(self, request: Trigger.Request) -> Trigger.Response:
+        try:
+            return await self.call(SECOND, Trigger.Request(), timeout=5.0)
+        except (CallCycle, ServiceFailed) as error:
+            return Trigger.Response(message=str(error))
+
+
+class Asking(Node):
+    @SECOND.serve()
+    async def answer(self, request: Trigger.Request) -> Trigger.Response:
+        try:
+            return await self.call(FIRST, Trigger.Request(), timeout=5.0)
+        except CallCycle as cycle:
+            return Trigger.Response(message=str(cycle))
+
+
+def test_a_cycle_of_calls_over_two_hosts_fails_the_run_though_a_handler_takes_the_error() -> None:
+    async def body(lab: Lab) -> None:
+        await lab.start("robot", Taking)
+        await lab.start("desk", Asking)
+        await lab.advance(1.0)
+        await lab["robot"].call(FIRST, Trigger.Request())
+        await lab.advance(1.0)
+
+    outcome = Scenario(body, on_hosts=True).play(Trial(0, shuffled=False))
+    assert isinstance(outcome.error, CallCycle), outcome.error
 
 
 def test_faults_that_name_a_host_which_is_not_there_yet_do_nothing() -> None:
