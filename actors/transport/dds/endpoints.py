@@ -7,6 +7,7 @@ import struct
 from collections import Counter, deque
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from actors.transport.dds import library as native
@@ -415,8 +416,12 @@ class Reader(Endpoint):
         take: Callable[[list[Sample]], None] | None,
         patience: float,
         on_status: Callable[[Status], None] | None,
+        last: bool = False,
     ) -> None:
-        """`take` is called on the loop with the samples that have arrived, in their order. `patience`: see `protocol.Delivery`."""
+        """`take` is called on the loop with the samples that have arrived, in their order. `patience`: see `protocol.Delivery`.
+
+        With `last` it is called after that of other readers to which something was sent before; see `Reading`.
+        """
         super().__init__(within, topic, type_name, qos, on_status, within.library.dds_create_reader)
         self._take = take
         self._wakeup = within.wakeup
@@ -438,7 +443,8 @@ class Reader(Endpoint):
         self._scratch_at = (c.c_char * _SCRATCH).from_buffer(self._scratch)
         if self._patience:
             self._wakeup.be_patient(self._patience)
-        within.reading.attach(self._entity, self._taken)
+        self._held = within.reading.held if last else None
+        within.reading.attach(self._entity, self._taken, last=last)
 
     @property
     def dropped(self) -> int:
@@ -484,7 +490,10 @@ class Reader(Endpoint):
             quick.ddsi_serdata_unref(serialized)
         if self._queue and not self._posted:
             self._posted = True
-            self._post(self._deliver, None)
+            if self._held is None:
+                self._post(self._deliver, None)
+            else:
+                self._held.append(partial(self._post, self._deliver, None))
         return count == _AT_ONCE
 
     def _payload(self, serialized: int | None) -> bytes:

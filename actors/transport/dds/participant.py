@@ -118,10 +118,14 @@ class Participant:
         *,
         patience: float = 0.0,
         on_status: Callable[[Status], None] | None = None,
+        last: bool = False,
     ) -> Reader:
-        """Open a reader of `topic`, as DDS names it. `take` gets what has arrived; None: it is dropped. Raises ValueError as `writer` does."""
+        """Open a reader of `topic`, as DDS names it. `take` gets what has arrived; None: it is dropped. Raises ValueError as `writer` does.
+
+        With `last` it gets something after what others have got that was sent before it.
+        """
         within = self._open_within()
-        reader = Reader(within, topic, type_name, qos, take, patience, on_status)
+        reader = Reader(within, topic, type_name, qos, take, patience, on_status, last)
         within.endpoints.add(reader)
         return reader
 

@@ -35,6 +35,10 @@ class Reading:
     An entity is attached with the function that takes what it has, on the thread, and returns whether there is more. What such a function
     raises is reported, and the thread goes on.
 
+    What another process sends one after the other may be for several entities, and is ready in that order. What services send comes after
+    topics here: a reply does not overtake feedback, nor a request a message. For that it is taken first, and handed over last: what
+    was ready before it is ready by then.
+
     Invariants: the thread runs between construction and `close`; a function is called only while its entity is attached, or during `detach`.
     """
 
@@ -44,18 +48,26 @@ class Reading:
         self._set: int = library.dds_create_waitset(participant)
         library.dds_waitset_attach(self._set, self._set, self._set)
         self._takes: dict[int, Callable[[], bool]] = {}
+        self._last: set[int] = set()
+        """The entities that are taken first and handed over last."""
+        self.held: list[Callable[[], None]] = []
+        """What hands over what has been taken of them. The thread alone uses it."""
+        self._names = (c.c_ssize_t * _AT_ONCE)()
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="dds reading", daemon=True)
         self._thread.start()
 
-    def attach(self, entity: int, take: Callable[[], bool]) -> None:
-        """Call `take` whenever a status of `entity` is raised that its mask enables."""
+    def attach(self, entity: int, take: Callable[[], bool], *, last: bool = False) -> None:
+        """Call `take` whenever a status of `entity` is raised that its mask enables. With `last` it puts into `held` what hands over."""
         self._takes[entity] = take
+        if last:
+            self._last.add(entity)
         self._library.dds_waitset_attach(self._set, entity, entity)
 
     def detach(self, entity: int) -> None:
         """Undo `attach`."""
         self._takes.pop(entity, None)
+        self._last.discard(entity)
         self._library.dds_waitset_detach(self._set, entity)
 
     def close(self) -> None:
@@ -65,17 +77,32 @@ class Reading:
         self._thread.join()
 
     def _run(self) -> None:
-        named = (c.c_ssize_t * _AT_ONCE)()
         more: set[int] = set()
         while not self._closed:
-            count: int = self._library.dds_waitset_wait(self._set, named, _AT_ONCE, 0 if more else DURATION_INFINITE)
-            for entity in more.union(named[: min(max(count, 0), _AT_ONCE)]):
-                if (take := self._takes.get(entity)) is None:
-                    more.discard(entity)
-                    continue
-                try:
-                    again = take()
-                except Exception as error:  # nothing that comes from outside ends the thread
-                    self._report.unreadable(f"{type(error).__name__}: {error}")
-                    again = False
-                (more.add if again else more.discard)(entity)
+            ready = self._named(0 if more else DURATION_INFINITE) | more
+            more = self._taken(ready & self._last)
+            rest = ready - self._last
+            if self.held:
+                rest |= self._named(0) - self._last
+            more |= self._taken(rest)
+            for hand_over in self.held:
+                hand_over()
+            self.held.clear()
+
+    def _named(self, patience: int) -> set[int]:
+        """The entities that have something."""
+        count: int = self._library.dds_waitset_wait(self._set, self._names, _AT_ONCE, patience)
+        return set(self._names[: min(max(count, 0), _AT_ONCE)])
+
+    def _taken(self, entities: set[int]) -> set[int]:
+        """Take what they have. Returns those that may have more."""
+        more = set[int]()
+        for entity in entities:
+            if (take := self._takes.get(entity)) is None:
+                continue
+            try:
+                if take():
+                    more.add(entity)
+            except Exception as error:  # nothing that comes from outside ends the thread
+                self._report.unreadable(f"{type(error).__name__}: {error}")
+        return more

@@ -41,7 +41,7 @@ class _Ends:
         take: Callable[[list[Sample]], None],
         changed: Callable[[Status], None],
     ) -> None:
-        self.reader = domain.engine.reader(*pair.reads, pair.read_qos, take, on_status=changed)
+        self.reader = domain.engine.reader(*pair.reads, pair.read_qos, take, on_status=changed, last=True)
         self.writer = domain.engine.writer(*pair.writes, pair.write_qos, changed)
         self._node = node
         node.add(reader=self.reader.guid, writer=self.writer.guid)

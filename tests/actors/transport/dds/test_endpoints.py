@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import time
+from functools import partial
 
 import pytest
 
 pytest.importorskip("cyclonedds")
 
 from actors.transport.dds import endpoints
-from actors.transport.dds.endpoints import Writer
+from actors.transport.dds.endpoints import Sample, Writer
 from actors.transport.dds.format.qos import EndpointQos
-from tests.actors.transport.dds.peers import HELLO, matched, numbered, two_peers, until
+from tests.actors.transport.dds.peers import HELLO, STRING, matched, numbered, two_peers, until
 
 RELIABLE = EndpointQos(keep_all=True)
 
@@ -234,3 +235,25 @@ async def test_bytes_that_are_no_sample_are_not_sent_but_counted() -> None:
         await until(lambda: other.samples)
         assert other.payloads == [HELLO]
         assert writer.unsent == 5
+
+
+@pytest.mark.parametrize("first", ["feedback", "reply"])
+async def test_a_reply_does_not_overtake_what_was_written_before_it_on_a_topic(first: str) -> None:
+    got: list[tuple[str, int]] = []
+
+    def take(name: str, batch: list[Sample]) -> None:
+        got.extend((name, int.from_bytes(sample.payload[4:8], "little")) for sample in batch)
+
+    async with two_peers() as (one, other):
+        names = {"feedback": "rt/feedback", "reply": "rr/ask"}
+        for name in (first, *(names.keys() - {first})):
+            other.participant.reader(names[name], STRING, RELIABLE, partial(take, name), last=name == "reply")
+        feedback, reply = one.writer("rt/feedback", RELIABLE), one.writer("rr/ask", RELIABLE)
+        await until(lambda: feedback.matched and reply.matched)
+        for number in range(200):
+            for _ in range(3):
+                feedback.put(numbered(number))
+            reply.put(numbered(number))
+            await until(lambda: len(got) == 4)
+            assert got == [*3 * [("feedback", number)], ("reply", number)]
+            got.clear()
