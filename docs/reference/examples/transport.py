@@ -10,7 +10,8 @@ from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.transport import (
     Answer, ClientHere, EndpointHere, EndpointKind, Events, Failed, Handle, Link, NoAnswer, NodeHere, Participant, PublisherHere,
-    RemoteEndpoint, RemoteNode, Replied, Request, Take, Transport, TypeInfo, WireUnavailable, transport_from_environment,
+    RemoteEndpoint, RemoteNode, Replied, Request, Take, Transport, TypeInfo, Wait, WireUnavailable,
+    transport_from_environment,
 )
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 
@@ -81,6 +82,8 @@ async def two_ends() -> None:
     state: PublisherHere = there.publisher(node, "/state", STRING, qos.LATCHED)  # kept for those who come later
     state.open()
     state.put(b"\x00\x01\x00\x00" + b"state", 1, time.time_ns())
+    drained: Wait | None = state.drained  # something to await before the next message, if this one may not be dropped
+    assert drained is None
     served: EndpointHere = there.server(node, "/poke", TRIGGER, qos.SERVICES, answer)
 
     seen = Desk()
