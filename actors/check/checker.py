@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
-from actors.names.names import lint_name
+from actors.names.names import lint_name, lint_node_name
 from actors.parameters.declare import OPTIONAL_PARAMETERS
 from actors.qos import compatible
 from actors.runtime.node import Node
@@ -100,6 +100,8 @@ class _Tree:
         if self.each_node:
             self.found += check_node(node)
         identity = identity_of(child, path)
+        for advice in lint_node_name(identity.name):
+            self.found.append(Finding(where, advice, "rename the node: Child(..., name=...)"))
         self.names[identity.fqn].append(where)
         declarations = node.declarations
         for published in declarations.publishers:

@@ -280,6 +280,8 @@ def is_hidden(name: str) -> bool:
 _VAGUE_TOPICS: Final = frozenset(
     {"commands", "command", "data", "topic", "msg", "message", "messages", "output", "input"}
 )
+_VAGUE_NODES: Final = frozenset({"node", "my_node", "test", "temp", "foo", "bar"})
+_NUMBERED_NODE: Final = r"(?:my_?)?node_?[0-9]+\Z"
 
 
 def lint_name(name: str) -> tuple[str, ...]:
@@ -290,6 +292,16 @@ def lint_name(name: str) -> tuple[str, ...]:
     last = name.rpartition("/")[2].lower()
     if last in _VAGUE_TOPICS:
         hints.append(f"{name!r} does not say what it carries; prefer a name like 'left_arm_joint_commands'")
+    return tuple(hints)
+
+
+def lint_node_name(name: str) -> tuple[str, ...]:
+    """Hints on the style of a valid node name; empty if there are none. Never raises."""
+    hints: list[str] = []
+    if name != name.lower():
+        hints.append(f"{name!r} has capital letters; ROS names are lower case with underscores: {_snake(name)!r}")
+    if name.lower() in _VAGUE_NODES or re.match(_NUMBERED_NODE, name.lower()):
+        hints.append(f"{name!r} does not say what the node does; prefer a name like 'camera_driver'")
     return tuple(hints)
 
 

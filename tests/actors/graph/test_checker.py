@@ -105,3 +105,11 @@ def test_what_concerns_one_class_by_itself_can_be_left_out() -> None:
     (finding,) = check_tree(tree(Child(Unsaid)))
     assert finding.what == "it has no docstring"
     assert check_tree(tree(Child(Unsaid)), each_node=False) == ()
+
+
+def test_a_node_whose_name_says_little_gets_a_hint() -> None:
+    lidars = [Child(Lidar, name=name) for name in ("node1", "FrontLidar", "rear_lidar")]
+    hints = {finding.where: finding.what for finding in check_tree(tree(*lidars))}
+    assert hints.keys() == {"robot/node1", "robot/FrontLidar"}
+    assert "camera_driver" in hints["robot/node1"]
+    assert "'front_lidar'" in hints["robot/FrontLidar"]
