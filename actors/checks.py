@@ -1,13 +1,17 @@
-"""The checks of declared values: each passes the value on, or says which option is wrong, where, and what it may be."""
+"""The checks of declared values: each passes the value on, or says which option is wrong, where, and what it may be. And the metaclass of
+classes that a program does not call."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from typing import Any, TypeGuard, get_args
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeGuard, TypeVar, get_args
 
 from actors.errors import DeclarationError
 from actors.names.names import normalize_namespace, validate_node_name
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 def is_whole(value: object) -> bool:
@@ -119,3 +123,25 @@ def whole_text(text: str) -> str:
     Raises `UnicodeDecodeError` for half of a pair.
     """
     return text if text.isascii() else text.encode("utf-16-le", "surrogatepass").decode("utf-16-le")
+
+
+if TYPE_CHECKING:
+
+    def create(kind: Callable[P, T], /, *args: P.args, **keywords: P.kwargs) -> T: ...
+else:
+    create = type.__call__
+"""Make an object of a class without a public constructor: ``create(Clock, loop)``."""
+
+
+class NoPublicConstructor(type):
+    """A class of this metaclass cannot be called: the error says what gives an object of it, in the words of the class's docstring.
+
+    The framework makes one by `create`. Classes of which there is one object for each tick or each node do without this metaclass, because
+    it costs a quarter of a microsecond, and so do plain values, which anyone may make.
+    """
+
+    if not TYPE_CHECKING:
+
+        def __call__(cls, *args: object, **keywords: object) -> NoReturn:
+            said = re.search(r"no public constructor: ((?:[^.]|\.(?!\s|$))*)", " ".join((cls.__doc__ or "").split()))
+            raise TypeError(f"{cls.__name__} has no public constructor{': ' + said[1] if said else ''}")

@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, TypeVar, overload
 
+from actors.checks import NoPublicConstructor, create
 from actors.errors import NotStarted
 from actors.inbox.control import Failure
 from actors.logs import INFO, LogRecord, LogSink, structlog_sink
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 N = TypeVar("N", bound="Node")
 
 
-class System:
+class System(metaclass=NoPublicConstructor):
     """One running tree, and the nodes that joined beside it. Everything in it belongs to the event loop in which it was made.
 
     It has no public constructor: `run` gives one. `runtime` is for the framework's own use.
@@ -247,4 +248,4 @@ def graph_of(node: Node) -> NodeGraph:
     from actors.graph.queries import NodeGraph
 
     system = system_of(node)
-    return NodeGraph(system.graph, incarnation_of(node).identity, system.snapshot)
+    return create(NodeGraph, system.graph, incarnation_of(node).identity, system.snapshot)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Protocol, Typ
 
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, ActionPeer, GoalFollower, Outcome
+from actors.checks import NoPublicConstructor
 from actors.errors import (
     ActionUnavailable,
     GoalAborted,
@@ -92,7 +93,7 @@ class Following(Generic[F]):
         self.changed.wake_all()
 
 
-class Goal(Generic[R, F]):
+class Goal(Generic[R, F], metaclass=NoPublicConstructor):
     """One goal, from the side of its client::
 
         async with self.send_goal(MOVE, MoveToPosition.Goal(target_x=3.0)) as goal:

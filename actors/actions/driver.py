@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, Outcome
+from actors.checks import create
 from actors.contracts.contracts import Aborted, Done
 from actors.errors import Reject, WrongType, described
 from actors.inbox.control import Unwinding, blame
@@ -99,21 +100,21 @@ class GoalDriver:
         """Set the outcome of a goal whose body raised `error`. Returns False if the node is being ended, not only the goal."""
         failure = blame(error, self.handlers.label)
         if isinstance(failure, Reject):
-            self.end(goal, Outcome(GoalStatus.ABORTED, reason=failure.reason))
+            self.end(goal, create(Outcome, GoalStatus.ABORTED, reason=failure.reason))
         elif failure is not None:
             self._fail(goal, failure)
         elif isinstance(error, Unwinding) or (goal.last is None and goal.interruption is None):
-            self.end(goal, Outcome(GoalStatus.ABORTED, reason=f"{self.host.fqn} ended while the goal ran"))
+            self.end(goal, create(Outcome, GoalStatus.ABORTED, reason=f"{self.host.fqn} ended while the goal ran"))
             return False
         elif goal.last is not None:
             self.end(goal, self._outcome(goal))
         else:
-            self.end(goal, Outcome(goal.interrupted_as, reason=goal.interruption or ""))
+            self.end(goal, create(Outcome, goal.interrupted_as, reason=goal.interruption or ""))
         return True
 
     def _fail(self, goal: GoalRecord, error: BaseException) -> None:
         result = goal.last.result if goal.last is not None else None
-        self.end(goal, Outcome(GoalStatus.ABORTED, result, f"{type(error).__name__}: {error}"))
+        self.end(goal, create(Outcome, GoalStatus.ABORTED, result, f"{type(error).__name__}: {error}"))
         if isinstance(error, Exception):
             self.host.goal_failed(self.handlers.label, error)
         else:
@@ -195,12 +196,12 @@ class GoalDriver:
         """The outcome of a goal whose body has ended by itself."""
         last = goal.last
         if isinstance(last, Aborted):
-            return Outcome(GoalStatus.ABORTED, last.result, last.reason)
+            return create(Outcome, GoalStatus.ABORTED, last.result, last.reason)
         if last is not None:
             status = GoalStatus.SUCCEEDED if goal.interruption is None else goal.interrupted_as
-            return Outcome(status, last.result, goal.interruption or "")
+            return create(Outcome, status, last.result, goal.interruption or "")
         self.host.warn("an action body ended without Done or Aborted", handler=self.handlers.label)
         why = "its body ended without a result: end it with `yield Done(result)`"
         if goal.interruption is not None:  # a canceled goal whose body returns nothing is aborted, too
             why = f"{goal.interruption}, but {why}, or let the cancellation pass"
-        return Outcome(GoalStatus.ABORTED, reason=why)
+        return create(Outcome, GoalStatus.ABORTED, reason=why)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Awaitable
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
+from actors.checks import NoPublicConstructor
 from actors.services.peers import Answering, OpenCall
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ CLEANUP_SECONDS: Final = 5.0
 waits for that."""
 
 
-class Outcome:
+class Outcome(metaclass=NoPublicConstructor):
     """How a goal ended: its terminal status, the result from its body (or None), and the reason.
 
     It has no public constructor: `Goal.ended` gives one.

@@ -11,7 +11,7 @@ from actors.actions.driver import GoalDriver, GoalHandlers, Host
 from actors.actions.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
 from actors.actions.peers import GoalFollower, Outcome
 from actors.actions.requests import CancelRequest, GoalRequest
-from actors.checks import is_flag
+from actors.checks import create, is_flag
 from actors.errors import Reject, described
 from actors.inbox.control import blame
 
@@ -295,7 +295,7 @@ class ActionServer:
         if goal.task is not None:
             goal.task.cancel()
         if goal.task is None or goal.body is None:  # a task that is canceled before its first step never runs
-            self._end(goal, Outcome(goal.interrupted_as, reason=reason))
+            self._end(goal, create(Outcome, goal.interrupted_as, reason=reason))
             self._start_next()
 
     # -- the end of a goal ---------------------------------------------------------------------------------------------------
@@ -370,7 +370,7 @@ class ActionServer:
     def fail_all(self, error: Callable[[], Exception]) -> None:
         """Abort the goals that are still active, and fail unanswered requests with `error()`, because the node has ended."""
         for goal in (*self.waiting, *self.running):
-            self._end(goal, Outcome(GoalStatus.ABORTED, reason=str(error())))
+            self._end(goal, create(Outcome, GoalStatus.ABORTED, reason=str(error())))
         for request in self.requests:
             request.fail(error())
         self.requests.clear()

@@ -25,6 +25,7 @@ from actors.bag.mcap_file import McapFile
 from actors.bag.offers import known_type
 from actors.bag.ring import Channel, Entry, Ring, Source, placed
 from actors.bag.weight import weight_of
+from actors.checks import NoPublicConstructor, create
 from actors.errors import NotStarted
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
@@ -111,7 +112,7 @@ class FlightRecorder:
             ring.trim(newest - self.seconds)
         latched = sorted(entry for channel in self._channels.values() for entry in channel.held())
         entries = tuple(merge(*(ring.entries for ring in self._rings)))
-        return FlightRecord(self.system, entries, tuple(latched), self)
+        return create(FlightRecord, self.system, entries, tuple(latched), self)
 
     def dump(self, path: str | os.PathLike[str], *, notes: Mapping[str, str] | None = None) -> Path:
         """Write the present contents to an MCAP file and return its path. `notes` are stored in the file. Raises `OSError`.
@@ -181,7 +182,7 @@ class FlightRecorder:
         self._lines.append(entry, at - self.seconds)
 
 
-class FlightRecord:
+class FlightRecord(metaclass=NoPublicConstructor):
     """The contents of a recorder at one instant: `entries` in order, and `latched`, older messages that were still valid.
 
     It has no public constructor: `FlightRecorder.freeze` gives one.

@@ -6,6 +6,7 @@ from collections.abc import Callable, Coroutine, Iterator
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
+from actors.checks import NoPublicConstructor
 from actors.errors import ActorError
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ class _End:
 _END = _End()
 
 
-class BlockingStream(Generic[M]):
+class BlockingStream(Generic[M], metaclass=NoPublicConstructor):
     """A subscription that a thread iterates, as a coroutine iterates a `Stream`. It ends with `close()` or with its node.
 
     It has no public constructor: `BlockingNode.subscribe` gives one.
@@ -77,7 +78,7 @@ class BlockingStream(Generic[M]):
         self._do(work, "`stream.close()`")
 
 
-class BlockingGoal(Generic[R, F]):
+class BlockingGoal(Generic[R, F], metaclass=NoPublicConstructor):
     """One goal for a thread: enter it, iterate it for feedback, and wait for its `result()`; see `Goal`.
 
     It has no public constructor: `BlockingNode.send_goal` gives one.

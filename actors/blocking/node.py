@@ -16,6 +16,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.blocking.handles import BlockingGoal, BlockingStream
+from actors.checks import NoPublicConstructor, create
 from actors.errors import ActorError, Ended, NotRunning
 from actors.logs import LogSink, structlog_sink
 from actors.running import run as running
@@ -79,10 +80,10 @@ def open_node(
         name, namespace=namespace, parameters=parameters, remap=remap, system=system, seed=seed, sinks=sinks,
         argv=argv if whole is None else None,
     )  # fmt: skip
-    return OpenBlockingNode(name, node, run, system.loop if system is not None else None)
+    return create(OpenBlockingNode, name, node, run, system.loop if system is not None else None)
 
 
-class OpenBlockingNode:
+class OpenBlockingNode(metaclass=NoPublicConstructor):
     """The context manager that `open_node` returns. It can be entered once.
 
     It has no public constructor: `open_node` gives one.
@@ -135,7 +136,7 @@ class OpenBlockingNode:
             if isinstance(error, CancelledError):
                 self._life.result()  # raises why there is no node
             raise
-        return BlockingNode(node, loop, self._life)
+        return create(BlockingNode, node, loop, self._life)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -167,7 +168,7 @@ class OpenBlockingNode:
             self._sigterm = None
 
 
-class BlockingNode:
+class BlockingNode(metaclass=NoPublicConstructor):
     """A node whose methods block until the event loop has the answer. Threads may use it, also at the same time.
 
     Ctrl-C during a call cancels what the call waits for. Timeouts are in seconds. Once the block is left, or the system has ended, all
@@ -238,7 +239,7 @@ class BlockingNode:
             stream = self._streams[topic] = node.subscribe(topic, qos=qos, patience=patience, filter=filter)
             return stream
 
-        return BlockingStream(self._do, self._do(work, "`node.subscribe(topic)`"))
+        return create(BlockingStream, self._do, self._do(work, "`node.subscribe(topic)`"))
 
     def wait_for(self, *contracts: Service[Any, Any] | Action[Any, Any, Any], timeout: float | None = None) -> None:
         """Wait until all of these are served, at most `timeout` seconds. Raises what `Node.wait_for` raises."""
@@ -279,7 +280,7 @@ class BlockingNode:
         async def work(node: Node) -> Goal[R, F]:
             return node.send_goal(action, goal, timeout=timeout)
 
-        return BlockingGoal(self._do, self._do(work, "`async with node.send_goal(...) as goal`"))
+        return create(BlockingGoal, self._do, self._do(work, "`async with node.send_goal(...) as goal`"))
 
     def run_goal(
         self,

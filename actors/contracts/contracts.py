@@ -16,7 +16,7 @@ from collections.abc import AsyncGenerator, Callable, Coroutine
 from math import inf
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias, TypeVar, cast
 
-from actors.checks import is_number, is_whole
+from actors.checks import NoPublicConstructor, create, is_number, is_whole
 from actors.contracts.content_filter import ContentFilter
 from actors.contracts.declaration import Declaration
 from actors.errors import DeclarationError
@@ -69,7 +69,7 @@ Steps: TypeAlias = AsyncGenerator[F | Done[R] | Aborted[R], None]
 Result]``."""
 
 
-class ArrivalPolicy:
+class ArrivalPolicy(metaclass=NoPublicConstructor):
     """An arrival policy with the number of goals that it allows to wait or to run.
 
     It has no public constructor: `queue` and `parallel` give one.
@@ -93,19 +93,19 @@ Arrivals: TypeAlias = Literal["reject", "preempt", "queue", "parallel"] | Arriva
 
 def queue(n: int) -> ArrivalPolicy:
     """Run one goal at a time and let at most `n` others wait; further goals are rejected."""
-    return ArrivalPolicy("queue", n)
+    return create(ArrivalPolicy, "queue", n)
 
 
 def parallel(n: int) -> ArrivalPolicy:
     """Run at most `n` goals at once; further goals are rejected."""
-    return ArrivalPolicy("parallel", n)
+    return create(ArrivalPolicy, "parallel", n)
 
 
 _ARRIVALS: Final[dict[str, ArrivalPolicy]] = {
-    "reject": ArrivalPolicy("reject", 1),
-    "preempt": ArrivalPolicy("preempt", 1),
-    "queue": ArrivalPolicy("queue", 10),
-    "parallel": ArrivalPolicy("parallel", 1000),
+    "reject": create(ArrivalPolicy, "reject", 1),
+    "preempt": create(ArrivalPolicy, "preempt", 1),
+    "queue": create(ArrivalPolicy, "queue", 10),
+    "parallel": create(ArrivalPolicy, "parallel", 1000),
 }
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
+from actors.checks import NoPublicConstructor
 from actors.errors import CallTimeout
 from actors.names.names import expand
 from actors.qos.policies import QoS
@@ -40,7 +41,7 @@ class Endpoint(msgspec.Struct, frozen=True):
     """Whether it belongs to this process."""
 
 
-class NodeGraph:
+class NodeGraph(metaclass=NoPublicConstructor):
     """The nodes, topics, services and actions that a node can reach, in this process and in others.
 
     Standard services and topics of a node are listed once somebody has used them: before, they do not exist.

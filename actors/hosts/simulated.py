@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from msgspec import structs
 
+from actors.checks import NoPublicConstructor, create
 from actors.hosts.agent import Agent, Running, Session
 from actors.hosts.lease import LEASE_SECONDS
 from actors.hosts.messages import Launch, Wire, for_agent, from_agent, written
@@ -42,10 +43,10 @@ def simulate_hosts(tree: Spec, seed: int) -> SimulatedHosts | None:
     network = Network(seed)
     for name in (HERE, *names):
         network.add_host(name)
-    return SimulatedHosts(network, HERE, names)
+    return create(SimulatedHosts, network, HERE, names)
 
 
-class SimulatedHosts:
+class SimulatedHosts(metaclass=NoPublicConstructor):
     """The machines that a tree on host `here` of a simulated network may give its parts to, with an agent on each of them.
 
     It has no public constructor: a `Rig` has one. What an agent and the tree tell each other goes over the same links as all else, reliably:
@@ -98,7 +99,10 @@ class SimulatedHosts:
 
     async def dial(self, host: str, take: Callable[[Any], None], lost: Callable[[], None]) -> Wire:
         """Open a connection with the agent of a host. Never returns while its machine is down or cannot be reached."""
-        there, back = Stream((self._network.link(self._here, host),)), Stream((self._network.link(host, self._here),))
+        there, back = (
+            Stream((self._network.link(self._here, host),)),
+            Stream((self._network.link(host, self._here),)),
+        )
         answered: asyncio.Future[Session] = asyncio.get_running_loop().create_future()
 
         def arrive() -> None:

@@ -8,6 +8,7 @@ from functools import lru_cache
 from textwrap import indent
 from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias, cast
 
+from actors.checks import NoPublicConstructor
 from actors.logs.levels import CallSites, Level, LevelTree, NanosecondClock
 from actors.logs.terminal import shown
 from actors.names.names import logger_name
@@ -87,7 +88,7 @@ LogSink: TypeAlias = Callable[[LogRecord], None]
 _NO_FILTERS: Final = (False, False, 0.0)
 
 
-class NodeLog:
+class NodeLog(metaclass=NoPublicConstructor):
     """The log of one node. An event is a noun or a short sentence; variable parts are fields: ``self.log.info("goal reached", after=3.2)``.
 
     A field may have any name; one that the line itself uses (time, level, node, life, event, logger) is shown as ``time_`` and so on.

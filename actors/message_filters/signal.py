@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
+from actors.checks import NoPublicConstructor, create
 from actors.waiting import Waiters
 
 T = TypeVar("T")
@@ -16,7 +17,7 @@ DEPTH = 10
 """The default of how many items a stream keeps for a slow reader."""
 
 
-class Connection:
+class Connection(metaclass=NoPublicConstructor):
     """A callback that is registered with a filter, until `disconnect`.
 
     It has no public constructor: `SimpleFilter.register_callback` and `Synchronizer.register_callback` give one.
@@ -38,7 +39,7 @@ class Connection:
             self._connections.remove(self)
 
 
-class FilterStream(Generic[T]):
+class FilterStream(Generic[T], metaclass=NoPublicConstructor):
     """What a filter lets through, as an async iterator: from the moment it is created, the last `depth` items for a slow reader.
 
     Iteration stops with `close()`, at the end of an ``async with`` block, and when the node that feeds the filter ends.
@@ -109,7 +110,7 @@ class Signal(Generic[T]):
                 f"{type(self).__name__}.register_callback({name}): a callback of a filter is a plain function; "
                 f"for `await`, iterate in a task of the node: async for ... in this filter"
             )
-        return Connection(self._connections, lambda *messages: callback(*messages, *arguments))
+        return create(Connection, self._connections, lambda *messages: callback(*messages, *arguments))
 
     registerCallback = register_callback
     """The name that rclpy's has."""

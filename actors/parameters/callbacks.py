@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal, TypeAlias, cast
 
+from actors.checks import NoPublicConstructor, create
 from actors.parameters.values import Parameter, SetResult
 
 PreSetCallback: TypeAlias = Callable[[Sequence[Parameter]], Iterable[Parameter]]
@@ -18,7 +19,7 @@ PostSetCallback: TypeAlias = Callable[[Sequence[Parameter]], None]
 Kind: TypeAlias = Literal["pre", "on", "post"]
 
 
-class CallbackHandle:
+class CallbackHandle(metaclass=NoPublicConstructor):
     """One registered callback. `remove()` removes it from its chain; calling that twice is harmless.
 
     It has no public constructor: the `add_*_callback` methods of a `ParameterStore` give one.
@@ -58,7 +59,7 @@ class CallbackChains:
 
     def add(self, kind: Kind, callback: Callable[..., Any]) -> CallbackHandle:
         """Add `callback` at the front of its chain."""
-        handle = CallbackHandle(self, kind, callback)
+        handle = create(CallbackHandle, self, kind, callback)
         setattr(self, kind, (handle, *getattr(self, kind)))
         return handle
 

@@ -12,6 +12,7 @@ from typing import Any, Final, Generic, Never, NoReturn, Self, TypeVar, cast, ov
 
 import msgspec
 
+from actors.checks import NoPublicConstructor, create
 from actors.errors import DeclarationError, NotStarted
 from actors.parameters.descriptor import FloatingPointRange, IntegerRange, ParameterDescriptor
 from actors.parameters.hooks import ParameterHook
@@ -22,7 +23,7 @@ E = TypeVar("E", bool, int, float, str, bytes)
 Node = TypeVar("Node")
 
 
-class ParameterDeclaration(Generic[T_co]):
+class ParameterDeclaration(Generic[T_co], metaclass=NoPublicConstructor):
     """A parameter that every node of a class has: its name, default value and descriptor.
 
     Reading it on an instance gives the current value by one dictionary lookup; it raises NotStarted before the node has started. Assignment
@@ -222,7 +223,7 @@ def parameter(
         additional_constraints=f"unit: {unit}" if unit else "",
         read_only=read_only,
     )
-    return ParameterDeclaration(value, descriptor)
+    return create(ParameterDeclaration, value, descriptor)
 
 
 def _checked(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import structs
 
+from actors.checks import create
 from actors.errors import NotRunning, NotStarted
 from actors.processes.flights import save
 from actors.processes.messages import (
@@ -82,7 +83,8 @@ class HostedTree:
         self._stop_asked: str | None = None
         self._started = False
         keep_step(self._spec)
-        self.system = system = System(
+        self.system = system = create(
+            System,
             seed=order.seed,
             sinks=(self._line,),
             level=order.level,

@@ -7,6 +7,7 @@ import socket
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from actors.checks import create
 from actors.transport.bridge import Bridge
 from actors.transport.domain_id import domain_from_environment
 
@@ -40,7 +41,7 @@ class Rendezvous:
         if not self._private:
             return
         if self._opening is None:
-            bridge = Bridge(self._runtime, self._transport, self.domain_id)
+            bridge = create(Bridge, self._runtime, self._transport, self.domain_id)
             self._runtime.observers.closing.append(bridge.close)
             self._opening = self._runtime.loop.create_task(bridge.open(), name="private transport")
         await self._opening

@@ -8,6 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.actions.peers import Outcome
+from actors.checks import create
 from actors.inbox.control import Failure
 from actors.inbox.expiring import ExpiringMessage
 from actors.replay.boundary import CANCELED
@@ -214,7 +215,7 @@ class Inputs:
         self._follower(number, "on_feedback", feedback)
 
     def outcome(self, number: int, status: Any, result: Any, reason: str) -> None:
-        self._follower(number, "on_result", Outcome(status, result, reason))
+        self._follower(number, "on_result", create(Outcome, status, result, reason))
 
     def _follower(self, number: int, method: str, value: Any) -> None:
         follower = self._boundary.followers.get(number)

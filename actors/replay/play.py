@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from actors.checks import create
 from actors.replay.alone import check_alone, check_parameters, stop_at
 from actors.replay.comparison import Difference
 from actors.replay.driver import Driver
@@ -145,8 +146,8 @@ async def _play(
 ) -> Driver:
     start = recording.start
     journaled(loop)
-    system = System(
-        seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options, trust=recording.trusted)
+    system = create(
+        System, seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options, trust=recording.trusted)
     )
     system.runtime.distinguish(start.process)
     driver = Driver(system, loop, recording, declared, stop, limit)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Coroutine, Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar, cast
 
-from actors.checks import factory_name
+from actors.checks import NoPublicConstructor, create, factory_name
 from actors.errors import DeclarationError, NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.running.hints import give_hints
@@ -82,13 +82,13 @@ def run(
     `hosts`, such as `TlsHosts`, says where the hosts of ``Child(host=...)`` are; it needs a `transport`, by which their nodes are reached.
     Each run is counted then; entering raises `DeclarationError` if it cannot be.
     """
-    return Run(
+    return create(Run,
         tree, *more, seed=seed, signals=signals, sinks=sinks, level=level, observers=observers, parameters=parameters, argv=argv,
         transport=transport, hosts=hosts,
     )  # fmt: skip
 
 
-class Run:
+class Run(metaclass=NoPublicConstructor):
     """The async context manager that `run` returns.
 
     It has no public constructor: `run` gives one.
@@ -162,7 +162,7 @@ class Run:
         self._entered = True
         placement = HERE if self._hosts is None else Placement(self._hosts.count_run())
         keep_step(self._tree)
-        self._system = system = System(**self._settings, processes=self._processes, placement=placement)
+        self._system = system = create(System, **self._settings, processes=self._processes, placement=placement)
         if self._transport is not None:
             from actors.transport.bridge import connect
 
@@ -282,10 +282,10 @@ def open_node(
     """
     child = Child(Node, name=name, namespace=namespace, parameters=parameters, remap=remap, restart=temporary)
     child, level = with_arguments(child, argv)
-    return OpenNode(child, system, seed, sinks, level, transport)
+    return create(OpenNode, child, system, seed, sinks, level, transport)
 
 
-class OpenNode:
+class OpenNode(metaclass=NoPublicConstructor):
     """The async context manager that `open_node` returns.
 
     It has no public constructor: `open_node` gives one.
@@ -342,7 +342,7 @@ class OpenNode:
 
     def _new_system(self) -> System:
         """A system that ends with its last node."""
-        system = System(seed=self._seed, sinks=self._sinks)
+        system = create(System, seed=self._seed, sinks=self._sinks)
         transport = self._transport
         if isinstance(transport, str):
             from actors.transport.environment import transport_from_environment

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamSpec, TypeAlias, TypeVar, overload
 
-from actors.checks import is_number
+from actors.checks import NoPublicConstructor, create, is_number
 from actors.contracts.contracts import (
     ActionHandler,
     GoalHook,
@@ -58,7 +58,7 @@ class _EndpointDeclaration(Generic[M]):
         self.attribute = name
 
 
-class PublisherDeclaration(_EndpointDeclaration[M]):
+class PublisherDeclaration(_EndpointDeclaration[M], metaclass=NoPublicConstructor):
     """``cmd = publishes(CMD_VEL)``: the contract on the class, a `Publisher` on the instance.
 
     It has no public constructor: `publishes` gives one.
@@ -85,7 +85,7 @@ class PublisherDeclaration(_EndpointDeclaration[M]):
         def __set__(self, instance: object, value: Never) -> NoReturn: ...
 
 
-class StreamDeclaration(_EndpointDeclaration[M]):
+class StreamDeclaration(_EndpointDeclaration[M], metaclass=NoPublicConstructor):
     """``odometry = subscribes(ODOMETRY)``: the contract on the class, a `Stream` on the instance, subscribed from the start on.
 
     It has no public constructor: `subscribes` gives one.
@@ -119,7 +119,7 @@ class StreamDeclaration(_EndpointDeclaration[M]):
 
 def publishes(topic: Topic[M], *, qos: QoS | int | None = None) -> PublisherDeclaration[M]:
     """Declare that the node publishes on `topic`; the attribute is its `Publisher`. `qos` overrides that of the contract."""
-    return PublisherDeclaration(topic, topic.qos if qos is None else of(qos))
+    return create(PublisherDeclaration, topic, topic.qos if qos is None else of(qos))
 
 
 def subscribes(
@@ -130,7 +130,7 @@ def subscribes(
     The options are those of `Topic.on`.
     """
     check_reading(f"subscribes({topic!r})", topic, patience, filter)
-    return StreamDeclaration(topic, topic.qos if qos is None else of(qos), patience, filter)
+    return create(StreamDeclaration, topic, topic.qos if qos is None else of(qos), patience, filter)
 
 
 class TimerDeclaration(Declaration):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 from actors.actions.client import DIRECT, Goal
 from actors.actions.driver import GoalHandlers
 from actors.actions.server import ActionServer
+from actors.checks import create
 from actors.contracts.contracts import Service
 from actors.errors import DeclarationError
 from actors.parameters.descriptor import ParameterDescriptor
@@ -153,7 +154,7 @@ class Endpoints:
         requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
         subscription = StreamSubscription(life, entry, topic.type, requested, self.stream_closed, filter, patience)
         self.join(subscription)
-        return Stream(subscription, life.runtime.loop)
+        return create(Stream, subscription, life.runtime.loop)
 
     def join(self, subscription: StreamSubscription[Any]) -> None:
         """Let the subscription of a stream, which calls `stream_closed` at its end, join its topic."""
@@ -272,7 +273,7 @@ class Endpoints:
         ways = DIRECT
         for each in reversed(self._interceptors):
             ways = each.sending_goals(life, entry, ways)
-        return Goal(life, entry, action, message, timeout, ways)
+        return create(Goal, life, entry, action, message, timeout, ways)
 
     async def wait_for(
         self, contracts: Iterable[Service[Any, Any] | Action[Any, Any, Any]], timeout: float | None

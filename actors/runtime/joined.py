@@ -9,6 +9,7 @@ import asyncio
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
+from actors.checks import NoPublicConstructor, create
 from actors.errors import DeclarationError, NotRunning, NotStarted, WrongThread
 from actors.logs import ERROR
 from actors.places import error_fields
@@ -36,7 +37,7 @@ _PATH: Final = ("/unsupervised",)
 """The path of the supervisor. No tree has it, because a name has no '/'."""
 
 
-class JoinedNode:
+class JoinedNode(metaclass=NoPublicConstructor):
     """One node beside the tree. It has no public constructor: `System.join` gives one.
 
     Invariants:
@@ -161,7 +162,7 @@ class JoinedNodes:
         start = supervisor.ask(StartChild(unrestarted, id))
         run = supervisor.incarnation((id,))
         assert run is not None
-        joined = self._places[path] = JoinedNode(record, run, self._runtime.loop.create_future())
+        joined = self._places[path] = create(JoinedNode, record, run, self._runtime.loop.create_future())
         self._nodes[joined] = None
         run.watch(lambda down: self._ended(joined, down.reason))
         return joined, start

@@ -7,6 +7,7 @@ import re
 from collections import deque
 from typing import TYPE_CHECKING, Final
 
+from actors.checks import create
 from actors.inbox.boundary import BOUNDARY, outside
 from actors.logs import DEBUG, LEVEL_NAMES, LogRecord, NodeLog
 from actors.places import place_of
@@ -54,7 +55,7 @@ class Journal:
 
     def log(self, node: str, incarnation: int, throttle_clock: NanosecondClock | None = None) -> NodeLog:
         """A log for one life of a node, with the level that was last set for that node."""
-        return NodeLog(node, incarnation, self._clock, self.write, self.levels, throttle_clock)
+        return create(NodeLog, node, incarnation, self._clock, self.write, self.levels, throttle_clock)
 
     @property
     def level(self) -> int:

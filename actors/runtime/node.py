@@ -16,6 +16,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
+from actors.checks import create
 from actors.contracts.contracts import check_reading, checked_concurrency
 from actors.errors import DeclarationError, NotStarted
 from actors.places import claim
@@ -318,7 +319,8 @@ class Node(Habits):
         """
         label = f"{self.fqn} timer {name_of(callback)}"
         life = _life_of(self)
-        return Timer(
+        return create(
+            Timer,
             life.timers,
             life.check_use,
             lambda: life.clock,
@@ -333,7 +335,7 @@ class Node(Habits):
     def create_rate(self, hz: float) -> Rate:
         """A rate for a loop in a task of its own: ``await rate.sleep()`` waits for the next of its instants on the node's clock."""
         life = _life_of(self)
-        return Rate(lambda: life.clock, hz)
+        return create(Rate, lambda: life.clock, hz)
 
     def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
         """Run `work` in a task of this node: canceled when the node stops; if it fails, the node fails."""

@@ -10,6 +10,7 @@ from random import Random
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from actors.checks import create
 from actors.errors import DeclarationError
 from actors.graph.graph import Graph
 from actors.inbox.boundary import outside
@@ -149,7 +150,7 @@ class Runtime:
         self.thread = get_ident()
         self.seed = seed
         self.placement = placement
-        self.clock = Clock(loop, virtual=bool(getattr(loop, "virtual", False)))
+        self.clock = create(Clock, loop, virtual=bool(getattr(loop, "virtual", False)))
         self.ticker = Ticker(loop)
         self.deadlines = Deadlines(loop)
         self.threads = CallsFromThreads(loop)

@@ -24,6 +24,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from actors import qos
+from actors.checks import create
 from actors.contracts.contracts import Topic
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.time.clock import Clock
@@ -220,7 +221,7 @@ class SimTime:
         self._subscription: ClockSubscription | None = None
         self._ended = self._warned = False
         self.ros = RosClock(system.wall_ns)
-        self.clock = SimClock(self.ros, system, self._loop)
+        self.clock = create(SimClock, self.ros, system, self._loop)
         self.ticker = SimTicker(self.ros)
 
     def __repr__(self) -> str:

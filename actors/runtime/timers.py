@@ -13,7 +13,7 @@ from collections.abc import Awaitable, Callable, Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from actors.checks import is_number
+from actors.checks import NoPublicConstructor, is_number
 from actors.errors import TickMissed
 from actors.runtime.callables import takes_argument
 
@@ -399,7 +399,7 @@ class _Run:
         return self.timer.on_tick(self, tick)
 
 
-class Timer:
+class Timer(metaclass=NoPublicConstructor):
     """A timer made at run time: periodic, or with one tick only. Its ticks are handled as those of `every`, one at a time with the
     node's other handlers, in every state of a lifecycle node, until it is canceled or the node ends.
 
@@ -511,7 +511,7 @@ class Timer:
         return self._callback(tick) if self._takes_tick else self._callback()
 
 
-class Rate:
+class Rate(metaclass=NoPublicConstructor):
     """Keeps a loop at a rate: ``while True: ...; await rate.sleep()``.
 
     Its instants lie one period apart on the node's clock, from the moment in which it was made. One that has passed is left out. A

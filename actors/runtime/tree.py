@@ -7,6 +7,7 @@ import signal
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from actors.checks import create
 from actors.errors import NotRunning, NotStarted, ProgramExit
 from actors.runtime.joined import JoinedNodes
 from actors.shield import see_through
@@ -38,7 +39,7 @@ class Top:
     ) -> None:
         self.killed = False
         self._ready: asyncio.Future[None] = loop.create_future()
-        self.supervisor = RunningSupervisor(spec, runtime, path, killed=lambda: self.killed)
+        self.supervisor = create(RunningSupervisor, spec, runtime, path, killed=lambda: self.killed)
         life = self.supervisor.run(lambda: self._ready.set_result(None))
         self.task: asyncio.Task[None] = loop.create_task(life, name=f"supervisor {spec.name}")
 

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
 from typing import TypeAlias
 
+from actors.checks import NoPublicConstructor, create
 from actors.errors import WrongThread
 from actors.supervision.child_task import GRACE, ChildTask, LeakedChild
 from actors.supervision.children import Children, Phase
@@ -32,7 +33,7 @@ Path: TypeAlias = str | Sequence[str]
 """The path from a supervisor down to a descendant: "gaits/walk", or ("gaits", "walk")."""
 
 
-class RunningSupervisor:
+class RunningSupervisor(metaclass=NoPublicConstructor):
     """One run of a `Supervisor` or `DynamicSupervisor`: `await RunningSupervisor(spec, runtime).run(started)`.
 
     It is a `Life`, so supervisors nest. Requests are handled at once, also while children are starting or restarting; a request
@@ -121,7 +122,7 @@ class RunningSupervisor:
     def _nest(
         self, spec: Supervisor | DynamicSupervisor, path: tuple[str, ...], killed: Callable[[], bool]
     ) -> RunningSupervisor:
-        return RunningSupervisor(spec, self._runtime, path, leaked=self.leaked, killed=killed)
+        return create(RunningSupervisor, spec, self._runtime, path, leaked=self.leaked, killed=killed)
 
     # ------------------------------------------------------------------ inspecting
 

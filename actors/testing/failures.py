@@ -10,6 +10,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Final
 
+from actors.checks import NoPublicConstructor, create
 from actors.places import place_of
 from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.reasons import cause_of, is_abnormal
@@ -40,7 +41,7 @@ class Failure:
         self.error: Final = error
 
 
-class ExpectedFailure:
+class ExpectedFailure(metaclass=NoPublicConstructor):
     """A failure that a test expects, until the test ends or within the ``with`` block that it opens.
 
     `errors` holds the errors that occurred. The test fails if none has occurred by the end of the block or of the test.
@@ -134,7 +135,7 @@ class FailureWatch:
 
     def expect(self, kinds: Kinds, node: type | str | None, match: str) -> ExpectedFailure:
         """Expect a failure from now on. Failures that have been reported before are not affected."""
-        expected = ExpectedFailure(self, kinds, node, match)
+        expected = create(ExpectedFailure, self, kinds, node, match)
         self.expected.append(expected)
         return expected
 

@@ -67,7 +67,7 @@ class Lab:
         *,
         seed: int = 0,
         conditions: Conditions = LAN,
-        make_system: Callable[..., System] = System,
+        make_system: Callable[..., System] | None = None,
         excused: Callable[[BaseException], bool] | None = None,
         faults: Sequence[Fault] = (),
     ) -> None:

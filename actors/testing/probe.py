@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from actors.checks import NoPublicConstructor
 from actors.topics.subscription import Subscription
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 M = TypeVar("M", bound="Message")
 
 
-class Probe(Subscription[M], Generic[M]):
+class Probe(Subscription[M], Generic[M], metaclass=NoPublicConstructor):
     """The messages published on a topic since the probe was created, with their times.
 
     `times[i]` is when message i was received, in seconds on the system's clock. A probe has no bound: it keeps all messages, unlike other

@@ -20,8 +20,10 @@ import asyncio
 from collections import deque
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
+from actors.checks import create
 from actors.errors import NotStarted
 from actors.logs import DEBUG, LogRecord
 from actors.places import awaited_in
@@ -84,11 +86,11 @@ class Rig:
 
     def __init__(
         self,
-        make_system: Callable[..., System] = System,
+        make_system: Callable[..., System] | None = None,
         excused: Callable[[BaseException], bool] | None = None,
     ) -> None:
         self.loop = loop = virtual_loop("a Rig", "rig")
-        self._make_system = make_system
+        self._make_system = make_system or partial(create, System)
         self._watch = FailureWatch(excused)
         self.logs: deque[LogRecord] = deque(maxlen=KEPT_LINES)
         self._observers: list[Observer] = []
@@ -301,7 +303,7 @@ class Rig:
         """Record a topic from now on, beginning with its latched messages. `name`, a full name, replaces that of the contract."""
         me = incarnation_of(self.me)
         entry = self.system.graph.topic(name or me.identity.topic(topic.name))
-        probe = Probe(me, entry, topic.type, topic.qos if qos is None else of(qos), self.system.clock.now)
+        probe = create(Probe, me, entry, topic.type, topic.qos if qos is None else of(qos), self.system.clock.now)
         me.endpoints.streams.append(cast("Any", probe))
         entry.add_subscription(probe)
         return probe

@@ -7,6 +7,7 @@ import math
 import time
 from typing import TYPE_CHECKING, Any
 
+from actors.checks import NoPublicConstructor
 from actors.time.values import stamp_of
 from actors.waiting import wake
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 
 
-class Clock:
+class Clock(metaclass=NoPublicConstructor):
     """The clock of one system. It follows the event loop, so it is virtual on a virtual loop.
 
     `now()` is the time since the system started, in seconds. It never goes back; durations and deadlines use it. `wall()` is the time of

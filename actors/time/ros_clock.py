@@ -10,6 +10,7 @@ from enum import StrEnum
 from time import time_ns
 from typing import NamedTuple
 
+from actors.checks import NoPublicConstructor, create
 from actors.time.values import ClockType, Duration, Time
 
 
@@ -70,7 +71,7 @@ class JumpThreshold:
         return f"JumpThreshold(forward {self.min_forward}, backward {self.min_backward}{change})"
 
 
-class JumpHandle:
+class JumpHandle(metaclass=NoPublicConstructor):
     """A registered jump callback. ``remove()`` removes it; calling that twice is harmless.
 
     It has no public constructor: `Node.on_jump` gives one.
@@ -160,7 +161,7 @@ class RosClock:
         post: Callable[[TimeJump], object] | None = None,
     ) -> JumpHandle:
         """Call ``pre()`` before and ``post(jump)`` after every jump that passes the threshold."""
-        handle = JumpHandle(self, threshold, pre, post)
+        handle = create(JumpHandle, self, threshold, pre, post)
         self._handles = (*self._handles, handle)
         return handle
 

@@ -14,6 +14,7 @@ from contextvars import copy_context
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
+from actors.checks import NoPublicConstructor
 from actors.errors import CallTimeout, Ended
 from actors.time.deadlines import check_timeout
 from actors.waiting import Waiters
@@ -151,7 +152,7 @@ class EventSource(Protocol):
         ...
 
 
-class EventStream(Generic[E]):
+class EventStream(Generic[E], metaclass=NoPublicConstructor):
     """The QoS events of one endpoint, as an async iterator: ``async for event in publisher.events()``.
 
     The stream reports events from the moment it is created; the endpoint's `status` holds the totals before that. Events of the same kind

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from actors.checks import NoPublicConstructor, create
 from actors.errors import Ended, WrongThread, WrongType, described
 from actors.topics.endpoint import Endpoint
 from actors.topics.events import EventStream
@@ -32,7 +33,7 @@ class _Closed:
     """Takes the place of the message type in a publisher that must not publish, so that `publish` needs no separate check."""
 
 
-class Publisher(Endpoint, Generic[M]):
+class Publisher(Endpoint, Generic[M], metaclass=NoPublicConstructor):
     """Publishes messages of one type on one topic for one node. Call it directly, or call `publish`.
 
     `count` is the number of messages published so far. `status` holds the totals of its QoS events, and `events()` reports them as they
@@ -174,7 +175,7 @@ class Publisher(Endpoint, Generic[M]):
 
     def events(self) -> EventStream[PublisherEvent]:
         """The QoS events of this publisher from now on: ``async for event in publisher.events()``."""
-        return EventStream(self)
+        return create(EventStream, self)
 
     def due(self, now: int) -> int | None:
         return None

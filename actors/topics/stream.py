@@ -7,6 +7,7 @@ from collections.abc import AsyncGenerator, Callable
 from threading import get_ident
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
+from actors.checks import NoPublicConstructor, create
 from actors.errors import CallTimeout, Ended
 from actors.inbox.expiring import ExpiringMessage
 from actors.time.deadlines import check_timeout
@@ -76,7 +77,7 @@ class StreamSubscription(Subscription[M]):
             wake(self.reader, None)
 
 
-class Stream(Generic[M]):
+class Stream(Generic[M], metaclass=NoPublicConstructor):
     """A subscription as an async iterator: ``async for message in node.subscribe(TOPIC)``.
 
     It receives messages from the moment it is created. Iteration stops, and the subscription leaves the topic, with `close()`, at the end
@@ -127,7 +128,7 @@ class Stream(Generic[M]):
 
     def events(self) -> EventStream[SubscriptionEvent]:
         """The QoS events of this subscription from now on: ``async for event in stream.events()``."""
-        return EventStream(self._subscription, kept=self)
+        return create(EventStream, self._subscription, kept=self)
 
     def __aiter__(self) -> Stream[M]:
         return self

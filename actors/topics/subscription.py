@@ -13,6 +13,7 @@ from collections import deque
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
+from actors.checks import create
 from actors.inbox.boundary import asked
 from actors.inbox.expiring import ExpiringMessage
 from actors.topics.endpoint import Endpoint, nanoseconds
@@ -174,7 +175,7 @@ class Subscription(Endpoint, Generic[M]):
 
     def events(self) -> EventStream[SubscriptionEvent]:
         """The QoS events of this subscription from now on: ``async for event in subscription.events()``."""
-        return EventStream(self)
+        return create(EventStream, self)
 
     def due(self, now: int) -> int | None:
         lease = nanoseconds(self.qos.liveliness_lease)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from actors.checks import create
 from actors.inbox.expiring import ExpiringMessage
 from actors.qos.policies import Liveliness
 from actors.topics.endpoint import nanoseconds
@@ -24,7 +25,7 @@ def publisher_for(node: Participant, entry: TopicRegistry, type: type[M], qos: Q
     """Create a publisher that has yet to join `entry`. Only a publisher with a lifespan, deadline or lease reads the clock when it
     publishes."""
     timed = qos.lifespan is not None or qos.deadline is not None or _lease_of(qos) is not None
-    return (TimedPublisher if timed else Publisher)(node, entry, type, qos)
+    return create(TimedPublisher if timed else Publisher, node, entry, type, qos)
 
 
 def _lease_of(qos: QoS) -> int | None:

@@ -12,6 +12,7 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
+from actors.checks import NoPublicConstructor, create
 from actors.inbox.boundary import outside
 from actors.transport.cycles import Cycles
 from actors.transport.domain_id import domain_from_environment
@@ -53,13 +54,13 @@ def connect(runtime: Runtime, transport: Transport, domain_id: int | None = None
     To be called before the tree of the system starts. The transport is opened beside the start, and closed after the stop. One that cannot
     be opened is logged, and the system then runs alone. Raises ValueError for an invalid ROS_DOMAIN_ID.
     """
-    bridge = Bridge(runtime, transport, domain_from_environment(os.environ) if domain_id is None else domain_id)
+    bridge = create(Bridge, runtime, transport, domain_from_environment(os.environ) if domain_id is None else domain_id)
     runtime.distinguish(transport.session)
     runtime.observers.opening.append(bridge.open)
     runtime.observers.closing.append(bridge.close)
 
 
-class Bridge:
+class Bridge(metaclass=NoPublicConstructor):
     """The connection of one system with other processes, for as long as its transport is open.
 
     It has no public constructor: `connect` makes one.

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from actors.actions.goals import NO_GOAL_ID, CancelCode, GoalStatus
 from actors.actions.peers import Outcome
+from actors.checks import create
 from actors.errors import Reject
 from actors.interfaces import derived
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 ACTION: Final = "/_action/"
 PARTS: Final = ("send_goal", "get_result", "cancel_goal")
-_UNKNOWN: Final = Outcome(GoalStatus.UNKNOWN)
+_UNKNOWN: Final = create(Outcome, GoalStatus.UNKNOWN)
 
 
 class _Followed:
@@ -155,7 +156,7 @@ class Actions:
         elif goal is None:
             _answer_result(shown, asked, _UNKNOWN)
         elif goal.status.is_terminal:
-            _answer_result(shown, asked, Outcome(goal.status, goal.result, goal.reason))
+            _answer_result(shown, asked, create(Outcome, goal.status, goal.result, goal.reason))
         else:  # a goal of this process
             self._services.answer(shown, name, asked)
 

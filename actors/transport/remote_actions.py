@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import GoalFollower, Outcome
+from actors.checks import create
 from actors.errors import ActionUnavailable, Reject, ServiceFailed
 from actors.interfaces import derived, registry
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
@@ -324,15 +325,17 @@ class RemoteGoal:
         host = self.server.host
         if response is None:
             how = "ended or was lost" if isinstance(answer, NoAnswer) else "ended"
-            return Outcome(GoalStatus.ABORTED, reason=f"{host} {how} while the goal ran")
+            return create(Outcome, GoalStatus.ABORTED, reason=f"{host} {how} while the goal ran")
         status = _status_of(response.status)
         if not status.is_terminal and self._told.is_terminal:
-            return Outcome(
-                self._told, reason=f"the goal has ended as {self._told.name}, but {host} has not kept its result"
+            return create(
+                Outcome,
+                self._told,
+                reason=f"the goal has ended as {self._told.name}, but {host} has not kept its result",
             )
         if not status.is_terminal:
-            return Outcome(GoalStatus.ABORTED, reason=f"{host} does not know the goal any more")
-        return Outcome(status, response.result, _reason_in(answer))
+            return create(Outcome, GoalStatus.ABORTED, reason=f"{host} does not know the goal any more")
+        return create(Outcome, status, response.result, _reason_in(answer))
 
 
 def _reason_in(answer: Answer) -> str:

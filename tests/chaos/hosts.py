@@ -27,6 +27,7 @@ from typing import Any
 from unittest.mock import patch
 
 from actors import Child, Intensity, Node, StartFailed, Supervisor, Topic, every, publishes, rest_for_one
+from actors.checks import create
 from actors.errors import NotRunning
 from actors.hosts.agent import Session
 from actors.hosts.lease import LEASE_SECONDS, Granting, Holding
@@ -178,7 +179,8 @@ class Owner:
     def _begin(self) -> None:
         self._transport = transport = self._network.transport("robot")
         self._mortal = hosts = Mortal(self._hosts)
-        self._system = system = System(
+        self._system = system = create(
+            System,
             seed=self._seed,
             sinks=(),
             processes=lambda runtime: Processes(runtime, transport, elsewhere=elsewhere(hosts, runtime)),
@@ -407,8 +409,8 @@ async def _run(seed: int) -> Outcome:
     network = Network(seed)
     for name in ("robot", *MACHINES):
         network.add_host(name)
-    hosts = SimulatedHosts(network, "robot", MACHINES)
-    drive = System(seed=seed, sinks=())
+    hosts = create(SimulatedHosts, network, "robot", MACHINES)
+    drive = create(System, seed=seed, sinks=())
     connect(drive.runtime, network.transport("robot"))
     await drive.start(Supervisor("drives", children=[Child(Drive)]))
     owner = Owner(network, hosts, seed)

@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple, Protocol, cast
 
 from actors import Child, Node, Service, Topic
 from actors.actions.client import Goal
+from actors.checks import create
 from actors.contracts.contracts import Action
 from actors.errors import GoalRejected
 from actors.logs import DEBUG, LogRecord
@@ -113,7 +114,7 @@ class Client:
     def __init__(self, transport: Transport) -> None:
         self._logs: list[LogRecord] = []
         self._counts = Counter[str]()
-        self._system = System(sinks=(self._logs.append,), level=DEBUG)
+        self._system = create(System, sinks=(self._logs.append,), level=DEBUG)
         connect(self._system.runtime, cast("Transport", Counted(transport, self._counts)))
         self._node: Any = None
         self._listeners: dict[int, Any] = {}
@@ -134,7 +135,7 @@ class Client:
             return
         me = incarnation_of(self._node)
         entry = self._system.graph.topic(me.identity.topic(topic.name))
-        self._listeners[number] = probe = Probe(me, entry, topic.type, of(topic.qos), self._system.clock.now)
+        self._listeners[number] = probe = create(Probe, me, entry, topic.type, of(topic.qos), self._system.clock.now)
         me.endpoints.streams.append(cast("Any", probe))
         entry.add_subscription(probe)
 

@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol, TypeAlias, TypeVar, cast
 
 from actors import Child, Node, QoS, Service, Topic
+from actors.checks import create
 from actors.contracts.contracts import Action
 from actors.errors import GoalRejected
 from actors.interfaces.message import Message
@@ -74,7 +75,7 @@ class Pair:
 
     def __init__(self, near: Transport, client: Told) -> None:
         self.logs: list[LogRecord] = []
-        self.system = System(sinks=(self.logs.append,), level=DEBUG)
+        self.system = create(System, sinks=(self.logs.append,), level=DEBUG)
         connect(self.system.runtime, cast("Transport", Counted(near, counts)))
         self.client = client
         self.feedback: dict[bytes, int] = {}

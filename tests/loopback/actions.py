@@ -16,6 +16,7 @@ import pytest
 from actors.actions.client import Goal
 from actors.actions.goals import CancelCode, GoalStatus
 from actors.actions.peers import ActionPeer, GoalFollower, Outcome
+from actors.checks import create
 from actors.errors import Reject
 from actors.interfaces import derived
 from actors.interfaces.action_msgs.msg import GoalInfo, GoalStatusArray
@@ -150,7 +151,7 @@ class RemoteGoal:
         self.client.on_feedback(message.feedback)
 
     def _result(self, response: Any) -> None:
-        self.client.on_result(Outcome(GoalStatus(response.status), response.result))
+        self.client.on_result(create(Outcome, GoalStatus(response.status), response.result))
 
 
 def soon(act: Callable[..., None], *arguments: Any) -> None:

@@ -7,6 +7,7 @@ from functools import partial
 
 import pytest_asyncio
 
+from actors.checks import create
 from actors.runtime.runtime import Runtime
 from actors.system import System
 from actors.testing import Rig
@@ -15,6 +16,6 @@ from tests.loopback.graph import LoopbackGraph
 
 @pytest_asyncio.fixture
 async def rig() -> AsyncIterator[Rig]:
-    rig = Rig(make_system=partial(System, make_runtime=partial(Runtime, make_graph=LoopbackGraph)))
+    rig = Rig(make_system=partial(create, System, make_runtime=partial(Runtime, make_graph=LoopbackGraph)))
     yield rig
     await rig.close()

@@ -21,6 +21,7 @@ from pathlib import Path
 import pytest
 
 import actors
+from actors.checks import NoPublicConstructor
 from tests.project.surface import NO_CONSTRUCTOR, Definition, Surface
 from tests.tools.reference import INTERNAL
 
@@ -148,6 +149,25 @@ def test_classes_without_a_public_constructor_say_who_gives_one(
         assert isinstance(statement, ast.ClassDef)
         text = " ".join((ast.get_docstring(statement) or "").split())
         assert re.search(rf"{NO_CONSTRUCTOR}: [^.]*`", text), f"{one}: its docstring does not say what gives one"
+
+
+SPARED = {"Tick", "NodeRecord", "Identity", "HandlerSubscription", "Finding", "Snapshot", "Security", "Field"}
+"""Of these there is one for each tick or each node, or they are plain values."""
+
+
+def test_a_class_without_a_public_constructor_says_what_gives_one_when_it_is_called(
+    surface: Surface, public: dict[Definition, list[str]]
+) -> None:
+    spared: set[str] = set()
+    for one in public:
+        if one.name and surface.made_by_the_framework(one):
+            kind = getattr(importlib.import_module(one.module), one.name)
+            if isinstance(kind, NoPublicConstructor):
+                with pytest.raises(TypeError, match=rf"^{one.name} has no public constructor: .*`"):
+                    kind()
+            else:
+                spared.add(one.name)
+    assert spared == SPARED
 
 
 def test_the_members_for_the_framework_only_exist(surface: Surface, public: dict[Definition, list[str]]) -> None:

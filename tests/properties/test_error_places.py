@@ -30,6 +30,7 @@ from actors import (
     every,
     parameter,
 )
+from actors.checks import create
 from actors.errors import NotRunning  # fmt: skip
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -221,7 +222,7 @@ class Trial:
             self.problems.append(str(problem))
 
     async def run(self) -> list[str]:
-        self.system = system = System(sinks=())
+        self.system = system = create(System, sinks=())
         try:
             await system.start(Supervisor("system", children=[Child(Faulty, stop=2.0)]))
         except (StartFailed, NotRunning) as error:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, TypeVar, cast
 
 from actors import Child, Node, Topic
+from actors.checks import create
 from actors.interfaces.message import Message
 from actors.logs import DEBUG
 from actors.qos import of
@@ -34,7 +36,7 @@ class WiredRig(Rig):
     """As `Rig`; `me`, probes, calls and goals belong to `far`, a second system, which knows the first one by the network only."""
 
     def __init__(self) -> None:
-        super().__init__(make_system=NearSystem)
+        super().__init__(make_system=partial(create, NearSystem))
         self.network = Network()
         self.far: System | None = None
         self._far_me: JoinedNode | None = None
@@ -43,7 +45,7 @@ class WiredRig(Rig):
         system = await super().start(*tree, transport=self.network.end(), **options)
         assert isinstance(system, NearSystem)
         await system.leave(system.joined[-1])
-        self.far = System(sinks=(self.logs.append,), level=DEBUG)
+        self.far = create(System, sinks=(self.logs.append,), level=DEBUG)
         connect(self.far.runtime, self.network.end())
         self.far.open()
         self._far_me = await self.far.join(Child(Node, name="rig"))
@@ -59,7 +61,7 @@ class WiredRig(Rig):
         assert self.far is not None
         me = incarnation_of(self.me)
         entry = self.far.graph.topic(name or me.identity.topic(topic.name))
-        probe = Probe(me, entry, topic.type, topic.qos if qos is None else of(qos), self.far.clock.now)
+        probe = create(Probe, me, entry, topic.type, topic.qos if qos is None else of(qos), self.far.clock.now)
         me.endpoints.streams.append(cast("Any", probe))
         entry.add_subscription(probe)
         return probe

@@ -12,6 +12,7 @@ from threading import Event, Thread
 from types import ModuleType
 from typing import Any, TextIO, cast
 
+from actors.checks import NoPublicConstructor, create
 from actors.errors import described
 from actors.launch import events
 from actors.launch.actions.events import RegisterEventHandler
@@ -50,10 +51,10 @@ def launch_tests(path: Path, *, packages: Packages | None = None) -> list[Launch
     for row in rows:
         if wanted != set(row):
             raise LaunchError(f"{path}: {MAKER} takes {_names(wanted)}, but parametrize gives {_names(set(row))}")
-    return [LaunchTest(path, module, make, row, context) for row in rows]
+    return [create(LaunchTest, path, module, make, row, context) for row in rows]
 
 
-class LaunchTest:
+class LaunchTest(metaclass=NoPublicConstructor):
     """One run of a launch test, which can be repeated. There is no public constructor: `launch_tests` gives them."""
 
     def __init__(

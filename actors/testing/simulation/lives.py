@@ -7,6 +7,7 @@ import math
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
+from actors.checks import create
 from actors.errors import CallCycle
 from actors.places import USER, chain_of, owner_of
 from actors.runtime.interceptor import Interceptor
@@ -56,7 +57,7 @@ class Simulation(Interceptor):
         """Path of a node that was canceled while it stopped -> where it waited then."""
         self._links = Links(faults, profile)
         self._lives: dict[object, _SimulatedLife] = {}
-        self.system = system = System(**options)
+        self.system = system = create(System, **options)
         system.observe(reports=self._reported)
         system.runtime.intercept(self)
         observers = system.runtime.observers

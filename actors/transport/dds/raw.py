@@ -8,6 +8,7 @@ from functools import partial
 from types import TracebackType
 from typing import Generic, TypeVar
 
+from actors.checks import NoPublicConstructor, create
 from actors.interfaces.cdr import decode, encode
 from actors.interfaces.errors import CdrError
 from actors.interfaces.message import Message
@@ -21,7 +22,7 @@ from actors.transport.format.types import write_type
 M = TypeVar("M", bound=Message)
 
 
-class RawWriter(Generic[M]):
+class RawWriter(Generic[M], metaclass=NoPublicConstructor):
     """Writes messages of one topic; no public constructor: it comes from `RawTopics.writer`."""
 
     def __init__(self, writer: Writer) -> None:
@@ -61,7 +62,9 @@ class RawTopics:
 
     def writer(self, topic: str, type: type[M], *, depth: int = 1) -> RawWriter[M]:
         """Write `topic`; reliably for those who ask for that. Raises `ValueError` if Cyclone DDS refuses the name."""
-        return RawWriter(self._participant.writer(topic, write_type(type.__ros_type__), EndpointQos(depth=depth)))
+        return create(
+            RawWriter, self._participant.writer(topic, write_type(type.__ros_type__), EndpointQos(depth=depth))
+        )
 
     def reader(
         self, topic: str, type: type[M], take: Callable[[M], None], *, depth: int = 1, reliable: bool = False

@@ -15,6 +15,7 @@ from actors import Child, Node, StartFailed, Topic, every, publishes, qos, run, 
 from actors.bag import BagError, BagReader, BagWriter, Recorder, RecordOptions, Selection, WriterOptions, type_of
 from actors.bag.outbox import Outbox, Taken
 from actors.bag.ring import Channel
+from actors.checks import create
 from actors.interfaces import decode
 from actors.interfaces.rosbag2_interfaces import srv
 from actors.interfaces.rosbag2_interfaces.msg import WriteSplitEvent
@@ -419,7 +420,7 @@ async def test_the_feedback_and_status_of_actions_are_recorded(rig: Rig, tmp_pat
 
 async def test_from_another_process_both_times_are_kept_and_the_bytes_are_those_that_came(tmp_path: Path) -> None:
     network, lines = Network(), list[LogRecord]()
-    far = System(sinks=())
+    far = create(System, sinks=())
     connect(far.runtime, network.end())
     far.open()
     async with run(recorder(tmp_path / "walk"), transport=network.end(), sinks=(lines.append,)) as near:

@@ -27,6 +27,7 @@ from actors import (
     parameter,
     run,
 )
+from actors.checks import create
 from actors.diagnostics.spans import Spans
 from actors.errors import NodeRestarting
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -270,7 +271,7 @@ async def test_a_node_that_publishes_its_calls_has_spans_too_whenever_it_begins_
 
 
 async def test_the_two_spans_of_a_call_between_processes_have_the_same_id_and_traces_of_their_own(store: Store) -> None:
-    network, far = Network(), System(sinks=())
+    network, far = Network(), create(System, sinks=())
     Spans(store.provider).attach(far)
     connect(far.runtime, network.end())
     far.open()

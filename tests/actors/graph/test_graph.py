@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from actors import QoS, qos
+from actors.checks import create
 from actors.graph.graph import Graph
 from actors.interfaces.std_msgs.msg import Int32
 from actors.topics.publisher import Publisher
@@ -38,7 +39,7 @@ async def test_every_change_is_counted_and_told_until_the_listener_leaves() -> N
     heard: list[int] = []
     leave = ours.on_change(lambda: heard.append(ours.version))
     entry = ours.topic("/a")
-    out = Publisher(Someone(), entry, Int32, qos.DEFAULT)
+    out = create(Publisher, Someone(), entry, Int32, qos.DEFAULT)
     queue = StreamSubscription(Someone(), entry, Int32, qos.DEFAULT)
     entry.add_publisher(out)
     entry.add_subscription(queue)
@@ -72,7 +73,7 @@ async def test_a_topic_knows_since_when_and_how_much() -> None:
     entry = ours.topic("/a")
     assert entry.opened is None
     await asyncio.sleep(2.0)
-    out, other = (Publisher(Someone(), entry, Int32, qos.DEFAULT) for _ in range(2))
+    out, other = (create(Publisher, Someone(), entry, Int32, qos.DEFAULT) for _ in range(2))
     entry.add_publisher(out)
     await asyncio.sleep(1.0)
     entry.add_publisher(other)
@@ -108,7 +109,10 @@ async def test_each_policy_that_keeps_a_pair_apart_is_named_once_on_both_sides(
     ours, talker, listener = graph(), Someone("/talker"), Someone("/listener")
     entry = ours.topic("/a")
     for _ in range(2):
-        out, queue = Publisher(talker, entry, Int32, offered), StreamSubscription(listener, entry, Int32, requested)
+        out, queue = (
+            create(Publisher, talker, entry, Int32, offered),
+            StreamSubscription(listener, entry, Int32, requested),
+        )
         if publisher_first:
             entry.add_publisher(out)
             entry.add_subscription(queue)
@@ -135,7 +139,7 @@ async def test_each_policy_that_keeps_a_pair_apart_is_named_once_on_both_sides(
 
 async def test_what_was_latched_comes_to_a_matching_subscription_only_and_as_much_as_it_holds() -> None:
     entry = graph().topic("/a")
-    out = Publisher(Someone(), entry, Int32, LATCHED.replace(depth=5))
+    out = create(Publisher, Someone(), entry, Int32, LATCHED.replace(depth=5))
     entry.add_publisher(out)
     for value in range(10):
         out(number(value))

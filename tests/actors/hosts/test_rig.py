@@ -20,6 +20,7 @@ from actors import (
     every,
     publishes,
 )
+from actors.checks import create
 from actors.errors import NotStarted, ProcessDied
 from actors.hosts import HostLost
 from actors.hosts.messages import Hello
@@ -215,7 +216,7 @@ async def test_a_child_that_waits_for_its_machine_can_be_stopped_and_killed(rig:
         network = Network(1)
         for name in ("here", "base"):
             network.add_host(name)
-        hosts = SimulatedHosts(network, "here", ("base",))
+        hosts = create(SimulatedHosts, network, "here", ("base",))
         hosts.crash("base")
         start = asyncio.create_task(
             other.start(tree("base", stop=stop), transport=network.transport("here"), hosts=hosts)
@@ -267,7 +268,7 @@ async def test_hosts_that_are_not_known_are_named(rig: Rig) -> None:
     network = Network(1)
     for name in ("here", "base"):
         network.add_host(name)
-    hosts = SimulatedHosts(network, "here", ("base",))
+    hosts = create(SimulatedHosts, network, "here", ("base",))
     rig.expect_failure()
 
     with pytest.raises(StartFailed) as failed:
@@ -309,7 +310,7 @@ async def test_a_simulated_wire_that_was_closed_carries_nothing_more() -> None:
     network = Network(1)
     for name in ("here", "base"):
         network.add_host(name)
-    hosts = SimulatedHosts(network, "here", ("base",))
+    hosts = create(SimulatedHosts, network, "here", ("base",))
     got: list[object] = []
     wire = await hosts.dial("base", got.append, lambda: got.append("lost"))
     wire.close()

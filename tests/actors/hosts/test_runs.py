@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from actors import Child, DeclarationError, Node, Supervisor, Topic, every, publishes, run
+from actors.checks import create
 from actors.hosts import TlsHosts
 from actors.hosts.runs import count_run
 from actors.hosts.simulated import SimulatedHosts
@@ -160,7 +161,7 @@ async def test_each_run_of_a_tree_has_larger_tokens_here_and_on_its_machines() -
     network = Network(0)
     for name in ("robot", "base"):
         network.add_host(name)
-    hosts = SimulatedHosts(network, "robot", ("base",))
+    hosts = create(SimulatedHosts, network, "robot", ("base",))
     tree = Supervisor("top", children=[Child(Talker, name="near"), Child(Talker, name="far", host="base")])
     heard: list[int] = []
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from actors import Child, Intensity, Node, Supervisor, every, run
+from actors.checks import create
 from actors.hosts.simulated import SimulatedHosts
 from actors.transport.figures import FIGURES, LeaseFigures
 from actors.transport.simulated.network import Network
@@ -19,7 +20,7 @@ async def test_a_process_tells_what_is_left_of_the_lease_of_each_machine_and_how
     network = Network(0)
     for name in ("robot", "base", "spare", "desk"):
         network.add_host(name)
-    hosts = SimulatedHosts(network, "robot", ("base", "spare"))
+    hosts = create(SimulatedHosts, network, "robot", ("base", "spare"))
     away = [Child(Worker, name=name, hosts=["spare", "base"]) for name in ("one", "two")]
     tree = Supervisor("top", intensity=Intensity(9, within=60.0), children=away)
 

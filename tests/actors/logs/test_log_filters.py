@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from actors import Child, Node, Topic, every
+from actors.checks import create
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.logs import DEBUG, ERROR, INFO, WARN, LogRecord, NodeLog
 from actors.logs.levels import Level, LevelTree
@@ -30,7 +31,7 @@ class Stopped:
 
 def log_of(written: list[LogRecord], clock: Stopped | None = None, level: int = INFO) -> NodeLog:
     shown: Any = clock or Stopped()
-    return NodeLog("/gait", 1, shown, written.append, LevelTree(Level(level)))
+    return create(NodeLog, "/gait", 1, shown, written.append, LevelTree(Level(level)))
 
 
 def test_once_skip_first_and_throttle_work_on_every_method() -> None:

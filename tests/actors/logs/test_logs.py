@@ -12,6 +12,7 @@ import pytest
 import structlog
 
 from actors import Child, Intensity, Node, Stop, Supervisor, SupervisorGaveUp, System
+from actors.checks import create
 from actors.logs import (
     DEBUG,
     ERROR,
@@ -42,7 +43,7 @@ def test_a_record_reads_as_one_line() -> None:
 def test_a_nodes_log_has_five_levels_and_writes_from_its_own_upwards() -> None:
     loop = VirtualLoop()
     written: list[LogRecord] = []
-    log = NodeLog("/gait", 2, Clock(loop, virtual=True), written.append, LevelTree(WARN))
+    log = create(NodeLog, "/gait", 2, create(Clock, loop, virtual=True), written.append, LevelTree(WARN))
     for write in (log.debug, log.info, log.warning, log.warn, log.error, log.fatal):
         write("said", word="x")
     assert [line.level for line in written] == [WARN, WARN, ERROR, FATAL]
@@ -148,7 +149,7 @@ async def test_a_sink_that_fails_hurts_nobody_and_further_sinks_get_the_line() -
         raise BrokenPipeError("nobody reads any more")
 
     asyncio.get_running_loop().set_exception_handler(lambda loop, context: problems.append(context))
-    system = System(sinks=(broken,), level=DEBUG)
+    system = create(System, sinks=(broken,), level=DEBUG)
     system.observe(lines=lambda line: heard.append(line.event))
     await system.start(Supervisor("system"))
     system.log.info("still here")
@@ -162,7 +163,7 @@ async def test_a_sink_that_fails_hurts_nobody_and_further_sinks_get_the_line() -
 async def test_a_report_below_the_level_of_the_system_is_kept_and_told_but_not_logged() -> None:
     told: list[Report] = []
     lines: list[LogRecord] = []
-    system = System(sinks=(lines.append,), level=ERROR)
+    system = create(System, sinks=(lines.append,), level=ERROR)
     system.observe(reports=told.append)
     await system.start(Supervisor("system", children=[Child(Node, name="node")], intensity=Intensity(1, within=10.0)))
     state = system.nodes["system", "node"]

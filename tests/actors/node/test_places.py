@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from actors import CallTimeout, Child, Node, Supervisor, background, parameter, places
+from actors.checks import create
 from actors.places import PACKAGE, PYTHON, USER, awaited_in, line_of, owner_of, place_of, traceback_of, users_trace
 from actors.testing import Rig
 from tests.stage import NUMBERS, events, number
@@ -198,7 +199,7 @@ async def test_a_task_waits_at_the_users_line_also_within_actors() -> None:
     from actors.time.clock import Clock
 
     async def rest() -> None:
-        await Clock(asyncio.get_running_loop(), virtual=False).sleep(5.0)
+        await create(Clock, asyncio.get_running_loop(), virtual=False).sleep(5.0)
 
     task = asyncio.create_task(rest())
     await asyncio.sleep(0)

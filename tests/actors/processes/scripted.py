@@ -10,6 +10,7 @@ from itertools import count
 from random import Random
 from typing import Any
 
+from actors.checks import create
 from actors.errors import ProgramExit
 from actors.processes.life import Process, ProcessLife
 from actors.processes.messages import Event, News, Order, Over, Ready, Request, StopAsked, Told
@@ -102,7 +103,7 @@ class ScriptedHost:
             intensity=Intensity(0),
             auto_shutdown=any_significant,
         )
-        self._supervisor = RunningSupervisor(above, self, path[:-1], killed=lambda: self._killed)
+        self._supervisor = create(RunningSupervisor, above, self, path[:-1], killed=lambda: self._killed)
 
     async def run(self) -> None:
         self._task = asyncio.current_task()

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from actors import Child, DeclarationError, DynamicSupervisor, Node, Supervisor
+from actors.checks import create
 from actors.runtime.runtime import Runtime
 from actors.system import System
 from actors.testing import Rig
@@ -97,7 +98,7 @@ def test_what_was_defined_in_an_interactive_session_is_refused(monkeypatch: pyte
 
 
 async def test_a_system_without_other_processes_refuses_the_child(rig: Rig) -> None:
-    system = System(sinks=())
+    system = create(System, sinks=())
     assert isinstance(system.runtime, Runtime)
     with pytest.raises(DeclarationError, match=r"use run\(tree\)"):
         system.runtime.life(Child(Camera, process=True), ("top", "camera"), 1)

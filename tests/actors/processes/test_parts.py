@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from actors import StartFailed
+from actors.checks import create
 from actors.errors import RemoteError
 from actors.processes import watchdog as watchdogs
 from actors.processes.channel import Channel, framed
@@ -259,7 +260,7 @@ def test_the_main_module_of_the_parent_is_run_under_another_name(
 
 
 async def test_processes_of_a_system_without_a_transport_meet_in_a_network_of_their_own() -> None:
-    system = System(sinks=())
+    system = create(System, sinks=())
     rendezvous = Rendezvous(system.runtime, None)
     make = unpack(pack(rendezvous.sibling()))
     assert isinstance(make(), ZenohTransport)
@@ -272,7 +273,7 @@ async def test_processes_of_a_system_without_a_transport_meet_in_a_network_of_th
 async def test_processes_of_a_system_with_a_transport_join_its_network() -> None:
     from actors.transport.zenoh import ZenohConfig
 
-    system = System(sinks=())
+    system = create(System, sinks=())
     transport = ZenohTransport(
         ZenohConfig(gossip_port=0, listen=("tcp/127.0.0.1:7999",), connect=("tcp/10.0.0.1:7447",))
     )

@@ -40,6 +40,7 @@ from actors import (
     run,
 )
 from actors.blocking import BlockingNode, InsideEventLoop
+from actors.checks import create
 from actors.errors import Ended, NotRunning
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -322,7 +323,7 @@ def test_what_is_asked_of_a_loop_that_has_just_ended_is_refused_and_never_begun(
     """The two instants at which the end can overtake a request; a coroutine that is dropped unawaited would warn, and so fail."""
     life: Future[None] = Future()
     loop = asyncio.new_event_loop()
-    node = BlockingNode(cast("Node", None), loop, life)
+    node = create(BlockingNode, cast("Node", None), loop, life)
     with ThreadPoolExecutor(1) as thread:
         waits = thread.submit(node.run, for_ever)
         while not node._open:  # pyright: ignore[reportPrivateUsage]
@@ -332,7 +333,7 @@ def test_what_is_asked_of_a_loop_that_has_just_ended_is_refused_and_never_begun(
         with pytest.raises((NotRunning, Ended), match="ended"):
             waits.result()
     with pytest.raises(Ended, match="has ended"):
-        BlockingNode(cast("Node", None), loop, Future()).run(for_ever)
+        create(BlockingNode, cast("Node", None), loop, Future()).run(for_ever)
 
 
 def test_what_is_on_its_way_to_a_system_that_ends_is_not_waited_for_and_broken_off() -> None:
@@ -349,7 +350,7 @@ def test_what_is_on_its_way_to_a_system_that_ends_is_not_waited_for_and_broken_o
         return [task for task in asyncio.all_tasks() if task is not asyncio.current_task()]
 
     with pytest.raises(NotRunning, match="its system ended while this thread waited"):
-        BlockingNode(cast("Node", None), loop, life).run(asked)
+        create(BlockingNode, cast("Node", None), loop, life).run(asked)
     assert loop.run_until_complete(turns()) == []
     loop.close()
 
@@ -372,7 +373,7 @@ def test_an_error_of_the_block_wins_over_the_tree_s_own_end() -> None:
 
 def test_a_tree_and_a_running_system_at_once_are_refused() -> None:
     async def main() -> None:
-        blocking.open_node("script", tree=desk(), system=System())
+        blocking.open_node("script", tree=desk(), system=create(System))
 
     with pytest.raises(ValueError, match="not both"):
         asyncio.run(main())

@@ -21,6 +21,7 @@ from actors import (
     publishes,
     run,
 )
+from actors.checks import create
 from actors.errors import Ended, NotRunning
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
@@ -113,7 +114,7 @@ async def answer(request: AddTwoInts.Request) -> AddTwoInts.Response:
 
 
 async def test_it_joins_the_system_it_is_given() -> None:
-    other = System(sinks=(Ear(),))
+    other = create(System, sinks=(Ear(),))
     await other.start(Supervisor("other"))
     async with run(Supervisor("newest"), sinks=(Ear(),)), open_node("guest", system=other) as node:
         assert system_of(node) is other
@@ -295,7 +296,7 @@ async def test_D2_a_stop_that_is_canceled_ends_every_node_in_order_and_leaves_no
             await self.clock.sleep(60.0)
             stopped.append(self.name)
 
-    system = System(sinks=(Ear(),))
+    system = create(System, sinks=(Ear(),))
     system.open()
     for name in ("first", "second"):
         await system.join(Child(Slow, name=name, stop=100.0))

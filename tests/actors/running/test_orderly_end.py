@@ -31,6 +31,7 @@ from actors import (
     publishes,
     run,
 )
+from actors.checks import create
 from actors.errors import NotRunning, ProgramExit
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -348,7 +349,7 @@ async def test_a_node_whose_code_refuses_to_die_is_given_up_and_said_to_be(rig: 
 @pytest.mark.virtual
 async def test_a_guest_that_refuses_to_die_is_given_up_and_said_to_be() -> None:
     Zombie.released = asyncio.Event()
-    system = System(sinks=())
+    system = create(System, sinks=())
     await system.start(motors())
     kind = type("Zombie", (Zombie,), {"where": "background"})
     life = await system.join(Child(kind, name="zombie", stop=0.5))
@@ -393,7 +394,7 @@ def test_a_node_that_is_thrown_away_while_it_cleans_up_waits_for_nothing_any_mor
                 Motor.diary.append("thrown away")
 
     async def main() -> Coroutine[Any, Any, Any]:
-        system = System(sinks=())
+        system = create(System, sinks=())
         await system.start(Supervisor("system", children=[Child(Hung)]))
         assert system.supervisor is not None
         state, task = system.nodes["system", "hung"], task_named("system/hung#1")
@@ -589,7 +590,7 @@ async def test_kill_breaks_off_a_start() -> None:
             system_of(self).kill()
             await self.clock.sleep(3600.0)
 
-    system = System(sinks=())
+    system = create(System, sinks=())
     with pytest.raises((NotRunning, StartFailed)):
         await system.start(motors(Child(Hasty)))
     assert Motor.diary == []

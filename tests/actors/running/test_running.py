@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from actors import Child, Node, Supervisor, blocking, open_node, run
+from actors.checks import create
 from actors.errors import NotRunning
 from actors.system import System, system_of
 
@@ -150,7 +151,7 @@ def test_a_loop_without_signal_handlers_runs_a_tree_all_the_same() -> None:
 
 
 async def test_a_system_that_open_node_may_find_can_still_get_its_tree() -> None:
-    system = System(sinks=())
+    system = create(System, sinks=())
     system.open()
     await system.start(tree())
     async with open_node("visitor", sinks=()) as node:
@@ -177,7 +178,7 @@ async def test_D2_a_stop_that_is_canceled_again_and_again_is_carried_to_its_end(
                 await asyncio.sleep(0)
             story.append(f"stopped {self.name}")
 
-    system = System(sinks=())
+    system = create(System, sinks=())
     await system.start(tree(Child(Slow, name="mule")))
     await system.join(Child(Slow, name="guest"))
     stopping = asyncio.create_task(system.stop())
@@ -193,7 +194,7 @@ async def test_D2_a_stop_that_is_canceled_again_and_again_is_carried_to_its_end(
 
 @pytest.mark.parametrize("place", ["guest", "tree"])
 async def test_a_stop_is_cut_short_by_kill_and_leaves_nothing(place: str) -> None:
-    system = System(sinks=())
+    system = create(System, sinks=())
     mule = Child(Reluctant, name="mule", stop=3600.0)
     await system.start(tree(*([mule] if place == "tree" else [])))
     await system.join(Child(Part, name="first"))
@@ -225,7 +226,7 @@ def test_ctrl_c_while_a_blocking_node_opens_closes_what_has_begun() -> None:
 
 
 async def test_a_signal_that_reaches_a_system_without_a_tree_is_noted() -> None:
-    system = System(sinks=())
+    system = create(System, sinks=())
     system.runtime.tree.interrupt(signal.SIGTERM)
     assert (system.stop_reason, system.exit_code) == ("SIGTERM", 143)
     with pytest.raises(NotRunning, match="SIGTERM"):

@@ -30,6 +30,7 @@ from actors import (
     publishes,
     run,
 )
+from actors.checks import create
 from actors.errors import NotRunning, NotStarted
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
@@ -258,7 +259,7 @@ async def test_D2_a_stop_that_is_canceled_still_gives_each_node_its_stop_timeout
 
 @pytest.mark.virtual
 async def test_a_system_runs_one_tree_and_waits_only_when_it_does() -> None:
-    system = System(sinks=(silent,))
+    system = create(System, sinks=(silent,))
     with pytest.raises(NotStarted, match="use `async with run"):
         await system.wait()
     assert not system.running

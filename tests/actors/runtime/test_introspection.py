@@ -20,6 +20,7 @@ from actors import (
     parameter,
     run,
 )
+from actors.checks import create
 from actors.interfaces import get_message
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.logs import LogRecord
@@ -232,7 +233,7 @@ async def test_a_node_that_has_ended_tells_nothing_more(rig: Rig) -> None:
 
 async def test_over_two_processes_both_ends_name_a_call_alike() -> None:
     network, lines = Network(), list[LogRecord]()
-    far = System(sinks=())
+    far = create(System, sinks=())
     connect(far.runtime, network.end())
     far.open()
     async with run(

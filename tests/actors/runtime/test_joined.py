@@ -7,6 +7,7 @@ import asyncio
 import pytest
 
 from actors import Child, Node, Supervisor, System, run
+from actors.checks import create
 from actors.errors import NotRunning
 from actors.runtime.incarnation import incarnation_of
 from actors.supervision.reasons import ExitReason
@@ -79,7 +80,7 @@ async def test_one_that_failed_and_that_nobody_has_left_is_known_until_the_syste
 
 
 async def test_who_leaves_twice_or_by_two_tasks_leaves_once() -> None:
-    system = System(sinks=())
+    system = create(System, sinks=())
     await system.start(Supervisor("system"))
     life = await system.join(Child(Part, name="guest"))
     await asyncio.gather(system.leave(life), system.leave(life), system.stop())
@@ -89,7 +90,7 @@ async def test_who_leaves_twice_or_by_two_tasks_leaves_once() -> None:
 
 
 async def test_of_two_that_open_a_system_at_once_one_that_gives_up_does_not_end_it_for_the_other() -> None:
-    system = System(sinks=())
+    system = create(System, sinks=())
     joins = [asyncio.create_task(system.join(Child(Part, name=name))) for name in ("first", "second")]
     await asyncio.sleep(0)
     joins[0].cancel()
@@ -103,7 +104,7 @@ async def test_of_two_that_open_a_system_at_once_one_that_gives_up_does_not_end_
 
 
 async def test_one_that_joins_while_the_system_is_stopped_is_refused() -> None:
-    system = System(sinks=())
+    system = create(System, sinks=())
     join = asyncio.create_task(system.join(Child(Part)))
     await asyncio.sleep(0)
     await system.stop("enough")
@@ -113,7 +114,7 @@ async def test_one_that_joins_while_the_system_is_stopped_is_refused() -> None:
 
 
 async def test_one_that_leaves_while_the_system_stops_waits_for_its_turn() -> None:
-    system = System(sinks=())
+    system = create(System, sinks=())
     await system.start(Supervisor("system"))
     first, _ = [await system.join(Child(Part, name=name)) for name in ("first", "second")]
     stop = asyncio.create_task(system.stop())

@@ -11,6 +11,7 @@ import anyio.to_thread
 import pytest
 
 from actors import Node, Supervisor, Topic, background, every, run
+from actors.checks import create
 from actors.inbox.inbox import LOOKS, Inbox
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
@@ -431,7 +432,7 @@ def test_a_watch_ends_with_a_loop_that_was_closed_under_it() -> None:
     loop = asyncio.new_event_loop()
 
     async def made() -> StallWatch:
-        return System(sinks=()).runtime.stall_watch()
+        return create(System, sinks=()).runtime.stall_watch()
 
     watch = loop.run_until_complete(made())
     loop.close()

@@ -9,6 +9,7 @@ from contextlib import asynccontextmanager
 from random import Random
 from typing import Any, ParamSpec
 
+from actors.checks import create
 from actors.supervision.child import Child
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.reasons import Failed
@@ -215,7 +216,7 @@ async def settle() -> None:
 
 async def launch(world: World, spec: Supervisor | DynamicSupervisor) -> RunningSupervisor:
     """Begin to run a supervisor in `world.host`, without waiting for it to be ready."""
-    supervisor = RunningSupervisor(spec, world)
+    supervisor = create(RunningSupervisor, spec, world)
     world.ready = asyncio.Event()
     world.host = asyncio.create_task(supervisor.run(world.ready.set))
     await settle()

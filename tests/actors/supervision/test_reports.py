@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from actors.checks import create
 from actors.supervision.child import Child
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import SupervisorGaveUp
@@ -269,7 +270,7 @@ def test_linear_start_and_stop(kind: str) -> None:
             children = [child(name, restart=transient) for name in names]
             dynamic = kind == "dynamic"
             tree = DynamicSupervisor("root", child("a")) if dynamic else Supervisor("root", children=children)
-            supervisor = RunningSupervisor(tree, world)
+            supervisor = create(RunningSupervisor, tree, world)
             ready = asyncio.Event()
             host = asyncio.ensure_future(supervisor.run(ready.set))
             await ready.wait()
@@ -335,7 +336,7 @@ async def test_children_run_in_the_supervisors_context_whoever_starts_them() -> 
 async def test_a_started_callback_that_raises_is_told_to_the_loop() -> None:
     complaints: list[str] = []
     asyncio.get_running_loop().set_exception_handler(lambda _, context: complaints.append(context["message"]))
-    supervisor = RunningSupervisor(Supervisor("root"), World())
+    supervisor = create(RunningSupervisor, Supervisor("root"), World())
 
     def started() -> None:
         raise ValueError

@@ -8,6 +8,7 @@ import math
 import anyio
 import pytest
 
+from actors.checks import create
 from actors.supervision.child_task import GRACE
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import StartFailed
@@ -311,7 +312,8 @@ async def test_a_supervisor_that_somebody_else_cancels_stops_its_children_in_ord
     for killed_at, end in ((math.inf, "end a"), (1.5, "cancelled a")):
         began = now()
         world = World(a=Script(cleanup=1.0), b=Script(cleanup=1.0))
-        supervisor = RunningSupervisor(
+        supervisor = create(
+            RunningSupervisor,
             Supervisor("root", children=[child("a"), child("b")]),
             world,
             killed=lambda since=began, limit=killed_at: now() - since >= limit,  # type: ignore[misc]
@@ -353,7 +355,7 @@ async def test_a_child_that_is_killed_while_it_starts_was_shut_down_and_did_not_
 @virtual
 async def test_a_supervisor_in_a_cancelled_scope_ends_without_spinning() -> None:
     world = World(a=Script(stubborn=True))
-    supervisor = RunningSupervisor(Supervisor("root", children=[child("a")]), world)
+    supervisor = create(RunningSupervisor, Supervisor("root", children=[child("a")]), world)
     ready = asyncio.Event()
     with anyio.move_on_after(5):
         await supervisor.run(ready.set)

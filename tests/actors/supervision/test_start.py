@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from actors.checks import create
 from actors.errors import DeclarationError
 from actors.supervision.child import Child
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
@@ -346,7 +347,7 @@ async def test_a_supervisor_runs_once() -> None:
 @virtual
 async def test_a_supervisor_that_is_stopped_before_it_runs_starts_nothing() -> None:
     world = World()
-    supervisor = RunningSupervisor(Supervisor("root", children=[child("a")]), world)
+    supervisor = create(RunningSupervisor, Supervisor("root", children=[child("a")]), world)
     with pytest.raises(SupervisorDown, match="it is new"):
         await supervisor.start_child(child("b"))
     supervisor.stop("changed my mind")
@@ -375,6 +376,7 @@ async def test_a_start_failure_deep_in_the_tree_names_the_leaf() -> None:
 def test_start_failure_reaches_main_with_its_cause() -> None:
     program = textwrap.dedent("""
         import asyncio
+        from actors.checks import create
         from actors.supervision.running import RunningSupervisor
         from actors.supervision.declarations import Child, Supervisor
 
@@ -388,7 +390,7 @@ def test_start_failure_reaches_main_with_its_cause() -> None:
             def gone(self, path, kept): ...
 
         tree = Supervisor("robot", children=[Supervisor("legs", children=[Child(Encoder)])])
-        asyncio.run(RunningSupervisor(tree, Runtime()).run(print))
+        asyncio.run(create(RunningSupervisor, tree, Runtime()).run(print))
     """)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.returncode == 1

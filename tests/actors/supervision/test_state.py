@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from actors.checks import create
 from actors.supervision.child_task import GRACE, ChildTask
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.entry import Entry
@@ -89,7 +90,7 @@ async def test_the_state_below_a_supervisor_that_does_not_run_is_that_supervisor
 @virtual
 async def test_a_life_that_has_not_come_to_its_first_step_is_starting() -> None:
     world = World()
-    supervisor = RunningSupervisor(Supervisor("root", children=[child("a")]), world)
+    supervisor = create(RunningSupervisor, Supervisor("root", children=[child("a")]), world)
     host = asyncio.ensure_future(supervisor.run(lambda: None))
     assert (supervisor.phase, supervisor.state_of("a")) == ("new", "stopped")
     await asyncio.sleep(0)

@@ -26,6 +26,7 @@ from actors import (
     publishes,
     qos,
 )
+from actors.checks import create
 from actors.errors import NotStarted
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -523,10 +524,10 @@ async def test_an_endpoint_that_outlives_the_system_is_a_leak() -> None:
     await rig.start(Counter)
     entry = rig.system.graph.topic("/numbers")
     queue = StreamSubscription(incarnation_of(rig.me), entry, Int32, qos.DEFAULT)
-    publisher = Publisher(incarnation_of(rig.me), entry, Int32, qos.DEFAULT)
+    publisher = create(Publisher, incarnation_of(rig.me), entry, Int32, qos.DEFAULT)
     entry.add_subscription(queue)
     entry.add_publisher(publisher)
-    stream = Stream(queue)
+    stream = create(Stream, queue)
     expected = "<publisher of /numbers [Int32] in /rig: 0 sent>; <subscription of /numbers [Int32] in /rig: 0 waiting, 0 dropped>"
     with pytest.raises(Leak, match=re.escape(expected)):
         await rig.close()

@@ -13,6 +13,7 @@ import anyio
 import pytest
 
 from actors import Child, Done, Intensity, Node, Steps, Stop, Supervisor, background, every, qos
+from actors.checks import create
 from actors.errors import CallCycle
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
@@ -240,7 +241,7 @@ def test_an_endpoint_that_outlives_its_node_is_a_failure() -> None:
         assert supervisor is not None
         await supervisor.terminate_child("source")
         topic = system.graph.topic("/left")
-        topic.add_publisher(Publisher(core, topic, Int32, qos.DEFAULT))
+        topic.add_publisher(create(Publisher, core, topic, Int32, qos.DEFAULT))
         await rig.advance(1.0)
 
     error = Scenario(body).run(0).error

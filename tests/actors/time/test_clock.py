@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from actors.checks import create
 from actors.testing import VirtualLoop
 from actors.time.clock import Clock
 
@@ -15,7 +16,7 @@ pytestmark = pytest.mark.virtual
 
 
 def clock() -> Clock:
-    return Clock(asyncio.get_running_loop(), virtual=True)
+    return create(Clock, asyncio.get_running_loop(), virtual=True)
 
 
 async def test_it_shows_seconds_since_it_was_made() -> None:
@@ -97,7 +98,7 @@ async def test_what_is_no_duration_is_refused(odd: float) -> None:
 def test_the_real_clock_tells_the_time_of_day() -> None:
     loop = asyncio.new_event_loop()
     before = time.time()
-    ours = Clock(loop, virtual=False)
+    ours = create(Clock, loop, virtual=False)
     assert before - 1e-3 <= ours.wall() <= time.time() + 1e-3  # the sum of an epoch and a difference is rounded
     assert before - 1 <= ours.stamp().sec <= time.time()
     assert repr(ours).startswith("<real clock at 0.")
@@ -119,7 +120,7 @@ def test_a_cancellation_that_came_first_is_not_overtaken_by_the_instant() -> Non
 def test_on_the_real_clock_sleep_until_is_never_early_and_leaves_no_timer_when_canceled() -> None:
     async def main() -> tuple[float, int, bool]:
         loop = asyncio.get_running_loop()
-        ours = Clock(loop, virtual=False)
+        ours = create(Clock, loop, virtual=False)
         await ours.sleep_until(0.002)
         woken = ours.now()
         sleeper = asyncio.create_task(ours.sleep_until(100.0))
@@ -137,7 +138,7 @@ def test_on_the_real_clock_sleep_until_is_never_early_and_leaves_no_timer_when_c
 def test_on_the_real_clock_an_instant_and_a_cancellation_together_do_no_harm() -> None:
     async def main() -> bool:
         loop = asyncio.get_running_loop()
-        ours = Clock(loop, virtual=False)
+        ours = create(Clock, loop, virtual=False)
         sleeper = asyncio.create_task(ours.sleep_until(100.0))
         await asyncio.sleep(0)
         (timer,) = loop._scheduled  # type: ignore[attr-defined]

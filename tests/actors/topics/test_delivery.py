@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from actors import QoS, qos
+from actors.checks import create
 from actors.errors import Ended, WrongThread, WrongType
 from actors.graph.graph import Graph, TopicEntry
 from actors.graph.interceptor import TopicInterceptor
@@ -45,7 +46,7 @@ def topic() -> TopicEntry:
 
 
 def publisher(entry: TopicEntry, policy: QoS = qos.DEFAULT) -> Publisher[Int32]:
-    made = Publisher(ME, entry, Int32, policy)
+    made = create(Publisher, ME, entry, Int32, policy)
     entry.add_publisher(made)
     return made
 
@@ -141,7 +142,7 @@ async def test_a_full_queue_loses_the_oldest_or_with_keep_all_the_newest() -> No
 async def test_senders_wake_when_there_is_room_and_go_on_in_order() -> None:
     entry = topic()
     out = publisher(entry)
-    stream = Stream(subscription(entry, QoS(history=History.KEEP_ALL, limit=1)))
+    stream = create(Stream, subscription(entry, QoS(history=History.KEEP_ALL, limit=1)))
     senders = [asyncio.create_task(out.send(number(value))) for value in range(4)]
     seen = []
     for _ in range(4):
@@ -215,7 +216,7 @@ def plain_feed(entry: TopicEntry, policy: QoS) -> HandlerSubscription[Int32]:
 
 
 async def test_a_stream_refuses_a_timeout_that_is_no_number() -> None:
-    stream = Stream(subscription(topic()))
+    stream = create(Stream, subscription(topic()))
     with pytest.raises(ValueError, match=r"the stream of /numbers: timeout=nan must be a number of seconds"):
         await stream.next(timeout=float("nan"))
 
@@ -348,7 +349,7 @@ async def test_a_subscription_closes_once() -> None:
 
 async def test_a_message_and_a_cancellation_together_leave_the_message() -> None:
     entry = topic()
-    out, stream = publisher(entry), Stream(subscription(entry))
+    out, stream = publisher(entry), create(Stream, subscription(entry))
     reader = asyncio.create_task(stream.next())
     await asyncio.sleep(0)
     out(number(1))
@@ -361,7 +362,7 @@ async def test_a_message_and_a_cancellation_together_leave_the_message() -> None
 
 async def test_a_reader_that_is_canceled_as_the_stream_closes_just_ends() -> None:
     entry = topic()
-    stream = Stream(subscription(entry))
+    stream = create(Stream, subscription(entry))
     reader = asyncio.create_task(stream.next())
     await asyncio.sleep(0)
     reader.cancel()

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from actors import QoS, qos
+from actors.checks import create
 from actors.errors import CallTimeout, Ended
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos.events import DeadlineMissed, LivelinessChanged, Matched, MessageLost
@@ -152,7 +153,7 @@ async def test_a_listener_that_is_forgotten_leaves_its_endpoint() -> None:
 
 async def test_a_stream_lives_as_long_as_somebody_listens_to_its_events() -> None:
     entry = topic()
-    events = Stream(subscription(entry)).events()
+    events = create(Stream, subscription(entry)).events()
     gc.collect()
     publisher(entry)
     assert await events.next() == Matched(1, 1, 1, 1)

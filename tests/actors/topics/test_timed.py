@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from actors import QoS, qos
+from actors.checks import create
 from actors.errors import CallTimeout, Ended, WrongThread, WrongType
 from actors.inbox.expiring import ExpiringMessage
 from actors.inbox.inbox import Inbox
@@ -80,7 +81,7 @@ async def test_a_timed_publisher_refuses_what_every_publisher_refuses() -> None:
 
 async def test_a_message_that_has_waited_longer_than_its_lifespan_is_not_delivered() -> None:
     entry = topic()
-    out, stream = timed(entry, SHORT), Stream(subscription(entry))
+    out, stream = timed(entry, SHORT), create(Stream, subscription(entry))
     out(number(1))
     await asyncio.sleep(0.5)
     out(number(2))
@@ -98,7 +99,7 @@ async def test_a_message_that_has_waited_longer_than_its_lifespan_is_not_deliver
 
 async def test_messages_with_and_without_a_lifespan_share_a_queue() -> None:
     entry = topic()
-    short, long, stream = timed(entry, SHORT), timed(entry, qos.DEFAULT), Stream(subscription(entry))
+    short, long, stream = timed(entry, SHORT), timed(entry, qos.DEFAULT), create(Stream, subscription(entry))
     short(number(1))
     long(number(2))
     await asyncio.sleep(2.0)
@@ -108,7 +109,7 @@ async def test_messages_with_and_without_a_lifespan_share_a_queue() -> None:
 
 async def test_the_same_message_published_twice_has_two_ages() -> None:
     entry = topic()
-    out, stream = timed(entry, SHORT), Stream(subscription(entry))
+    out, stream = timed(entry, SHORT), create(Stream, subscription(entry))
     message = number(1)
     out(message)
     await asyncio.sleep(0.9)
@@ -155,7 +156,7 @@ async def test_a_late_joiner_gets_no_latched_message_that_is_too_old_nor_longer_
         out(number(value))
         await asyncio.sleep(0.3)
     assert values(out.latched) == [2, 3, 4]
-    late, shallow = Stream(subscription(entry, latched)), subscription(entry, latched.replace(depth=2))
+    late, shallow = create(Stream, subscription(entry, latched)), subscription(entry, latched.replace(depth=2))
     await asyncio.sleep(0.2)
     assert (await late.next()).data == 3
     assert [message.message.data for message in shallow.messages] == [3, 4]  # type: ignore[attr-defined]
@@ -201,7 +202,7 @@ async def test_an_expired_message_makes_place_and_is_not_counted_as_lost() -> No
         out(number(value))
     assert (last.dropped, everything.dropped) == (1, 1)
     for queue in (last, everything):
-        assert [(await Stream(queue).next()).data for _ in range(1)] == [3]
+        assert [(await create(Stream, queue).next()).data for _ in range(1)] == [3]
 
 
 async def test_a_sender_goes_on_when_the_oldest_message_expires() -> None:
@@ -215,7 +216,7 @@ async def test_a_sender_goes_on_when_the_oldest_message_expires() -> None:
     await out.send(number(3))
     blocked = asyncio.create_task(out.send(number(4)))
     await asyncio.sleep(0.5)
-    stream = Stream(queue)
+    stream = create(Stream, queue)
     assert (await stream.next()).data == 2  # room before anything expires
     await blocked
     assert loop.time() == pytest.approx(1.5, abs=2e-9)
@@ -315,6 +316,6 @@ async def test_a_message_with_a_lifespan_counts_for_the_deadline_of_its_subscrip
     assert queue.status.deadline_missed == 0
     await asyncio.sleep(1.5)
     assert queue.status.deadline_missed == 1
-    stream = Stream(queue)
+    stream = create(Stream, queue)
     with pytest.raises(CallTimeout):  # all of them have expired
         await stream.next(timeout=0.0)
