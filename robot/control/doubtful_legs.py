@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Final
 
 from robot.control.drive import Targets
+from robot.control.walk_config import SWING_DAMPER, SWING_SPRING
 from robot.estimation.leg_odometry import Estimator
 from robot.geometry.vectors import Triple, Vector, to_body, to_ground
 from robot.hardware.body import MotorTargets
 from robot.model.kinematics import feet, leg_inverse
-
-SPRING: Final = 250.0
-DAMPER: Final = 4.0
-"""Joint gains of a leg that stands and is held, N m/rad and N m s/rad: those of a leg in the air."""
 
 
 class DoubtfulLegs:
@@ -56,8 +52,8 @@ class DoubtfulLegs:
             if targets.kp[3 * leg] == 0.0 and not estimate.contact[leg]:
                 targets.position[joints] = self._reach(estimate, leg)
                 model = estimate.legs.model
-                targets.kp[joints] = (SPRING * model.spring,) * 3
-                targets.kd[joints] = (DAMPER * model.damper,) * 3
+                targets.kp[joints] = (SWING_SPRING * model.spring,) * 3
+                targets.kd[joints] = (SWING_DAMPER * model.damper,) * 3
 
     def _reach(self, estimate: Estimator, leg: int) -> Triple:
         """The joints of a leg whose foot is at its place, rad."""

@@ -14,7 +14,7 @@ from robot.control.doubtful_legs import DoubtfulLegs
 from robot.control.gait_change import GaitChange
 from robot.control.gait_state import GaitState
 from robot.control.gaits import gaits_of
-from robot.control.safe_stop import SafeStop
+from robot.control.safe_stop import BRAKE, SafeStop
 from robot.control.senses import Senses
 from robot.control.sitting import Sitting
 from robot.control.stand import StandController
@@ -37,10 +37,6 @@ SETTLE_TIME = 0.5
 """Seconds from planting the feet after a walk to the standing height."""
 LONGEST_OVERTAKEN = 0.5
 """Seconds after which a walk that the drives have taken over is not gone on with; chosen: they then begin to sit down."""
-BRAKE = 4.0
-"""How fast the velocity of a walk is given up that a failed sensor ends, m/s2; chosen: what friction of 0.4 gives. Given up at once, it would throw
-the feet in the air forward; given up at leisure, the walk goes on with a wrong gyro for too long.
-"""
 UPRIGHT = 0.5
 """Cosine of the body's tilt below which it has fallen: no step helps any more, and legs that go on stepping do harm."""
 _ZERO = (0.0, 0.0, 0.0)
@@ -325,6 +321,7 @@ class GaitController:
         self._change(dt, ahead, joints)
         walker = self._walker
         bounds = self._gaits.bounds(walker) if walker is not None else ()
+        # A walk that a failed sensor ends: slowed at once, feet in the air would land too far ahead; slowly, it goes on with a wrong gyro for too long.
         least = BRAKE if self._senses.joints_lost or not self._senses.steady else 0.0
         command = self._commands.advance(dt, self.mode == Mode.WALK, *bounds, least_slew=least)
         match self._doing:

@@ -28,7 +28,7 @@ FIND_TIME = 0.15
 LAST_STEP = 0.20
 """How far ahead of their places they land, per speed, s."""
 BRAKE = 4.0
-"""Deceleration of the body over its feet, m/s2: what friction of 0.4 gives."""
+"""Deceleration of the body over its feet, m/s2; chosen: what friction of 0.4 gives."""
 SEARCH = 0.3
 """How fast a foot that has still not found the ground goes on downwards, m/s."""
 LONGEST = 0.58

@@ -5,14 +5,13 @@ from __future__ import annotations
 from math import exp, sqrt
 from typing import Final
 
+from robot.estimation.leg_odometry import FIRM
 from robot.geometry.vectors import Triple
 
 LITTLE: Final = 0.35
 """Friction, force along the ground per force into it; chosen: a floor that does not give so much is slippery."""
 SLIDING: Final = 0.3
 """A foot that moves over the ground faster than this slides, m/s; chosen: feet on a floor of 0.8 stay below 0.2 at 1.6 m/s."""
-FIRM: Final = 0.03
-"""Time after touch-down from which a foot stands firmly, s."""
 GAP: Final = 0.02
 """A contact may be missed for so long, s: four samples."""
 MEMORY: Final = 0.3

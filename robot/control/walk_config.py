@@ -9,6 +9,9 @@ from typing import Any
 from robot.geometry.vectors import Triple
 from robot.model.robot import SPOT, RobotModel
 
+SWING_SPRING, SWING_DAMPER = 250.0, 4.0
+"""Joint gains of the reference body's leg in the air, N m/rad and N m s/rad; chosen."""
+
 
 @dataclass(frozen=True, slots=True)
 class WalkConfig:
@@ -64,9 +67,9 @@ class WalkConfig:
     """Bound of that, m; chosen: the legs' reach."""
 
     # -- one leg
-    swing_spring: float = 250.0
+    swing_spring: float = SWING_SPRING
     """Joint gain of a foot in the air, N m/rad; chosen."""
-    swing_damper: float = 4.0
+    swing_damper: float = SWING_DAMPER
     """N m s/rad; chosen."""
     stance_damper: float = 1.0
     """Of a standing leg, N m s/rad; chosen: forces rule, this only calms the joints."""

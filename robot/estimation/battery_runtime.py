@@ -8,6 +8,7 @@ import numpy as np
 
 from robot.hardware.battery import PackState
 from robot.model.battery import EMPTY_VOLTAGE, GAUGE_CELLS, HEAT_CAPACITY, THERMAL_RESISTANCE, PackDesign
+from robot.model.power import HOUR
 
 TYPICAL_TIME = 1.5
 """Hours that a pack lasts in typical use: 605 Wh at 403 W."""
@@ -15,8 +16,6 @@ SLOW, FAST = 60.0, 6.0
 CHANGE, PATIENCE = 0.04, 30.0
 ROOM = 25.0
 """Temperature of the air unless it is known, C."""
-HOUR = 3600.0
-"""s."""
 _GRID = np.linspace(0.0, 1.0, 65)
 
 

@@ -16,6 +16,8 @@ import numpy as np
 from robot.geometry.vectors import Vector
 from robot.model.robot import SPOT, RobotModel
 
+HOUR = 3600.0
+"""s."""
 HOTEL_LOAD = 120.0
 """W, drawn as long as the robot is switched on."""
 COPPER_LOSS = 0.053

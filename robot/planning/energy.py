@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robot.model.charge import HYSTERESIS, RESERVE
-from robot.model.power import electrical_power, typical_motor_power
+from robot.model.power import HOUR, electrical_power, typical_motor_power
 from robot.model.robot import SPOT, RobotModel
 
 MARGIN = 1.5
@@ -15,8 +15,6 @@ AT_DOCK = 1.5
 
 FULL = 100.0
 """Per cent."""
-HOUR = 3600.0
-"""s."""
 
 
 def walking_energy(metres: float, speed: float, model: RobotModel = SPOT) -> float:

@@ -19,10 +19,8 @@ import numpy as np
 from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.geometry.vectors import Floats, wrap_all
-from robot.model.power import electrical_power, typical_motor_power
+from robot.model.power import HOUR, electrical_power, typical_motor_power
 
-_HOUR = 3600.0
-"""s."""
 _TURN_RATE = 1.0
 """At which the robot turns on the spot, rad/s."""
 _REST = 2.0
@@ -63,7 +61,7 @@ class LegEnergy:
 
     def __init__(self, speed: float) -> None:
         walking, stepping, spinning = (
-            electrical_power(typical_motor_power(vx, 0.0, wz, walking=True)) / _HOUR
+            electrical_power(typical_motor_power(vx, 0.0, wz, walking=True)) / HOUR
             for vx, wz in ((speed, 0.0), (0.0, 0.0), (0.0, _TURN_RATE))
         )
         self._law = np.array([walking / speed, spinning / _TURN_RATE, stepping * _REST])
