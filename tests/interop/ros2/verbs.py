@@ -78,8 +78,10 @@ def checks() -> Iterator[tuple[str, Check]]:
     yield "robactor and ros2: topic hz", rate
 
 
-_NOISE: Final = ("Waiting for an action server", "TYPELOOKUP_SERVICE")
-"""Lines that only ``ros2`` writes; the second when Fast DDS of Kilted meets itself."""
+_NOISE: Final = (
+    "Waiting for an action server", "Waiting for at least", "Ignoring unexpected goal response", "TYPELOOKUP_SERVICE",
+)  # fmt: skip
+"""Lines that only ``ros2`` writes, or whoever has to wait; the last when Fast DDS of Kilted meets itself."""
 
 
 def masked(text: str) -> str:

@@ -329,6 +329,18 @@ async def test_a_reader_more_changes_nothing_for_a_publisher_that_has_one(both: 
     assert other.messages == []
 
 
+async def test_a_publisher_that_is_not_open_shows_no_sign_of_life(both: Any) -> None:
+    here, _, _, _, _ = both
+    out = here.publisher(here.node("/out"), "/beat", INT32, DEFAULT)
+    out.assert_liveliness()
+    assert out.gid == b""
+    out.open()
+    out.assert_liveliness()
+    assert len(out.gid) == 16
+    out.close()
+    out.assert_liveliness()
+
+
 async def test_a_process_of_this_one_joins_the_same_domain() -> None:
     config = DdsConfig(discovery_range="LOCALHOST", enclave="/x")
     assert DdsTransport(config).sibling()()._config == config
