@@ -13,6 +13,7 @@ from robot.hardware.battery import PackState, SupplyStatus
 from robot.hardware.body import (
     ActuatorState,
     BodySilent,
+    Capabilities,
     Hardware,
     ImuSample,
     JointSample,
@@ -52,7 +53,7 @@ class Go2(Hardware):
         self._time = self._sampled = self._braked = 0.0
         self._commanded = -1.0
         self._silent, self._hz = 0.0, 0.0
-        self._feet = FootContacts(sensed=any(first.foot_force))
+        self._feet, self._feels = FootContacts(), any(first.foot_force)
         self._arrived: deque[LowState] = deque(maxlen=KEPT)
         self._gathered: list[Sample] = []
         """Since the last sample was due."""
@@ -79,6 +80,11 @@ class Go2(Hardware):
     @property
     def time(self) -> float:
         return self._time
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """One whose feet read nothing at all at first, as in its maker's simulator, does not feel the ground: it walks by schedule."""
+        return Capabilities(contacts=self._feels)
 
     def advance(self, until: float) -> None:
         self._silent += min(max(until - self._time, 0.0), TURN)

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from robot.geometry.vectors import Vector
 from robot.hardware.body import ImuSample, JointSample, MotorTargets, Sample
 from robot.interfaces.unitree.unitree_go.msg import LowCmd, LowState, MotorCmd
-from robot.model.bodies import GO2
-from robot.model.legs import LEVEL, leg_state
 from robot.model.robot import RobotModel
 
 JOINTS: Final = np.array((3, 4, 5, 0, 1, 2, 9, 10, 11, 6, 7, 8))
@@ -26,10 +24,6 @@ DAMPER: Final = 3.0
 """Of the drives when nothing else is wanted, N m s/rad: the robot sinks slowly."""
 CONTACT_FORCE: Final = 25.0
 """What a foot's sensor must read above its zero for it to stand, in the sensor's own units; below half of it, it does not."""
-CONTACT_LOAD: Final = 34.0
-"""The same in newton, of a robot whose feet have no sensors; measured: a swinging leg's inertia looks like 33 N, a robot that stands has 37 N a foot."""
-SINGULAR: Final = 1e-5
-"""m2."""
 DRIFT: Final = 0.5
 """How fast the zero of a foot in the air may rise, in these units a second."""
 _ON: Final = 1
@@ -83,40 +77,23 @@ def sample_of(state: LowState, time: float, feet: FootContacts) -> Sample | None
     )
     if not (np.isfinite(motors).all() and np.isfinite(gyro).all() and np.isfinite(accel).all()):
         return None
-    force = np.array(state.foot_force, dtype=np.float64)[FEET] if feet.sensed else _loads(motors[0], motors[2])
-    contact = feet.contact(force, time)
+    contact = feet.contact(np.array(state.foot_force, dtype=np.float64)[FEET], time)
     return Sample(time, ImuSample(gyro, accel), JointSample(motors[0], motors[1], motors[2], contact))
 
 
-def _loads(angles: Vector, torques: Vector) -> Vector:
-    """How much each foot carries by its motors' torques, N, as if legs had no inertia; shape (4,)."""
-    legs = leg_state(angles.tolist(), LEVEL, GO2)
-    turning = np.array(legs.jacobians)
-    pushing = turning @ (np.array(legs.weight) - torques).reshape(4, 3, 1)
-    square = turning @ turning.transpose(0, 2, 1) + SINGULAR * np.eye(3)  # of a stretched leg nothing is known along it
-    forces: Vector = np.asarray(np.linalg.solve(square, pushing)[:, 2, 0], dtype=np.float64)
-    return forces
-
-
 class FootContacts:
-    """Contacts by the force sensors of the feet, whose zeros differ and drift: each is the lowest that was read of late.
+    """Contacts by the force sensors of the feet, whose zeros differ and drift: each is the lowest that was read of late."""
 
-    Of a robot whose sensors read nothing, as a simulator's, by the torques of its motors: those are in newton, with no zero to find.
-    """
-
-    def __init__(self, *, sensed: bool = True) -> None:
-        self.sensed = sensed
-        self._enough, self._stays = (CONTACT_FORCE, 0.5) if sensed else (CONTACT_LOAD, 0.9)
-        self._zero: Vector | None = None if sensed else np.zeros(4)
+    def __init__(self) -> None:
+        self._zero: Vector | None = None
         self._standing = np.zeros(4, dtype=np.bool_)
         self._time = 0.0
 
     def contact(self, force: Vector, time: float) -> NDArray[np.bool_]:
-        """Which feet stand; `force` is what the sensors read, or the loads in newton, shape (4,)."""
+        """Which feet stand; `force` is what the sensors read, shape (4,)."""
         if self._zero is None:
             self._zero, self._time = force, time
-        if self.sensed:
-            rise = np.where(self._standing, 0.0, DRIFT * max(0.0, time - self._time))
-            self._zero, self._time = np.minimum(self._zero + rise, force), time
-        self._standing = force - self._zero > np.where(self._standing, self._stays, 1.0) * self._enough
+        rise = np.where(self._standing, 0.0, DRIFT * max(0.0, time - self._time))
+        self._zero, self._time = np.minimum(self._zero + rise, force), time
+        self._standing = force - self._zero > np.where(self._standing, 0.5, 1.0) * CONTACT_FORCE
         return self._standing

@@ -73,6 +73,11 @@ def test_each_joint_and_foot_has_its_place_on_the_wire_and_back() -> None:
     assert feet.contact(np.array((0.0, 80.0, 0.0, 0.0)), 0.01).tolist() == [False, True, False, False]
 
 
+def test_feet_that_read_nothing_feel_nothing() -> None:
+    assert Go2(state()).capabilities.contacts
+    assert not Go2(state(foot_force=(0, 0, 0, 0))).capabilities.contacts
+
+
 def test_no_command_goes_beyond_the_joints() -> None:
     far = command_of(MotorTargets(np.full(12, 9.0), np.zeros(12), np.full(12, -500.0), np.zeros(12), np.zeros(12)), GO2)
     assert far.motor_cmd[0].q == pytest.approx(1.0472) and far.motor_cmd[0].tau == pytest.approx(-23.7)
@@ -242,10 +247,14 @@ async def test_a_go2_stands_up_walks_and_sits_down_over_dds(rig: Rig, feels: boo
                 rig.publish(TELEOP_CMD, Twist(linear=Vector3(x=0.4)))
                 await rig.advance(0.1)
             assert far.body.truth().position[0] > 1.0
+            for _ in range(25):
+                rig.publish(TELEOP_CMD, Twist(angular=Vector3(z=0.6)))
+                await rig.advance(0.1)
+            assert far.body.truth().yaw > 1.2
             await rig.call(SIT, Trigger.Request())
             await rig.advance(3.0)
             truth = far.body.truth()
-            assert truth.position[2] < 0.15 and abs(truth.quaternion[0]) > 0.99
+            assert truth.position[2] < 0.15 and np.hypot(*truth.quaternion[1:3]) < 0.1
             await rig.stop()
         assert far.newest == damping() and far.refused == 0
         assert far.walking == "normal"
