@@ -260,7 +260,7 @@ class Endpoints:
             sending: Submit = submit
             for each in reversed(interceptors):
                 sending = each.calling(made, sending)
-            made.submit = sending
+            made.submit = None if sending is submit else sending
         entry.clients[life.fqn] = entry.clients.get(life.fqn, 0)
         return made
 
@@ -314,7 +314,8 @@ class Endpoints:
         self, entry: ServiceEntry, type: Any, handler: Any, label: str, concurrent: int, *, declared: bool
     ) -> Server:
         """A server that is not open yet, behind the interceptors; only they hear of the handling of what is not `declared`."""
-        if not (interceptors := self._interceptors):
+        interceptors = [each for each in self._interceptors if each.of_servers]
+        if not interceptors:
             return Server(self._life, entry, type, handler, label, concurrent)
         server = InterceptedServer(self._life, entry, type, handler, label, concurrent)
         taking: Take = partial(Server.submit, server)

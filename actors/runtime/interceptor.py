@@ -50,6 +50,12 @@ class Interceptor(TopicInterceptor):
         """By what a request to a declared service is handled, in the task that does so."""
         return handle
 
+    @property
+    def of_servers(self) -> bool:
+        """Whether servers are to ask this one: whether it overrides one of the two methods before."""
+        kind = type(self)
+        return kind.taking is not Interceptor.taking or kind.handling is not Interceptor.handling
+
     def sending_goals(self, node: Caller, entry: ActionEntry, ways: SentGoals) -> SentGoals:
         """By what a goal of a node goes to its server."""
         return ways

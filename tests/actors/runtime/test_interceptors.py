@@ -8,7 +8,9 @@ from typing import Any
 import pytest
 
 from actors import Done, Node, every, publishes, run
+from actors.runtime.incarnation import incarnation_of
 from actors.runtime.interceptor import Interceptor
+from actors.services.server import Server
 from actors.system import System
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, number, order, result, total, two
@@ -175,3 +177,22 @@ async def test_one_that_is_added_first_is_nearest_and_one_that_is_added_late_has
     rig.node(All).out(number(1))
     assert [name for way, name in story if way == "tap"] == ["far", "near"], "in the order in which they came"
     assert [name for way, name in story if way == "publish"] == OUT
+
+
+class Lives(Interceptor):
+    """Is asked about lives only, as a journal is of which no node has been named."""
+
+    def life(self, path: tuple[str, ...], make: Callable[[], Any], /) -> Any:
+        return make()
+
+
+async def test_a_call_passes_nobody_where_nobody_intercepts_calls() -> None:
+    class Watching:
+        def attach(self, system: System) -> None:
+            system.runtime.intercept(Lives())
+
+    async with run(All, User, observers=(Watching(),), sinks=()) as system:
+        assert (await system.node(User).call(ADD, two(1, 2))).sum == 3
+        assert type(system.graph.service("/add").local) is Server
+        clients = incarnation_of(system.node(User)).endpoints.clients
+        assert [client.submit for client in clients.values()] == [None]
