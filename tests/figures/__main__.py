@@ -1,4 +1,4 @@
-"""`python -m tests.figures NAME [options]`: every figure of docs/figures.md, measured again on this machine."""
+"""`python -m tests.figures NAME [options]`: every figure of docs/reference/figures.md, measured again on this machine."""
 
 from __future__ import annotations
 
