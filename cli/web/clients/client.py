@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cli.web.clients.errors import BadRequest, Refused
@@ -59,7 +59,10 @@ class Client:
     Invariant: a task that `spawn` has started ends no later than `run`.
     """
 
-    def __init__(self, socket: ServerConnection, protocol: str, number: int, log: NodeLog) -> None:
+    def __init__(
+        self, socket: ServerConnection, protocol: str, number: int, log: NodeLog, clients: Callable[[], int]
+    ) -> None:
+        """`clients` tells how many there are."""
         self._socket = socket
         self._log = log
         self._tasks: set[asyncio.Task[None]] = set()
@@ -70,7 +73,7 @@ class Client:
         self._since = asyncio.get_running_loop().time()
         self.protocol = protocol
         self.number = number
-        self.outbox = Outbox()
+        self.outbox = Outbox(clients)
         self.received = 0
 
     @property
@@ -147,6 +150,7 @@ class Client:
             for outcome in await asyncio.gather(*tasks, return_exceptions=True):
                 self._note(outcome)
             await session.closed()
+            self.outbox.clear()
         if self._end is not None:
             code, why = self._end
             self._log.warning("web client disconnected", client=self.address, protocol=self.protocol, because=why)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from typing import Final, TypeAlias
 
 from actors.transport.protocol import next_look
@@ -32,6 +32,10 @@ Packet: TypeAlias = "Frame | Spliced | tuple[Frame, ...]"
 MOST_ANSWERS: Final = 4096
 MOST_ANSWER_BYTES: Final = 32 * 1024 * 1024
 MOST_BYTES: Final = 16 * 1024 * 1024
+MOST_ALTOGETHER: Final = 64 * 1024 * 1024
+"""Bytes that wait for all clients, of which each has its share: many that do not read must not take the memory of a robot."""
+LEAST: Final = 512 * 1024
+"""Bytes that may wait for a client, however many there are."""
 DEPTH: Final = 256
 BATCH: Final = 64 * 1024
 """Bytes after which no further message is taken out at once: the loop has its turn between."""
@@ -78,12 +82,14 @@ class Outbox:
 
     * Answers leave in the order in which they came, before any message; messages of one subscription leave in their order, and the
       subscriptions take turns, so that a large topic does not hold up a small one.
-    * A subscription keeps at most the newest `depth` messages, all of them together at most `MOST_BYTES` and one message. What is dropped for
-      that is counted in `dropped`, but for what `replace` replaces.
+    * A subscription keeps at most the newest `depth` messages, all of them together at most `MOST_BYTES` and one message, and less where there
+      are many clients. What is dropped for that is counted in `dropped`, but for what `replace` replaces.
     * While a task waits in `batch` and there are messages but no answers, `_timer` is going to wake it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clients: Callable[[], int] = lambda: 1) -> None:
+        """`clients` tells how many there are."""
+        self._clients = clients
         self._answers: deque[tuple[int, Packet]] = deque()
         self._answer_bytes = 0
         self._lanes: dict[Hashable, _Lane] = {}
@@ -149,6 +155,12 @@ class Outbox:
         if queue is not None:
             self._bytes -= queue.bytes
 
+    def clear(self) -> None:
+        """Drop all that waits: the client has gone."""
+        self._answers.clear()
+        self._lanes.clear()
+        self._answer_bytes = self._bytes = 0
+
     async def batch(self, most: int = BATCH) -> list[Packet]:
         """Take the next messages out, until they have `most` bytes, waiting until there is one. One task may wait."""
         while not self._answers and not self._lanes:
@@ -185,8 +197,10 @@ class Outbox:
         return size, packet
 
     def _keep_in_bounds(self) -> None:
-        while self._bytes > MOST_BYTES and self.waiting > 1:
-            self._drop_from_largest()
+        if self._bytes > LEAST:
+            most = max(LEAST, min(MOST_BYTES, MOST_ALTOGETHER // max(1, self._clients())))
+            while self._bytes > most and self.waiting > 1:
+                self._drop_from_largest()
 
     def _drop_from_largest(self) -> None:
         lane, queue = max(self._lanes.items(), key=lambda item: item[1].bytes)

@@ -6,6 +6,7 @@ rosbridge.
 
 from __future__ import annotations
 
+import asyncio
 import errno
 import logging
 from collections.abc import Sequence
@@ -16,7 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import parse_qs, urlsplit
 
-from actors import ExitReason, Node, system_of
+from actors import ExitReason, Node, background, system_of
+from actors.transport.zenoh.memory import give_back
 from cli.web.clients.client import OVERLOADED, Client, farewell
 from cli.web.clients.errors import Refused
 from cli.web.foxglove.session import SUBPROTOCOLS
@@ -45,6 +47,8 @@ MOST_FRAME: Final = 4 * 1024 * 1024
 OPENING: Final = 10.0
 """Seconds for the handshake of a connection."""
 
+AFTERWARDS: Final = 2.0
+"""Seconds after which the memory of a client that has left is given back."""
 CLOSING: Final = 2.0
 """Seconds that a client has for its farewell."""
 
@@ -72,6 +76,7 @@ class WebServer(Node):
         self._files = Files()
         self._numbers = count(1)
         self._clients: dict[int, Client] = {}
+        self._left = asyncio.Event()
         self._refused = 0
         self._ends = AsyncExitStack()
         """What is to be ended: a stop may come in the midst of the start."""
@@ -212,7 +217,7 @@ class WebServer(Node):
 
     async def _connected(self, socket: ServerConnection) -> None:
         protocol = "foxglove" if socket.subprotocol else "rosbridge"
-        client = Client(socket, protocol, next(self._numbers), self.log)
+        client = Client(socket, protocol, next(self._numbers), self.log, lambda: len(self._clients))
         assert socket.request is not None
         recording = self._recording(socket.request)
         self._clients[client.number] = client
@@ -226,6 +231,16 @@ class WebServer(Node):
             await socket.close(UNPLAYABLE, farewell(str(error)))
         finally:
             del self._clients[client.number]
+            self._left.set()
+
+    @background
+    async def tidy(self) -> None:
+        """Give back the memory of what has waited for clients that have left."""
+        while True:
+            await self._left.wait()
+            await self.clock.sleep(AFTERWARDS)
+            self._left.clear()
+            await self.offload(give_back, thread=True)
 
     def _recording(self, request: Request) -> Path | None:
         """The recording that a connection is to; None if it is to the graph. Raises `Refused` for one that is not there."""

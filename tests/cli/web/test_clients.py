@@ -24,6 +24,7 @@ from cli.web.clients.writing import written
 from tests.cli.web.stage import serving, until
 
 PICTURE = Topic(Image, "/picture")
+MEGABYTE = 1024 * 1024
 
 
 async def drained(outbox: Outbox) -> list[object]:
@@ -46,6 +47,16 @@ async def test_a_subscription_keeps_the_newest_messages_and_counts_the_others() 
     for number in range(5):
         outbox.offer("a", str(number), 2)
     assert outbox.dropped == 3 and await drained(outbox) == ["3", "4"]
+
+
+async def test_many_clients_that_do_not_read_share_the_memory() -> None:
+    outbox = Outbox(lambda: 16)
+    for number in range(20):
+        outbox.offer("large", bytes([number]) * MEGABYTE)
+    assert outbox.waiting_bytes == 4 * MEGABYTE and outbox.dropped == 16
+    outbox.answer("an answer")
+    outbox.clear()
+    assert (outbox.waiting, outbox.waiting_bytes) == (0, 0)
 
 
 async def test_where_memory_ends_the_largest_subscription_gives_way_and_the_small_one_does_not() -> None:
@@ -157,6 +168,22 @@ async def test_a_client_that_never_reads_loses_its_messages_and_nobody_else_does
             assert asleep.outbox.dropped > 20 and asleep.outbox.waiting_bytes <= MOST_BYTES
             assert awake.outbox.dropped == 0
             sleeper.socket.transport.abort()
+
+
+async def test_the_memory_of_a_client_that_has_left_is_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cli.web.server.server.AFTERWARDS", 0.01)
+    given = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    monkeypatch.setattr("cli.web.server.server.give_back", lambda: loop.call_soon_threadsafe(given.set))
+    async with serving() as stage:
+        async with stage.foxglove() as sleeper:
+            await sleeper.say("getParameters", parameterNames=["/talker.speed"], id="subscribed")
+            await sleeper.find("parameterValues", id="subscribed")
+            (client,) = stage.server.clients
+            client.outbox.offer("unsent", b"x" * MEGABYTE)
+            sleeper.socket.transport.abort()
+        await asyncio.wait_for(given.wait(), 20.0)
+        assert client.outbox.waiting == 0
 
 
 async def test_what_gathers_is_one_write_for_each_client_and_the_messages_are_shared(
