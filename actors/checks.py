@@ -143,5 +143,6 @@ class NoPublicConstructor(type):
     if not TYPE_CHECKING:
 
         def __call__(cls, *args: object, **keywords: object) -> NoReturn:
-            said = re.search(r"no public constructor: ((?:[^.]|\.(?!\s|$))*)", " ".join((cls.__doc__ or "").split()))
+            text = " ".join((cls.__doc__ or "").split())
+            said = re.search(r"no public constructor: (.*?)\.(?= [A-Z`]|$)", text)
             raise TypeError(f"{cls.__name__} has no public constructor{': ' + said[1] if said else ''}")

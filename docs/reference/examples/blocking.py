@@ -51,7 +51,7 @@ async def asks_among_nodes(node: BlockingNode) -> str:
     raise AssertionError("it would have stopped the nodes of this loop")
 
 
-opened: OpenBlockingNode = blocking.open_node("words", tree=Supervisor("demo", children=[Child(Talker), Child(Counter)]))
+opened: OpenBlockingNode = blocking.open_node("words", tree=Supervisor("demo", Talker, Counter))
 with opened as node:
     assert len(words(node, 2)) == 2
     with node.send_goal(COUNT, Fibonacci.Goal(order=2)) as goal:

@@ -75,8 +75,8 @@ class Totals(Node):
 
 async def record_team() -> Journal:
     journal = Journal("world/team")
-    team = Supervisor("team", children=[Child(Adder), Child(Totals)])
-    async with run(Supervisor("world", children=[Child(Counter), team]), observers=(journal,)) as system:
+    team = Supervisor("team", Adder, Totals)
+    async with run(Supervisor("world", Counter, team), observers=(journal,)) as system:
         await system.clock.sleep(0.5)
     return journal
 

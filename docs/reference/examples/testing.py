@@ -76,7 +76,7 @@ class Siren(Node):
         self.log.info("siren", why=message.data)
 
 
-(finding,) = check_tree(Supervisor("home", children=[Child(Guard), Child(Siren)]), external=["/charge"])
+(finding,) = check_tree(Supervisor("home", Guard, Siren), external=["/charge"])
 assert str(finding) == (
     "warning: home/siren: it takes /alrm, which nobody publishes; publish it, remap it, or name it as external; did you mean '/alarm'?"
 )

@@ -52,7 +52,7 @@ class Watcher(Node):
 
 
 async def test_the_lamp_is_seen_where_it_is(rig: Rig) -> None:
-    await rig.start(Supervisor("room", children=[Child(Watcher), Child(Turntable)]))
+    await rig.start(Supervisor("room", Watcher, Turntable))
     await rig.advance(1.0)
     seen = rig.node(Watcher).seen
     assert seen is not None and abs(seen.x) < 1e-9 and abs(seen.y - 0.4) < 1e-9
@@ -106,7 +106,7 @@ class Mount(Node):
 
 
 async def test_somebody_asks_the_server(rig: Rig) -> None:
-    await rig.start(Supervisor("robot", children=[Child(BufferServer), Child(Mount)]))
+    await rig.start(Supervisor("robot", BufferServer, Mount))
     there = await BufferClient(rig.me).lookup_transform_async("base", "camera", timeout=1.0)
     assert there.transform.translation.z == 0.5
 
@@ -115,7 +115,7 @@ MOUNTED = StaticTransformPublisher.arguments_as_parameters("--x 0.2 --z 0.5 --fr
 
 async def test_a_mount_is_told_once_and_drawn(rig: Rig) -> None:
     camera = Child(StaticTransformPublisher, name="camera_mount", parameters=MOUNTED)
-    await rig.start(Supervisor("robot", children=[Child(BufferServer), camera]))
+    await rig.start(Supervisor("robot", BufferServer, camera))
     late = rig.probe(TF_STATIC)  # latched: it does not matter when one comes
     await rig.me.wait_for(LOOKUP, timeout=1.0)
     assert late.newest.transforms[0].child_frame_id == "camera"
@@ -193,7 +193,7 @@ class Deskew(Node):
 
 
 async def test_every_scan_has_its_imu_sample(rig: Rig) -> None:
-    await rig.start(Supervisor("robot", children=[Child(Deskew), Child(Sensors)]))
+    await rig.start(Supervisor("robot", Deskew, Sensors))
     await rig.advance(1.05)
     assert rig.node(Deskew).count == 10
 
