@@ -43,7 +43,7 @@ class Starter(Caller, Protocol):
 
 
 class SentGoals(NamedTuple):
-    """The ways by which a goal goes to its server. Interceptors put their own functions in the place of some."""
+    """The functions that send a goal to its server. Interceptors replace some of them by their own."""
 
     submit: Callable[[ActionPeer, bytes, Any, GoalFollower], OpenCall]
     """Sends the request to a server; else as `ActionPeer.submit`."""
@@ -277,4 +277,4 @@ def _cancel(server: ActionPeer, goal_id: bytes, reason: str) -> Awaitable[bool]:
 
 
 DIRECT: Final = SentGoals(_submit, _cancel)
-"""The ways without interceptors."""
+"""The functions without interceptors."""

@@ -27,7 +27,7 @@ _EVENTS: Final = {
 
 
 class ServedGoals(NamedTuple):
-    """The ways by which the goals of a server pass. Interceptors put their own functions in the place of some."""
+    """The functions through which the goals of a server go. Interceptors replace some of them by their own."""
 
     submit: Callable[[bytes, Any, GoalFollower | None], GoalRequest]
     """Takes in a request; see `ActionServer.submit`."""

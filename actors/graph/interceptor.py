@@ -1,4 +1,4 @@
-"""What stands between the two ends of topics."""
+"""Interceptors of topics: they stand between publishers and subscriptions."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ class TopicInterceptor:
     """
 
     def tapping(self, publisher: PublisherPeer) -> Callable[[Any], None] | None:
-        """What to call with each message of `publisher`, besides its targets. Called once for each publisher."""
+        """Return a function to be called with each message of `publisher` besides its targets, or None. Called once for each publisher."""
         return None
 
     def publishing(self, publisher: PublisherPeer, targets: tuple[Target, ...]) -> tuple[Target, ...]:
-        """What `publisher`, of this process, calls with each message instead of `targets`: those of its subscriptions, and taps."""
+        """Return the functions that `publisher`, of this process, calls with each message instead of `targets`, its subscriptions and taps."""
         return targets
 
     def delivering(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
-        """What `publisher` calls with each message instead of `target`, which belongs to a subscription of this process."""
+        """Return the function that `publisher` calls with each message instead of `target`, which belongs to a subscription of this process."""
         return target
 
 

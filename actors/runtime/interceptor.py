@@ -27,27 +27,27 @@ class Interceptor(TopicInterceptor):
     """
 
     def life(self, path: tuple[str, ...], make: Callable[[], Life], /) -> Life:
-        """The next life of the node at `path`, for its supervisor; `make()` makes it. Raises what `make` raises."""
+        """Return the next life of the node at `path` for its supervisor. `make()` makes it. Raises what `make` raises."""
         return make()
 
     def spawning(self, node: Caller, work: Coroutine[Any, Any, Any], name: str) -> Coroutine[Any, Any, Any]:
-        """What runs in a new task of a node in the place of `work`."""
+        """Return the coroutine that a new task of a node runs instead of `work`."""
         return work
 
     def entering(self, node: Caller, what: str, enter: Callable[..., Any]) -> Callable[..., Any]:
-        """By what other code sets the ``parameters`` of a node, or makes it ``crash``."""
+        """Return the function by which other code sets the ``parameters`` of a node, or makes it ``crash``."""
         return enter
 
     def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
-        """By what the requests of a client go to the server."""
+        """Return the function that sends the requests of a client to the server."""
         return submit
 
     def taking(self, server: Server, take: Take) -> Take:
-        """By what a server takes in requests."""
+        """Return the function that takes in the requests to a server."""
         return take
 
     def handling(self, server: Server, handle: Handle) -> Handle:
-        """By what a request to a declared service is handled, in the task that does so."""
+        """Return the coroutine function that handles a request to a declared service. It runs in the task of the handler."""
         return handle
 
     @property
@@ -57,17 +57,17 @@ class Interceptor(TopicInterceptor):
         return kind.taking is not Interceptor.taking or kind.handling is not Interceptor.handling
 
     def sending_goals(self, node: Caller, entry: ActionEntry, ways: SentGoals) -> SentGoals:
-        """By what a goal of a node goes to its server."""
+        """Return the functions that send the goals of a node, and their cancellations, to the server."""
         return ways
 
     def serving_goals(self, server: ActionServer, ways: ServedGoals) -> ServedGoals:
-        """By what goals come to a server, run there, and end."""
+        """Return the functions that take in, run and end the goals of a server."""
         return ways
 
     def ticking(self, timer: NodeTimer, tick: Ticked) -> Ticked:
-        """By what a timer takes its ticks."""
+        """Return the function that takes the ticks of a timer."""
         return tick
 
     def drawing(self, node: Caller, draw: Callable[[], bytes]) -> Callable[[], bytes]:
-        """By what a node draws the ids of goals."""
+        """Return the function that draws the ids of the goals of a node."""
         return draw

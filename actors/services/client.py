@@ -42,7 +42,7 @@ class Client(Generic[Req, Resp]):
         self.request = service.request
         self.thread = node.thread
         self.submit: Submit | None = None
-        """By what the node's interceptors have its requests sent; None without interceptors."""
+        """Sends the requests through the node's interceptors; None if none of them intercepts calls."""
 
     def __repr__(self) -> str:
         return f"<client of {self.entry.name} in {self.node.fqn}>"
