@@ -158,7 +158,7 @@ class JoinedNodes:
                 f"a node named {other.record.identity.fqn} is open already: give the second one another name= or namespace="
             )
         record = self._runtime.enter(child, path)
-        unrestarted = child.replace(restart=temporary, significant=False)
+        unrestarted = child.varied(restart=temporary, significant=False)
         start = supervisor.ask(StartChild(unrestarted, id))
         run = supervisor.incarnation((id,))
         assert run is not None

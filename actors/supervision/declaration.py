@@ -41,6 +41,12 @@ class Declaration(ABC):
         """A copy with these options changed, which is checked like a new declaration. Raises `DeclarationError`."""
         return _rebuild(type(self), self._fields() | changes)
 
+    def varied(self, **changes: Any) -> Self:
+        """A copy with these options changed, which are valid: nothing is checked."""
+        copy = object.__new__(type(self))
+        copy._set(**(self._fields() | changes))
+        return copy
+
     def _fields(self) -> dict[str, Any]:
         names: tuple[str, ...] = self.__slots__
         return {name: getattr(self, name) for name in names}

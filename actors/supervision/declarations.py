@@ -210,14 +210,11 @@ class DynamicSupervisor(Declaration):
     def instance(self, name: str, args: Sequence[object] = (), parameters: Mapping[str, object] | None = None) -> Child:
         """The template as a child called `name`. `args` follow the template's own, `parameters` override its own one by one."""
         template = self.template
-        instance = object.__new__(Child)  # all but the name has been checked with the template
-        for option in Child.__slots__:
-            object.__setattr__(instance, option, getattr(template, option))
-        object.__setattr__(instance, "name", checked_name(f"DynamicSupervisor({self.name!r}): instance", name))
+        changes: dict[str, object] = {"name": checked_name(f"DynamicSupervisor({self.name!r}): instance", name)}
         if args:
-            object.__setattr__(instance, "args", (*template.args, *args))
+            changes["args"] = (*template.args, *args)
         if parameters:
-            object.__setattr__(instance, "parameters", {**template.parameters, **parameters})
+            changes["parameters"] = {**template.parameters, **parameters}
         if template.process:
             check_crossing(
                 f"DynamicSupervisor({self.name!r}): instance {name!r}",
@@ -227,7 +224,7 @@ class DynamicSupervisor(Declaration):
                 why_crossing(template.hosts),
                 away=bool(template.hosts),
             )
-        return instance
+        return template.varied(**changes)  # all but the name has been checked with the template
 
     def _positional(self) -> list[str]:
         return [repr(self.name), repr(self.template)]
