@@ -127,7 +127,8 @@ async def events(bench: Bench) -> None:
     await there.do(
         "subscription", topic="/rosout", type="rcl_interfaces/msg/Log", qos={"durability": "TRANSIENT_LOCAL"}
     )
-    await until(lambda: "/ros/events" in bench.ours.subscriptions(topic), "its listener is known")
+    for each in (topic, "/parameter_events", "/rosout"):
+        await until(lambda each=each: "/ros/events" in bench.ours.subscriptions(each), "its listener is known")  # type: ignore[misc]
     talker.set_parameter("gait", "walk")
     talker.log.warning("a line for everybody")
     await talker.change_state("shutdown")
