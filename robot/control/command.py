@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 from robot.geometry.vectors import Triple
@@ -26,6 +26,11 @@ class CommandLimits:
         return CommandLimits(
             self.forward * speed, self.backward * speed, self.sideways * speed, self.turn / speed, self.slew, self.turn_slew / length
         )  # fmt: skip
+
+    @classmethod
+    def usual(cls, model: RobotModel) -> CommandLimits:
+        """Those of a robot that is given no others."""
+        return replace(cls().of(model), **model.tuned("limits"))
 
     def clip(self, vx: float, vy: float, wz: float) -> Triple:
         """The nearest velocity within the limits."""

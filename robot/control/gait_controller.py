@@ -102,7 +102,7 @@ class GaitController:
         self._model = model
         self._gaits = GaitChange(gait, model)
         self._delay = motor_delay
-        self._commands = CommandShaper(limits or CommandLimits().of(model))
+        self._commands = CommandShaper(limits or CommandLimits.usual(model))
         self._estimate = Estimator(model)
         self._terrain = TerrainPlane()
         self._goal: Mode = Mode.SIT

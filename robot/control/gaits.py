@@ -100,7 +100,11 @@ GAITS = MappingProxyType(
 @lru_cache(maxsize=16)
 def gaits_of(model: RobotModel) -> Mapping[str, Gait]:
     """All gaits by name, as a robot walks them."""
-    return GAITS if model is SPOT else MappingProxyType({name: gait.of(model) for name, gait in GAITS.items()})
+    return (
+        GAITS
+        if model is SPOT
+        else MappingProxyType({name: replace(gait.of(model), **model.tuned(name)) for name, gait in GAITS.items()})
+    )
 
 
 def gait_named(name: str, model: RobotModel = SPOT) -> Gait:

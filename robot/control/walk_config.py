@@ -135,7 +135,7 @@ class WalkConfig:
         """These numbers of the reference body, for another one, that moves alike at the same Froude number (docs/concepts/control.md#other-bodies)."""
         own = cls()
         changes: dict[str, Any] = {name: _scaled(getattr(own, name), law(model)) for name, law in _LAWS.items()}
-        return replace(own, **changes)
+        return replace(own, **changes | model.tuned("walk"))
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.crouch < self.height < self.reach:

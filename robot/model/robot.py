@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf, isfinite, sqrt
+from typing import Any
 
 from robot.geometry.vectors import Triple
 from robot.model import parameters as spot
@@ -81,6 +82,8 @@ class RobotModel:
     """Of a joint: the rotor's inertia as the joint feels it, kg m2."""
     friction: float = 0.2
     """Of a joint, N m."""
+    tuning: tuple[tuple[str, float | tuple[float, ...]], ...] = ()
+    """Numbers of the controllers that are not to follow from the figures: such as ("walk.height", 0.4), ("limits.forward", 1.0), ("trot.period", 0.4)."""
     assumed: tuple[str, ...] = field(default=(), compare=False)
     """What its file does not tell, and is the reference body's, scaled; for people."""
     sides: tuple[float, float, float, float] = field(default=spot.SIDES, init=False)
@@ -155,6 +158,10 @@ class RobotModel:
     def damper(self) -> float:
         """What joint dampers (N m s/rad) are scaled by."""
         return self.spring * self.speed
+
+    def tuned(self, group: str) -> dict[str, Any]:
+        """The numbers of one group that are not to follow from the figures, by name."""
+        return {name.partition(".")[2]: value for name, value in self.tuning if name.partition(".")[0] == group}
 
     def froude(self, number: float) -> float:
         """The speed (m/s) that has this Froude number at the height it stands at."""

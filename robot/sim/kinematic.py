@@ -95,7 +95,7 @@ class KinematicBody(BodyShell):
     ) -> None:
         super().__init__(scene, seed=seed, noise=noise, sensors=sensors, model=model)
         self._outline = Outline(scene, model)
-        self._footwork, self._shaper = Footwork(model), CommandShaper(CommandLimits().of(model))
+        self._footwork, self._shaper = Footwork(model), CommandShaper(CommandLimits.usual(model))
         self._fastest = FASTEST_JOINT / model.speed
         self._targets: MotorTargets | None = None
         self._arm = KinematicArm(scene, lambda: self.time, self._where) if arm else None

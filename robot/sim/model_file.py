@@ -7,8 +7,8 @@ of the reference body, scaled. Joints that are not the legs', as those of an arm
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib import import_module
 from math import atan2, cos, hypot, inf, pi, sqrt, tau
 from pathlib import Path
@@ -17,6 +17,9 @@ from typing import Any, Final
 import numpy as np
 
 from actors.suggest import did_you_mean
+from robot.control.command import CommandLimits
+from robot.control.gaits import gaits_of
+from robot.control.walk_config import WalkConfig
 from robot.geometry.vectors import Triple, Vector
 from robot.model.bodies import BODIES
 from robot.model.parameters import GRAVITY
@@ -90,15 +93,36 @@ def read_model(path: str | Path) -> RobotModel:
     file = Path(path)
     mujoco: Any = import_module("mujoco")
     try:
-        model = mujoco.MjModel.from_xml_string(model_text(file))
+        text, numbers = model_text(file)
+        model = mujoco.MjModel.from_xml_string(text)
     except ModelError:
         raise
     except ValueError as error:
         raise ModelError(f"{file}: {' '.join(str(error).split())}") from None
     try:
-        return _Reader(mujoco, model, file.stem).robot()
+        return _tuned(_Reader(mujoco, model, file.stem).robot(), numbers)
     except ModelError as error:
         raise ModelError(f"{file}: {error}") from None
+
+
+def _tuned(robot: RobotModel, numbers: Mapping[str, tuple[float, ...]]) -> RobotModel:
+    """The robot with the numbers that its file sets. Raises `ModelError`, which names one that there is not."""
+    for name, values in numbers.items():
+        value = values[0] if len(values) == 1 else values
+        figure = name.removeprefix("robot.")
+        changes: dict[str, Any] = {figure: value}
+        try:
+            if figure != name:
+                if not isinstance(getattr(robot, figure, None), float):
+                    raise TypeError(figure)
+                robot = replace(robot, **changes)
+            else:
+                robot = replace(robot, tuning=(*robot.tuning, (name, value)))
+                WalkConfig.of(robot), CommandLimits.usual(robot), gaits_of(robot)
+        except (TypeError, ValueError) as error:
+            why = str(error) if isinstance(error, ModelError) else "there is no such number, or it cannot be this"
+            raise ModelError(f"numeric {name!r}: {why}") from None
+    return robot
 
 
 def find_model(text: str) -> RobotModel:
@@ -257,25 +281,12 @@ class _Reader:
         )
 
     def _figures(self, legs: Sequence[_Leg], hips: set[int]) -> RobotModel:
+        _check_alike(legs)
         front = legs[0]
-        for leg in legs[1:]:
-            for what, mine, theirs in (
-                ("thigh", leg.thigh, front.thigh),
-                ("calf", leg.calf, front.calf),
-                ("hip", abs(leg.foot[1] - leg.hip[1]), abs(front.foot[1] - front.hip[1])),
-                ("hip's height", leg.hip[2], front.hip[2]),
-            ):
-                if abs(mine - theirs) > ALIKE:
-                    raise ModelError(f"legs of {front.name!r} and {leg.name!r}: the {what} differs; legs must be alike")
         thigh, calf = front.thigh, front.calf
         middle = np.mean([(leg.shoulder[0], leg.hip[1], leg.shoulder[2]) for leg in legs], axis=0)
         places = [(float(leg.shoulder[0] - middle[0]), float(leg.hip[1] - middle[1])) for leg in legs]
-        top = int(self._model.body_rootid[self._trunk])
-        mass, centre, inertia = self._link(top, hips) if top else (0.0, middle, (0.0, 0.0, 0.0))
-        if not top:
-            raise ModelError("its legs hang on the world: give it a trunk, a body that can move")
-        if mass <= NOTHING:
-            raise ModelError(f"body {self._model.body(top).name!r}: it has no mass (<inertial>)")
+        mass, centre, inertia = self._trunk_mass(hips)
         links = [self._alike(legs, index) for index in range(3)]
         length = (thigh + calf) / SPOT.leg
         whole = mass + 4 * sum(link[0] for link in links)
@@ -284,27 +295,11 @@ class _Reader:
             float(told[front.dof])
             for told in (self._model.dof_damping, self._model.dof_armature, self._model.dof_frictionloss)
         )
-        knees, rear_knees = _within(legs[:2], 2), _within(legs[2:], 2)
-        shoulders, rear_shoulders = _within(legs[:2], 1), _within(legs[2:], 1)
-        rear_knees, rear_shoulders = (
-            front if np.allclose(front, rear, atol=SAME) else rear
-            for front, rear in ((knees, rear_knees), (shoulders, rear_shoulders))
-        )
-        torque = [min((leg.torque[joint] or inf) for leg in legs) for joint in range(3)]
-        least, most = (share * whole * GRAVITY * (thigh + calf) for share in STRENGTHS)
-        known = all(least < one < most for one in torque)
-        own = (SPOT.torque_limit, max(most for _, most in SPOT.knee_torque))
-        weak, strong = (min(torque[:2]), torque[2]) if known else (one * force * length for one in own)
+        shoulders, rear_shoulders = _front_and_rear(legs, 1)
+        knees, rear_knees = _front_and_rear(legs, 2)
+        weak, strong, known = _strength(legs, whole)
         trunk = self._box(hips, legs, length)
-        usual = (
-            (SPOT.hip_mass, SPOT.hip_inertia),
-            (SPOT.thigh_mass, SPOT.thigh_inertia),
-            (SPOT.calf_mass, SPOT.calf_inertia),
-        )
-        hip_inertia, thigh_inertia, calf_inertia = (
-            moments if _can_be(moments, weight, thigh + calf) else _scaled(own_moments, weight / own_weight * length**2)
-            for (weight, _, moments), (own_weight, own_moments) in zip(links, usual, strict=True)
-        )
+        hip_inertia, thigh_inertia, calf_inertia = _inertias(links, thigh + calf)
         return RobotModel(
             name=self._name,
             thigh=thigh,
@@ -315,14 +310,14 @@ class _Reader:
             stand_height=SPOT.stand_height * length,
             sit_height=max(
                 SPOT.sit_height * length,
-                *(_folded(thigh, calf, pair) for pair in (knees, rear_knees)),
+                *(_folded(thigh, calf, pair) for pair in (knees, rear_knees or knees)),
                 _kneeling(thigh, calf, KNEE * length - (front.radius or SPOT.foot_radius * length)),
             ),
             hip_limits=_within(legs, 0),
             shoulder_limits=shoulders,
-            shoulder_rear_limits=None if rear_shoulders == shoulders else rear_shoulders,
+            shoulder_rear_limits=rear_shoulders,
             knee_limits=knees,
-            knee_rear_limits=None if rear_knees == knees else rear_knees,
+            knee_rear_limits=rear_knees,
             mass=whole,
             hip_mass=links[0][0],
             thigh_mass=links[1][0],
@@ -345,6 +340,16 @@ class _Reader:
             friction=friction or SPOT.friction * force * length,
             assumed=() if known else ("torque limits",),
         )
+
+    def _trunk_mass(self, hips: set[int]) -> tuple[float, Vector, Triple]:
+        """Of all that is not the legs'."""
+        top = int(self._model.body_rootid[self._trunk])
+        if not top:
+            raise ModelError("its legs hang on the world: give it a trunk, a body that can move")
+        mass, centre, inertia = self._link(top, hips)
+        if mass <= NOTHING:
+            raise ModelError(f"body {self._model.body(top).name!r}: it has no mass (<inertial>)")
+        return mass, centre, inertia
 
     def _alike(self, legs: Sequence[_Leg], index: int) -> tuple[float, Triple, Triple]:
         """Mass, centre and inertia of one link of a leg, the mean of all four mirrored to the front left."""
@@ -486,6 +491,50 @@ class _Reader:
 
     def _joint(self, joint: int) -> str:
         return str(self._model.joint(joint).name)
+
+
+def _check_alike(legs: Sequence[_Leg]) -> None:
+    front = legs[0]
+    for leg in legs[1:]:
+        for what, mine, theirs in (
+            ("thigh", leg.thigh, front.thigh),
+            ("calf", leg.calf, front.calf),
+            ("hip", abs(leg.foot[1] - leg.hip[1]), abs(front.foot[1] - front.hip[1])),
+            ("hip's height", leg.hip[2], front.hip[2]),
+        ):
+            if abs(mine - theirs) > ALIKE:
+                raise ModelError(f"legs of {front.name!r} and {leg.name!r}: the {what} differs; legs must be alike")
+
+
+def _strength(legs: Sequence[_Leg], mass: float) -> tuple[float, float, bool]:
+    """The torque limits of hip and shoulder and of the knee, N m, and whether the file tells them."""
+    leg = legs[0].thigh + legs[0].calf
+    torque = [min((one.torque[joint] or inf) for one in legs) for joint in range(3)]
+    least, most = (share * mass * GRAVITY * leg for share in STRENGTHS)
+    if all(least < one < most for one in torque):
+        return min(torque[:2]), torque[2], True
+    scale = mass / SPOT.mass * leg / SPOT.leg
+    return SPOT.torque_limit * scale, max(one for _, one in SPOT.knee_torque) * scale, False
+
+
+def _inertias(links: Sequence[tuple[float, Triple, Triple]], leg: float) -> tuple[Triple, Triple, Triple]:
+    """Of hip, thigh and calf; instead of what cannot be, the reference body's for such a mass and leg."""
+    usual = (
+        (SPOT.hip_mass, SPOT.hip_inertia),
+        (SPOT.thigh_mass, SPOT.thigh_inertia),
+        (SPOT.calf_mass, SPOT.calf_inertia),
+    )
+    hip, thigh, calf = (
+        told if _can_be(told, mass, leg) else _scaled(inertia, mass / own * (leg / SPOT.leg) ** 2)
+        for (mass, _, told), (own, inertia) in zip(links, usual, strict=True)
+    )
+    return hip, thigh, calf
+
+
+def _front_and_rear(legs: Sequence[_Leg], joint: int) -> tuple[Pair, Pair | None]:
+    """Where a joint of the front legs may be, and of the rear ones if that is elsewhere."""
+    front, rear = _within(legs[:2], joint), _within(legs[2:], joint)
+    return front, None if np.allclose(front, rear, atol=SAME) else rear
 
 
 def _folded(thigh: float, calf: float, knee: Pair) -> float:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
+from math import isfinite
 from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree
@@ -25,20 +27,36 @@ LEAST_INERTIA: Final = 1e-12
 
 _KEPT: Final = ("compiler", "default", "worldbody", "actuator", "size")
 """Sections of an MJCF that have figures; the others are pictures, or refer to what is taken out."""
+_SET: Final = re.compile(r"(robot|walk|limits|trot|crawl|pace|bound|pronk)\.\w+$")
+"""Names of numbers that a file sets for this package."""
 _UNSEEN: Final = ("camera", "light", "plugin", "composite", "flexcomp")
 _SHAPELESS: Final = ("mesh", "hfield", "sdf")
 
 
-def model_text(file: Path) -> str:
-    """The description of the robot in a MJCF or URDF file, without meshes. Raises `ModelError` for a file that has none."""
+def model_text(file: Path) -> tuple[str, dict[str, tuple[float, ...]]]:
+    """The description of the robot in a MJCF or URDF file, without meshes, and the numbers that it sets by <numeric name="walk.height" data="0.4"/>
+    (docs/howto/your-robot.md). Raises `ModelError` for a file that has none.
+    """
     root = _read(file, [MOST_BYTES])
+    numbers = dict(_numeric(one, file) for one in root.iter("numeric") if _SET.match(one.get("name", "")))
     if root.tag == "robot":
         _clean_urdf(root)
     elif root.tag == "mujoco":
         _clean_mjcf(root)
     else:
         raise ModelError(f"{file}: its first element is <{root.tag}>: give an MJCF (<mujoco>) or a URDF (<robot>)")
-    return ElementTree.tostring(root, encoding="unicode")
+    return ElementTree.tostring(root, encoding="unicode"), numbers
+
+
+def _numeric(element: Element, file: Path) -> tuple[str, tuple[float, ...]]:
+    name = element.get("name", "")
+    try:
+        values = tuple(float(one) for one in element.get("data", "").split())
+    except ValueError:
+        values = ()
+    if not values or not all(isfinite(one) for one in values):
+        raise ModelError(f"{file}: numeric {name!r}: its data is no number")
+    return name, values
 
 
 def _read(file: Path, left: list[int]) -> Element:

@@ -8,6 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from robot.control.command import CommandLimits
+from robot.control.gaits import gaits_of
+from robot.control.walk_config import WalkConfig
 from robot.geometry.planar import Pose2
 from robot.model.bodies import B2, GO2
 from robot.model.robot import SPOT, ModelError, RobotModel
@@ -206,6 +209,35 @@ def test_feet_are_found_without_a_ball_and_inertias_and_torques_that_are_placeho
     assert read.knee_torque[0][1] == pytest.approx(113.2)
     assert read.assumed == ("torque limits",)
     assert read.thigh_inertia == pytest.approx(SPOT.thigh_inertia)
+
+
+def numbers(**data: str) -> str:
+    said = "".join(f'<numeric name="{name.replace("_", ".", 1)}" data="{value}"/>' for name, value in data.items())
+    return mjcf().replace("</mujoco>", f'<custom>{said}<numeric name="their_own" data="x"/></custom></mujoco>')
+
+
+def test_a_file_sets_numbers_that_do_not_follow_from_its_figures(tmp_path: Path) -> None:
+    text = numbers(
+        robot_stand_height="0.42",
+        walk_height="0.5",
+        walk_turn_spring="200 200 70",
+        limits_forward="1.1",
+        trot_period="0.44",
+    )
+    read = read_model(stored(tmp_path, text))
+    assert read.stand_height == 0.42
+    walk = WalkConfig.of(read)
+    assert (walk.height, walk.turn_spring, walk.capture) == (0.5, (200.0, 200.0, 70.0), WalkConfig().capture)
+    assert (CommandLimits.usual(read).forward, gaits_of(read)["trot"].period) == (1.1, 0.44)
+    for name, value in (
+        ("walk_hight", "1"),
+        ("robot_hips", "1"),
+        ("robot_sit_height", "9"),
+        ("walk_height", "x"),
+        ("walk_height", "3"),
+    ):
+        with pytest.raises(ModelError, match=f"numeric '{name.replace('_', '.', 1)}': "):
+            read_model(stored(tmp_path, numbers(**{name: value})))
 
 
 @pytest.mark.parametrize(
