@@ -221,6 +221,51 @@ async def test_bytes_that_are_no_message_are_lost_and_the_subscriber_warns(hosts
     assert [line.node for line in events(other.logs, "a message cannot be decoded")] == ["/rig"]
 
 
+async def test_what_is_unusual_among_many_messages_takes_its_place_and_each_loss_is_counted_once(hosts: Hosts) -> None:
+    """After the first message the next ones of a publisher go a shorter way, as long as nothing is unusual."""
+    rig, other = await hosts.start(Talker), await hosts.start(Node)
+    probe = other.probe(NUMBERS)
+    await rig.quiet()
+    (token,) = (token for token in hosts.network.tokens if "/MP/" in token and "numbers" in token)
+    outlet = hosts.ends[rig].outlet(NUMBERS_KEY, Delivery())
+    for value, payload in {
+        1: encode(number(1)),
+        2: encode(number(2)),
+        3: b"\0\0\0\0" + (3).to_bytes(4, "big"),
+        4: b"\0\1\0\0",  # it ends too early
+        5: encode(number(5)),
+        6: encode(number(6)),
+        8: encode(number(8)),
+        9: encode(number(9)),
+    }.items():
+        outlet.put(payload, write_attachment(Attachment(value, 0, gid_of(token))))
+    outlet.put(encode(number(9)), write_attachment(Attachment(9, 0, gid_of(token))))  # once more
+    await rig.quiet()
+
+    assert (values(probe), probe.dropped) == ([1, 2, 3, 5, 6, 8, 9], 2)
+
+
+async def test_a_second_subscription_and_one_that_leaves_change_nothing_for_the_first(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Talker), await hosts.start(Node)
+    probe = other.probe(NUMBERS)
+    await rig.quiet()
+    for value in (1, 2):
+        rig.publish(NUMBERS, number(value))
+    await rig.quiet()
+    async with other.me.subscribe(NUMBERS) as stream:
+        await rig.quiet()
+        for value in (3, 4):
+            rig.publish(NUMBERS, number(value))
+        await rig.quiet()
+        second = [(await anext(stream)).data for _ in range(2)]
+    await rig.quiet()
+    for value in (5, 6):
+        rig.publish(NUMBERS, number(value))
+    await rig.quiet()
+
+    assert (values(probe), second, probe.dropped) == ([1, 2, 3, 4, 5, 6], [3, 4], 0)
+
+
 async def test_a_gap_in_the_numbers_is_counted_as_lost_once_and_repeated_numbers_are_not_delivered(
     hosts: Hosts,
 ) -> None:

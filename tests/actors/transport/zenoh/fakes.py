@@ -99,9 +99,12 @@ class FakeQuery:
 
 
 class FakeSession:
-    """A session that remembers the handler of its queryable."""
+    """A session that remembers the handler of its queryable, or of its last question."""
 
     handler: Any = None
+
+    def get(self, key: str, handler: Any, **settings: Any) -> None:
+        self.handler = handler
 
     def declare_queryable(self, key: str, handler: Any, **settings: Any) -> FakePublisher:
         self.handler = handler

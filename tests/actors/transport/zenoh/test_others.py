@@ -15,7 +15,7 @@ import zenoh.ext
 
 from actors.transport.format.sessions import new_session
 from actors.transport.keyed.protocol import Delivery, Query, Replied
-from actors.transport.protocol import Link, NoAnswer
+from actors.transport.protocol import Failed, Link, NoAnswer
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
 from actors.transport.zenoh import ZenohConfig
@@ -24,7 +24,7 @@ from actors.transport.zenoh.queries import Server
 from actors.transport.zenoh.questions import Question
 from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import TOKENS, Changes, Party
-from tests.actors.transport.zenoh.fakes import FakeQuery, FakeSession
+from tests.actors.transport.zenoh.fakes import FakeQuery, FakeReply, FakeSession, sample
 from tests.actors.transport.zenoh.wires import free_port
 
 KEY = "7/b/a::srv::dds_::B_/H"
@@ -365,6 +365,34 @@ async def test_questions_of_a_session_that_was_closed_end() -> None:
     worker.close()
 
     assert ended == ["history", question]
+
+
+@pytest.mark.parametrize(
+    ("reply", "answer"),
+    [
+        (FakeReply(sample(b"yes", attachment=b"a")), Replied(b"yes", b"a")),
+        (FakeReply(None, sample(b"no")), Failed(b"no")),
+    ],
+)
+async def test_the_first_answer_to_a_question_counts_and_it_lingers_until_it_is_ended(
+    reply: FakeReply, answer: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.questions.direct", lambda *calls: calls)
+    session, worker, loop = FakeSession(), Worker("test"), asyncio.get_running_loop()
+    answers: list[object] = []
+    question = Question("7/a/T/H", None, answers.append, lambda one: None, loop)
+    question.ask(session, b"", b"", Wakeup(loop), worker, pytest.fail)  # type: ignore[arg-type]
+    await worker.result(lambda: None)
+    worker.close()
+
+    replied, ended = session.handler
+    replied(reply)
+    replied(FakeReply(sample(b"late")))
+    await asyncio.sleep(0.01)
+    assert (answers, question.lingers) == ([answer], True)
+    ended()
+    await asyncio.sleep(0.01)
+    assert not question.lingers
 
 
 async def test_a_question_that_comes_to_a_closed_server_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
