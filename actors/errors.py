@@ -42,7 +42,9 @@ def described(value: object) -> str:
 
 def _meant(error: BaseException) -> str:
     """``; did you mean 'speed'?`` for an `AttributeError` on an object that has an attribute of nearly that name; what a message takes, for a
-    `TypeError` of its call; else empty."""
+    `TypeError` of its call; the missing `await`, for a coroutine that is used as what it returns; else empty."""
+    if isinstance(error, (AttributeError, TypeError)) and "'coroutine' object" in str(error):
+        return "; write `await` before the call that made it"
     if type(error) is TypeError:
         return _meant_field(error)
     if type(error) is not AttributeError or not error.name:

@@ -26,6 +26,8 @@ USER, PACKAGE, PYTHON, ACTORS = range(4)
 """The owners of files, the one nearest to the user first."""
 
 _OURS: Final = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
+_MADE: Final = ("<check of ", "<CDR ")
+"""How the names of code begin that `actors` makes for each message type."""
 _PYTHON: Final = os.path.join(os.path.dirname(os.path.abspath(os.__file__)), "")
 _ASYNCIO: Final = os.path.join(_PYTHON, "asyncio", "")
 _CARRIER: Final = os.path.join(_OURS, "inbox", "control.py")
@@ -171,7 +173,7 @@ def _users_own(places: Iterable[Place]) -> Place | None:
 @lru_cache(maxsize=4096)
 def _filed(file: str) -> tuple[int, str]:
     """The owner of a file, and the name of its package if that is installed. Packages that were claimed are not considered."""
-    if file.startswith(_OURS):
+    if file.startswith((_OURS, *_MADE)):
         return ACTORS, ""
     parts = file.split(os.sep)
     for folder in _INSTALLED:

@@ -119,7 +119,15 @@ class Packages:
         if executable in known:
             return known[executable]
         near = did_you_mean(executable, known)
-        raise UnknownExecutable(f"package {package!r} has no executable {executable!r}{near}{_listed(known)}")
+        listed = _listed(known) if known else f"{_listed(known)[:-1]}{self._to_install(package)})"
+        raise UnknownExecutable(f"package {package!r} has no executable {executable!r}{near}{listed}")
+
+    def _to_install(self, package: str) -> str:
+        """What makes the nodes of a Python package known of which only the sources are here."""
+        folder = self._source_share(package)
+        if folder is None or not any((folder / name).is_file() for name in ("setup.py", "pyproject.toml")):
+            return ""
+        return f"; pip install -e {folder} makes those known that it declares"
 
     def share(self, package: str) -> Path:
         """The folder in which the files of a package lie: its launch and parameter files. Raises `UnknownPackage`."""

@@ -241,7 +241,7 @@ def _checked(
     )
     objection = limits.value_objection(value)
     if objection is not None:
-        raise ValueError(f"the default does not obey its own limits: {objection}")
+        raise ValueError(f"the default does not obey its own limits: {objection.replace('Parameter  ', 'it ', 1)}")
     return value, limits
 
 

@@ -59,11 +59,11 @@ def options_of(
 
 
 def misplaced(argv: Sequence[str]) -> Iterator[str]:
-    """Each ``-p name:=value`` that stands before ``--ros-args``, where it means nothing to ROS."""
-    words = list(takewhile(lambda word: word != "--ros-args", argv))
-    for flag, value in pairwise(words):
-        if flag in ("-p", "--param") and ":=" in value:
-            yield f"{flag} {value}"
+    """Each ``-p name:=value`` and ``name:=value`` that stands before ``--ros-args``, where it means nothing to ROS."""
+    words = takewhile(lambda word: word != "--ros-args", argv)
+    for flag, value in pairwise(("", *words)):
+        if ":=" in value:
+            yield f"{flag} {value}" if flag in ("-p", "--param") else value
 
 
 def overruled(tree: Spec, options: RunOptions) -> Iterator[tuple[str, str, object]]:

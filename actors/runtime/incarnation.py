@@ -36,7 +36,7 @@ from actors.runtime.endpoints import Endpoints
 from actors.runtime.members import check_assigned
 from actors.runtime.node import Node
 from actors.runtime.tasks import Tasks, contained
-from actors.runtime.timers import Timers
+from actors.runtime.timers import NodeTimer, Timers
 from actors.services.introspection import caller_id
 from actors.supervision.reasons import Failed, Killed, Skip, Stop, Stopped
 
@@ -51,7 +51,6 @@ if TYPE_CHECKING:
     from actors.runtime.runtime import Runtime
     from actors.runtime.sim_time import SimTime
     from actors.runtime.stall import StallWatch
-    from actors.runtime.timers import NodeTimer
     from actors.services.introspection import CallId
     from actors.supervision.child import Child
     from actors.supervision.reasons import ExitReason
@@ -505,9 +504,14 @@ class Incarnation:
             return
         task = self.inbox.task
         lost = 0 if self._timers is None else sum(one.record.missed - one.record.blocked for one in self._timers)
+        waits = (
+            "run what waits by self.spawn()"
+            if isinstance(item, NodeTimer)
+            else "declare it concurrent=n, make it an action"
+        )
         self.log.warning(
             f"handler holds the inbox for more than {seconds:g} s", handler=item.label, awaits=awaited_in(task) if task else "",
-            ticks_lost=lost, remedy="declare it concurrent=n, make it an action, or self.offload() its work",
+            ticks_lost=lost, remedy=f"{waits}, or self.offload() its work",
         )  # fmt: skip
 
     def absent(self) -> Exception:

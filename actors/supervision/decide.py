@@ -183,7 +183,8 @@ def _give_up(event: Ended, children: Children) -> Sequence[Act]:
     intensity = children.spec.intensity
     failure = SupervisorGaveUp(children.path, event.life.ref.id, intensity.restarts, intensity.within, event.reason)
     failure.__cause__ = cause_of(event.reason)
-    told = Tell("shutdown", event.life, event.reason, "restart intensity reached")
+    note = "restart intensity reached" if intensity.restarts else "no restart is allowed"
+    told = Tell("shutdown", event.life, event.reason, note)
     return (told, *_shut_down(children, "shutdown", failure))
 
 

@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
 import threading
 from collections.abc import Callable
 from contextlib import suppress
 from queue import SimpleQueue
-from typing import TypeVar
+from typing import Final, TypeVar
 
 T = TypeVar("T")
+
+_LAST: Final = 3.0
+"""Seconds for which the process, at its end, waits for the calls of closed workers."""
+_ending: Final[set[threading.Thread]] = set()
+"""Threads of workers that are closed and not yet done."""
+
+
+@atexit.register
+def _wait() -> None:
+    # A daemon thread that comes back to Python from native code while the interpreter ends is unwound by force, and Zenoh's frames do not
+    # allow that: the process would abort, with "FATAL: exception not rethrown".
+    for thread in tuple(_ending):
+        thread.join(_LAST)
 
 
 class Worker:
@@ -53,9 +67,11 @@ class Worker:
         return await future
 
     def close(self) -> None:
-        """End the thread after the calls that it has. Waits for none of them."""
+        """End the thread after the calls that it has. Waits for none of them; the end of the process does, for some seconds."""
+        _ending.add(self._thread)
         self._calls.put(None)
 
     def _work(self) -> None:
         while (call := self._calls.get()) is not None:
             call()
+        _ending.discard(self._thread)

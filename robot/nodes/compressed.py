@@ -62,11 +62,14 @@ class ImageCompressor(Node):
     @background
     async def work(self) -> None:
         out = self.publisher(compressed_topic(self._images))
-        refused, pillow = set[str](), find_spec("PIL") is not None
-        if not pillow:
-            self.log.info("images are compressed as png", because="there is no Pillow: pip install 'robactor[images]'")
+        refused, pillow, told = set[str](), find_spec("PIL") is not None, False
         newest = qos.SENSOR_DATA.replace(depth=1)
         async for image in while_heard(self, out, self._images, newest, lambda: self.rate):
+            if not (pillow or told):
+                told = True
+                self.log.info(
+                    "images are compressed as png", because="there is no Pillow: pip install 'robactor[images]'"
+                )
             work = partial(compress, quality=self.jpeg_quality) if pillow and self.format == "jpeg" else compressed
             try:
                 out(await self.offload(work, image, takes=ENCODING, thread=True))

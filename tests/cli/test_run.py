@@ -165,6 +165,7 @@ async def test_an_argument_of_ros_in_the_wrong_place_is_told(here: Path, robot: 
     assert left.code == 0
     assert "not after --ros-args, so not a parameter" in left.out
     assert "argument='-p text:=x'" in left.out
+    assert "argument='text:=x'" in (await robot("run", "garden:Leaver", "text:=x")).out
 
 
 async def test_a_program_of_an_installed_package_gets_its_words_and_gives_its_code(

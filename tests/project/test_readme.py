@@ -65,8 +65,8 @@ def test_the_example_has_at_most_20_lines() -> None:
 
 
 def test_the_test_example_passes_with_the_plugin(tmp_path: Path) -> None:
-    (tmp_path / "demo.py").write_text(block("example"), encoding="utf-8")
-    (tmp_path / "test_demo.py").write_text("from demo import *\n\n" + block("test example"), encoding="utf-8")
+    (tmp_path / "talker.py").write_text(block("example"), encoding="utf-8")
+    (tmp_path / "test_talker.py").write_text(block("test example"), encoding="utf-8")
     (tmp_path / "pytest.ini").write_text("[pytest]\nasyncio_mode = auto\n", encoding="utf-8")
     plugin = () if _installed() else ("-p", "actors.testing.plugin")
     done = run(sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *plugin, cwd=tmp_path)
@@ -93,8 +93,8 @@ def _installed() -> bool:
 
 def test_the_rig_needs_no_configuration_of_pytest(tmp_path: Path) -> None:
     """In a folder without any settings pytest-asyncio is strict; a test that uses `rig` is an asyncio test all the same."""
-    (tmp_path / "demo.py").write_text(block("example"), encoding="utf-8")
-    (tmp_path / "test_demo.py").write_text("from demo import *\n\n" + block("test example"), encoding="utf-8")
+    (tmp_path / "talker.py").write_text(block("example"), encoding="utf-8")
+    (tmp_path / "test_talker.py").write_text(block("test example"), encoding="utf-8")
     plugin = () if _installed() else ("-p", "actors.testing.plugin")
     done = run(
         sys.executable,

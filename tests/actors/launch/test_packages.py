@@ -171,6 +171,10 @@ def test_an_unknown_executable_is_answered_with_the_nearest_and_with_all_of_its_
     with pytest.raises(UnknownExecutable, match=r"'empty' has no executable 'any' .there is none."):
         packages.find("empty", "any")
 
+    (tmp_path / "empty" / "setup.py").touch()
+    with pytest.raises(UnknownExecutable, match=r".there is none; pip install -e .*empty makes those known that it"):
+        packages.find("empty", "any")
+
     assert str(caught.value) == (
         "package 'humanoid_control' has no executable 'plannr'; did you mean 'planner'? "
         "(there are: motor_controller, planner, sensor_simulator)"

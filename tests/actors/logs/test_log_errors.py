@@ -242,7 +242,7 @@ async def test_a_restart_without_delay_and_one_of_a_supervisor(rig: Rig) -> None
         (20, "restarted inner (life 2)", {"child": "outer/inner"}),
     ]
     assert said(rig, "gives up") == [
-        (40, "inner gives up: restart intensity reached", {"child": "outer/inner/a", "reason": "it raised RuntimeError: crashed by the rig"}),
+        (40, "inner gives up: no restart is allowed", {"child": "outer/inner/a", "reason": "it raised RuntimeError: crashed by the rig"}),
     ]  # fmt: skip
 
 

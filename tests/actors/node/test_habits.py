@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import pickle
+from typing import Any
 
 import pytest
 
@@ -161,6 +162,20 @@ def test_F9_a_misspelt_name_gets_a_did_you_mean(owner: object, name: str, said: 
 
 def test_F9_an_attribute_error_of_ones_own_is_told_as_it_is() -> None:
     assert described(AttributeError("no such speed")) == "AttributeError: no such speed"
+
+
+def test_F9_a_forgotten_await_is_named() -> None:
+    async def ask() -> int:
+        return 1
+
+    asked: Any = ask()
+    with pytest.raises(AttributeError) as attribute:
+        _ = asked.sum
+    with pytest.raises(TypeError) as operand:
+        _ = asked[0]
+    asked.close()
+    assert described(attribute.value).endswith("has no attribute 'sum'; write `await` before the call that made it")
+    assert described(operand.value).endswith("is not subscriptable; write `await` before the call that made it")
 
 
 def test_F9_what_python_itself_looks_for_still_works() -> None:

@@ -221,6 +221,23 @@ async def test_a_handler_that_holds_the_inbox_is_reported_once_with_what_it_awai
     assert report.fields["remedy"] == "declare it concurrent=n, make it an action, or self.offload() its work"
 
 
+async def test_a_timer_that_holds_the_inbox_is_told_what_a_timer_can_do(rig: Rig) -> None:
+    class Holder(Node):
+        @every(period=5.0)
+        async def tick(self) -> None:
+            await self.clock.sleep(2.0)
+
+        @NUMBERS.on()
+        def take(self, message: Int32) -> None: ...
+
+    await rig.start(Holder)
+    await rig.advance(5.1)
+    rig.publish(NUMBERS, number(1))
+    await rig.advance(2.0)
+    (report,) = events(rig.logs, "holds the inbox")
+    assert report.fields["remedy"] == "run what waits by self.spawn(), or self.offload() its work"
+
+
 async def test_a_handler_that_outlasts_the_shortest_timer_period_is_reported_with_the_ticks_it_costs(rig: Rig) -> None:
     class Holder(Node):
         ticks = 0

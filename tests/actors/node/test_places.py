@@ -16,7 +16,18 @@ import pytest
 
 from actors import CallTimeout, Child, Node, Supervisor, background, parameter, places
 from actors.checks import create
-from actors.places import PACKAGE, PYTHON, USER, awaited_in, line_of, owner_of, place_of, traceback_of, users_trace
+from actors.places import (
+    ACTORS,
+    PACKAGE,
+    PYTHON,
+    USER,
+    awaited_in,
+    line_of,
+    owner_of,
+    place_of,
+    traceback_of,
+    users_trace,
+)
 from actors.testing import Rig
 from tests.stage import NUMBERS, events, number
 
@@ -78,6 +89,7 @@ def test_an_error_that_nobody_raised_is_nowhere_and_has_no_traceback() -> None:
 def test_whose_a_file_is() -> None:
     assert owner_of(__file__) == USER
     assert owner_of("<stdin>") == USER
+    assert owner_of("<check of Float32>") == owner_of("<CDR encoder of std_msgs/msg/Float32>") == ACTORS
     assert owner_of(np.__file__) == PACKAGE
     assert owner_of("/usr/lib/python3/dist-packages/yaml/__init__.py") == PACKAGE
     assert owner_of("/opt/site-packages") == USER, "a file of that name is nobody's package"

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -36,3 +38,13 @@ def test_a_call_that_outlives_the_loop_of_the_one_who_waited_disturbs_nobody() -
     worker.do(done.set)  # reached only by a thread that is alive
     assert done.wait(10.0)
     worker.close()
+
+
+def test_the_end_of_the_process_waits_for_the_calls_of_a_closed_worker() -> None:
+    """A thread that came back from Zenoh after the end of the interpreter had begun aborted the process: exit code 134 instead of 1."""
+    program = (
+        "import sys, time; from actors.transport.worker import Worker; worker = Worker('a worker'); "
+        "worker.do(lambda: time.sleep(0.5)); worker.do(lambda: print('done', flush=True)); worker.close(); sys.exit(1)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (1, "done\n", "")
