@@ -6,12 +6,12 @@ import asyncio
 from collections.abc import Awaitable, Callable, Collection, Coroutine
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors.actions.arrivals import places, refusal
 from actors.actions.driver import GoalDriver, GoalHandlers, Host
 from actors.actions.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
 from actors.actions.peers import GoalFollower, Outcome
 from actors.actions.requests import CancelRequest, GoalRequest
 from actors.checks import create, is_flag
+from actors.contracts.contracts import ArrivalPolicy
 from actors.errors import Reject, described
 from actors.inbox.control import blame
 
@@ -377,3 +377,20 @@ class ActionServer:
         expiry, self._expiry = self._expiry, None
         if expiry is not None:
             expiry.cancel()
+
+
+def places(arrivals: ArrivalPolicy) -> int:
+    """The number of goals that may run at once."""
+    return arrivals.size if arrivals.policy == "parallel" else 1
+
+
+def refusal(arrivals: ArrivalPolicy, waiting: int, running: int) -> str | None:
+    """Why a goal that arrives now is rejected; None if it is accepted. A goal that preempts others is always accepted."""
+    policy, size = arrivals.policy, arrivals.size
+    if policy == "queue" and waiting >= size:
+        return f"the queue is full: {size} goals wait"
+    if policy == "parallel" and waiting + running >= size:
+        return f"{size} goals run already"
+    if policy == "reject" and waiting + running:
+        return "another goal is running"
+    return None

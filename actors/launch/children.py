@@ -12,7 +12,6 @@ from actors.launch.packages import NodeTarget
 from actors.launch.parameters import effective
 from actors.launch.plan import Job, NodeSpec, Process, Scope
 from actors.launch.program import Output, ProgramNode, Watcher, ros_arguments
-from actors.launch.stand_ins import StandIn
 from actors.names.names import fully_qualified
 from actors.qos.overriding import QOS_OVERRIDES
 from actors.running.options import with_arguments, with_own_arguments
@@ -140,3 +139,9 @@ def _first(*rules: tuple[str, str]) -> dict[str, str]:
 
 def _node_name(text: str) -> str:
     return "".join(letter if letter.isalnum() else "_" for letter in text).strip("_") or "node"
+
+
+class StandIn(Node):
+    """Stands in for a node that is not here: it has its name and its parameters, whatever these are, and does nothing."""
+
+    allow_undeclared_parameters = True

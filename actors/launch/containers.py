@@ -17,11 +17,10 @@ from actors.interfaces.composition_interfaces.srv import (
     UnloadNode_Request,
     UnloadNode_Response,
 )
-from actors.launch.children import known_parameters
+from actors.launch.children import StandIn, known_parameters
 from actors.launch.lifecycle import UP, take_through
 from actors.launch.packages import NodeTarget, Packages
 from actors.launch.parameters import effective
-from actors.launch.stand_ins import StandIn
 from actors.names.names import fully_qualified
 from actors.parameters.messages import from_parameter, to_parameter
 from actors.parameters.values import Parameter

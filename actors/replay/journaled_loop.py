@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, TypeVarTuple, cast
 
 from actors.inbox.boundary import BOUNDARY, outside
 from actors.replay.errors import ReplayError
-from actors.time.extending import extend
+from actors.time.lockstep import extend
 from actors.waiting import wake
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from actors.checks import create
 from actors.inbox.boundary import BOUNDARY, outside
 from actors.logs import DEBUG, LEVEL_NAMES, LogRecord, NodeLog
 from actors.places import place_of
-from actors.supervision.log_lines import log_line
 from actors.supervision.reasons import cause_of
+from actors.supervision.report import log_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

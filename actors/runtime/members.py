@@ -234,3 +234,16 @@ def _takes(function: Callable[..., Any], hook: _Hook) -> bool:
 
 def _written(name: str, hook: _Hook) -> str:
     return f"{'async ' if hook.is_async else ''}def {name}({hook.arguments})"
+
+
+def check_arguments(kind: type[Any], base: type[Any], arguments: tuple[Any, ...], keywords: Mapping[str, Any]) -> None:
+    """Raise `DeclarationError` unless a class that comes after `base`, which is `Node`, has an ``__init__`` that may take arguments."""
+    following = kind.__mro__[kind.__mro__.index(base) + 1 : -1]
+    if any("__init__" in vars(each) for each in following):
+        return
+    name = kind.__name__
+    given = ", ".join([*map(repr, arguments), *(f"{key}={value!r}" for key, value in keywords.items())])
+    raise DeclarationError(
+        f"{name}: a Node is made without arguments, not with ({given:.60}): its name belongs to its place, "
+        f"Child({name}, name=...), and what its own __init__ takes comes by Child({name}, args=(...))"
+    )

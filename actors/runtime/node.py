@@ -23,9 +23,9 @@ from actors.places import claim
 from actors.qos import of
 from actors.qos.policies import QoS
 from actors.runtime.callables import is_async, name_of
-from actors.runtime.construction import check_arguments
 from actors.runtime.declarations import Declarations
 from actors.runtime.habits import Habits
+from actors.runtime.members import check_arguments
 from actors.runtime.timers import Rate, Timer
 from actors.time.deadlines import check_timeout
 

@@ -4,7 +4,7 @@ Users write trees with `child` and `declarations` and the options in `policy`, a
 `errors`. What trees are made of are names of `actors`; the names here are the reasons of an end, and the options of `auto_shutdown`. A
 system runs trees with `running`, and provides what `seam` asks for.
 
-How it works: an event (`events`) is first recorded in the state of the supervisor (`children`, with `entry`, `steps` and `window`).
+How it works: an event (`events`) is first recorded in the state of the supervisor (`children`, with `entry` and `steps`).
 `decide` then says what follows from the event (for requests: `administer`), as a sequence of `acts`, and `executor` carries them out.
 `child_task` owns the task of one life of a child. `decide` is pure: it needs no event loop, and its tests are a table of cases.
 """

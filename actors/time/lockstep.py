@@ -17,7 +17,6 @@ from math import inf
 from time import monotonic, thread_time
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from actors.time.extending import extend
 from actors.time.real_loop import waking
 
 if TYPE_CHECKING:
@@ -188,3 +187,12 @@ class _Selector(_SelectorBase):
 
     def select(self, timeout: float | None = None) -> list[Any]:
         return self.lockstep.select(super().select, timeout)
+
+
+def extend(instance: object, mixin: type) -> None:
+    """Let `instance` be of a class derived from its present one, with the methods of `mixin` before its own. It stays so for good.
+
+    `mixin` calls the methods that it overrides by `super()`. Raises `TypeError` for an object that is not of a class written in Python.
+    """
+    kind = type(instance)
+    instance.__class__ = type(kind.__name__, (mixin, kind), {"__module__": kind.__module__})

@@ -60,7 +60,7 @@ async def test_a_jump_back_is_told_with_its_size_and_its_cause(rig: Rig) -> None
     await rig.start(Child(Blinker, parameters={"use_sim_time": True}))
     blinker = rig.node(Blinker)
     for seconds in (10, 4):
-        rig.publish(CLOCK, ClockMessage.create(clock=Stamp(sec=seconds)))
+        rig.publish(CLOCK, ClockMessage(clock=Stamp(sec=seconds)))
         await rig.quiet()
     (jump,) = [one for one in blinker.jumps if not one.source_changed]
     assert jump.delta == Duration(seconds=-6) and jump.clock_change is ClockChange.ROS_TIME_NO_CHANGE

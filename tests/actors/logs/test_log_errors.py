@@ -22,11 +22,10 @@ from actors.interfaces.geometry_msgs.msg import Twist, Vector3
 from actors.logs import LogRecord, console_sink, json_sink, log_message, structlog_sink
 from actors.runtime.incarnation import incarnation_of
 from actors.supervision.errors import SupervisorGaveUp
-from actors.supervision.log_lines import log_line
 from actors.supervision.policy import all_significant, any_significant, rest_for_one
 from actors.supervision.reasons import Returned, Stop
 from actors.supervision.refs import ChildRef
-from actors.supervision.report import Report
+from actors.supervision.report import Report, log_line
 from actors.testing import Rig
 from tests.stage import ADD, events, total, two
 

@@ -113,7 +113,7 @@ async def test_a_throttle_counts_simulated_seconds(rig: Rig) -> None:
 
     await rig.start(Child(Simulated, parameters={"use_sim_time": True}))
     for tenth in range(31):
-        rig.publish(CLOCK, ClockMessage.create(clock=rig.system.clock.stamp(tenth / 10)))
+        rig.publish(CLOCK, ClockMessage(clock=rig.system.clock.stamp(tenth / 10)))
         await rig.advance(0.001)
     assert len(events(rig.logs, "slowly")) == 3
 

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from actors.supervision.children import Window
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import AlreadyPresent, Restarting, SupervisorGaveUp
 from actors.supervision.policy import Backoff, Intensity, Strategy, one_for_all, one_for_one, rest_for_one, transient
 from actors.supervision.reasons import Failed
 from actors.supervision.refs import Counts
 from actors.supervision.running import RunningSupervisor
-from actors.supervision.window import Window
 from tests.actors.supervision.kit import Script, World, child, running, settle, state, virtual
 
 EVERY = [one_for_one, one_for_all, rest_for_one]
