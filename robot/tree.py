@@ -286,7 +286,7 @@ def _perception(robot: Equipment, site: Site | None) -> Supervisor:
 
 
 def _lidar(lidar: LidarDevice, site: Site | None, model: RobotModel) -> list[Child]:
-    """The driver of the LiDAR that it has, and those who find out by it where the robot is."""
+    """The driver of the LiDAR that it has, and the nodes that localize the robot by it."""
     driver = [Child(Lidar, args=(lidar,))]
     if lidar.fixed:  # what it sees in a moving body is corrected
         driver = [Child(TurningLidar, name="lidar", args=(lidar,)), Child(ScanCorrection, args=(model,))]

@@ -79,7 +79,7 @@ class GraphView:
         """Do nothing: nobody of this process waits."""
 
     def lost(self, taker: object, messages: int) -> None:
-        """Do nothing: who listens counts what arrives."""
+        """Do nothing: subscribers count what arrives."""
 
     def unreadable(self, what: str, place: str, error: Exception, **fields: object) -> None:
         """Do nothing: it is not shown."""

@@ -1,4 +1,4 @@
-"""`graph`: who talks with whom, as text, for Graphviz or for Mermaid."""
+"""`graph`: which node talks with which, as text, for Graphviz or for Mermaid."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""From states and goals to commands: legs, arm, and who drives. No clock, no messages."""
+"""From states and goals to commands: legs, arm, and the twist multiplexer. No clock, no messages."""

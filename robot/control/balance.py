@@ -23,7 +23,7 @@ LEAST, MOST = 10.0, 600.0
 FRICTION = 0.6
 """Half-width of the friction cone on level ground: force along the ground per force into it."""
 STEEP_FRICTION = 0.3
-"""How much wider the cone is on a slope, per rise: who stands on a steep slope stands on a rough one."""
+"""How much wider the cone is on a slope, per rise: a steep slope is taken for a rough one."""
 
 _SLACK = tuple(EFFORT / weight for weight in IMPORTANCE)
 

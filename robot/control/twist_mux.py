@@ -55,7 +55,7 @@ class Decision:
 
     velocity: Twist2
     source: Source | None
-    """Who drives; `None` when the robot stands still because nobody does, or because it must."""
+    """The source that drives; `None` when the robot stands still because none does, or because it must."""
     reason: str
 
 

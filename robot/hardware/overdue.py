@@ -1,4 +1,4 @@
-"""Samples that waited for a reader who was held up: a few of them as one, so that the reader can catch up.
+"""Samples that waited for a reader that was held up: a few of them as one, so that the reader can catch up.
 
 A reader that takes each of them by itself needs the more time the later it is. Where its share of the processor is only just enough, it then
 stays behind, by as many samples as are kept (0.2 s): a robot that is controlled so late falls.
@@ -14,7 +14,7 @@ import numpy as np
 from robot.hardware.body import ImuSample, Sample
 
 PATIENCE: Final = 0.01
-"""Seconds for which a sample may wait: a reader who is later than that is behind. Two periods of 200 Hz, for a single turn that was late."""
+"""Seconds for which a sample may wait: a reader that is later than that is behind. Two periods of 200 Hz, for a single turn that was late."""
 SPAN: Final = 0.02
 """Seconds that one sample may stand for: it is the longest step that the gait controller takes."""
 

@@ -27,7 +27,7 @@ STATE, COMMAND = "rt/lowstate", "rt/lowcmd"
 FIRST: Final = 5.0
 """Seconds in which the first state must come."""
 DISCOVERY: Final = 1.0
-"""Seconds in which others who command the robot are discovered."""
+"""Seconds in which other programs that command the robot are discovered."""
 MUTUAL: Final = 0.3
 """Seconds that the other side has to discover us, too: a reader that asks for no retransmission misses what is written before."""
 BRAKED: Final = 0.5

@@ -1,1 +1,1 @@
-"""The body in a process of its own: what its controllers meet of it in theirs, over shared memory. Physics goes on whatever becomes of them."""
+"""The body in a process of its own: what its controllers meet of it in theirs, over shared memory. Physics goes on, whatever happens to them."""

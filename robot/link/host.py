@@ -37,9 +37,9 @@ if TYPE_CHECKING:
 IDLE: Final = 0.005
 """Seconds between two rounds while nobody has asked for samples."""
 BEHIND: Final = 0.01
-"""Seconds of the body's time that a round makes up for, two samples; what is more is lost: who commands must not be left behind."""
+"""Seconds of the body's time that a round makes up for, two samples; what is more is lost: the controller must not be left behind."""
 AHEAD: Final = 0.03
-"""Seconds that it goes on without targets before it looks whether who commands has no processor; the drives act by themselves after `SILENCE`."""
+"""Seconds that it goes on without targets before it looks whether the controller has no processor; the drives act by themselves after `SILENCE`."""
 PATIENCE: Final = 0.5
 """Seconds of the machine for which time waits for it."""
 WAIT: Final = 0.001
@@ -67,7 +67,7 @@ class BodySpec:
 
 
 class Pace:
-    """How far the body's time may go. It runs as that of the machine, but the world waits for who is late.
+    """How far the body's time may go. It runs as that of the machine, but the world waits for a process that is late.
 
     What a round is late by more than `BEHIND` is lost: the body's time has slipped then, and all clocks that go with it. While the process that
     commands could run and has no processor, time does not leave its last targets behind, for `PATIENCE` seconds of the machine at most: a robot
@@ -85,7 +85,7 @@ class Pace:
 
     @property
     def waits(self) -> bool:
-        """Whether it waits for who commands."""
+        """Whether it waits for the controller."""
         return self._waiting_since is not None
 
     def until(self, real: float, reached: float, heard: float | None) -> float:

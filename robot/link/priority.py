@@ -9,7 +9,7 @@ from typing import Final, Literal
 from robot.link.turns import short_turns
 
 PRIORITY: Final = {"body": 20, "control": 10}
-"""Of real-time scheduling. The body is hardware: it goes before those who command it."""
+"""Of real-time scheduling. The body is hardware: it goes before its controllers."""
 SWITCH: Final = "ROBACTOR_REALTIME"
 NICE: Final = 10
 """How much processes that can wait step back: beside two endless loops control has then as large a share of one processor as it needs."""

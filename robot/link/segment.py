@@ -1,4 +1,4 @@
-"""The shared memory between a body's process and its controllers: who makes it, who finds it by name, and that nothing of it stays behind."""
+"""The shared memory between a body's process and its controllers: its creation, its lookup by name, and its removal."""
 
 from __future__ import annotations
 

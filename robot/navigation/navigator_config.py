@@ -37,7 +37,7 @@ class NavigatorConfig:
 
     # -- patience
     patience: float = 8.0
-    """How long to wait for something in the way to move, before the recoveries begin, s: who crosses the way at walking pace is gone by then."""
+    """How long to wait for something in the way to move, before the recoveries begin, s: a person who crosses the way at walking pace is gone by then."""
     held: float = 3.0
     """Blocked for longer than this although there is a path, the recoveries begin, s."""
     most_recoveries: int = 12

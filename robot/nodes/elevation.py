@@ -1,4 +1,4 @@
-"""The elevation map: what depth cameras and LiDAR show of the floor around the robot, for who walks there and who looks on."""
+"""The elevation map: what depth cameras and LiDAR show of the floor around the robot, for planning and for viewers."""
 
 from __future__ import annotations
 

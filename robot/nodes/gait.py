@@ -66,7 +66,7 @@ BEGUN: Final = {
     Mode.WALK: "Robot begins to walk",
 }
 DONE: Final = {Mode.STAND: "Robot is now standing", Mode.SIT: "Robot is now sitting", Mode.WALK: "Robot is now walking"}
-"""What is answered to who asks for a mode: that it is on the way, or there."""
+"""The answer to a request for a mode: that it is on the way, or there."""
 FALLEN, TURN_IT = "lies on its side or back", "turn it onto its belly, then ask again"
 
 

@@ -136,7 +136,7 @@ class GoalWalk:
                 self._plan(self._shown)
 
     def look(self) -> None:
-        """Take in what is seen while no walk is under way, for those who look at the costmaps. Call it a few times a second."""
+        """Take in what is seen while no walk is under way, for subscribers of the costmaps. Call it a few times a second."""
         if self._owner is not None or self._heard.gait not in ON_ITS_FEET:
             return
         scan, scanned_at = self._heard.take_scan()

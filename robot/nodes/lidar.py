@@ -1,4 +1,4 @@
-"""The LiDAR's drivers: one revolution of ranges at 10 Hz, and the same as points for those who ask."""
+"""The LiDAR's drivers: one revolution of ranges at 10 Hz, and the same as points for subscribers."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ WEIGHED = 50
 """Scans after which a robot that believes to be at one of the places that are alike stays there."""
 SIGMAS = 3.0
 NEAREST, LEAST_TURN = 0.5, 0.35
-"""Somebody who tells where the robot is may be wrong by three standard deviations, and by this (m, rad) whatever those are."""
+"""A pose on /initialpose may be wrong by three standard deviations, and by this (m, rad) whatever those are."""
 SAYINGS = {
     LOST: "scans do not fit the map: looking where on it the robot is",
     AMBIGUOUS: "scans fit several places of the map alike: drive it about, or publish its pose on /initialpose",

@@ -175,7 +175,7 @@ class Navigation(Node):
         self._heard.scan = message
 
     def relief(self, message: OccupancyGrid) -> None:
-        """From the first one on the robot heeds steps and holes, and walks no faster than it sees the floor."""
+        """From the first one on the robot avoids steps and holes, and walks no faster than it sees the floor."""
         info = message.info
         cells = message.data.reshape(info.height, info.width)
         self._heard.relief = Relief(cells, info.resolution, info.origin.position.x, info.origin.position.y)
@@ -202,7 +202,7 @@ class Navigation(Node):
 
     @every(hz=2)
     def show(self) -> None:
-        """Publish the costmaps for those who look at them; each second time both."""
+        """Publish the costmaps for their subscribers; each second time both."""
         self._shows += 1
         here, odom, stamp = self._heard.pose, self._odom, self.clock.stamp()
         if self.local_costmap.subscription_count and here is not None and odom is not None:

@@ -43,7 +43,7 @@ TUTORIAL_LIMITS = MappingProxyType({"max_forward": 1.0, "max_backward": 1.0, "ma
 JUMP = 1_000_000_000
 """A stamp of /safety/state that is older than the last one by more than this, ns, is of a clock that has been set back."""
 GUARDED = (Source.TELEOP, Source.JOYSTICK, Source.VOICE)
-"""Who is guarded: persons, who may not look."""
+"""The guarded sources: persons, who may not look."""
 SEEN = 0.5
 """Seconds for which a scan tells what is there: five of them."""
 SLOWED = "slowed down: something stands in the way"

@@ -63,7 +63,7 @@ class Pit:
 
 @dataclass(frozen=True, slots=True)
 class Walker:
-    """Somebody who walks about, or something that is wheeled about or appears. The physics body moves it by force; no map shows it."""
+    """A person who walks about, or a thing that is wheeled about or appears. The physics body moves it by force; no map shows it."""
 
     shape: Obstacle
     """As it is at the start."""
@@ -114,7 +114,7 @@ class Scene:
     pits: tuple[Pit, ...] = ()
     """Where the floor lies deeper; no two of them overlap."""
     walkers: tuple[Walker, ...] = ()
-    """Who and what moves; in the physics body only, and not in one of another process."""
+    """The people and things that move; in the physics body only, and not in one of another process."""
     terrain: tuple[Ramp, ...] = ()
     """What rises from the floor to be walked on, in the physics body; the robot begins on the floor."""
 

@@ -24,7 +24,7 @@ _LOST: Final = 0.02
 
 
 class DepthNoise:
-    """What becomes of exact depths in one robot's cameras. The same generator and the same calls give the same pictures."""
+    """The errors of one robot's depth cameras. The same generator and the same calls give the same pictures."""
 
     def __init__(self, generator: np.random.Generator) -> None:
         self._generator = generator

@@ -1,4 +1,4 @@
-"""Who and what moves in a scene: where each is, at one instant after the other."""
+"""The people and things that move in a scene: where each is, at one instant after the other."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Box, Obstacle, Scene
 
 _PATIENT = 2.0
-"""Who has stood before the robot for so long goes to the next place, s."""
+"""A person who has stood before the robot for so long goes to the next place, s."""
 _ASIDE = 0.1
 """Between the two that pass each other, m."""
 _NOWHERE = -100.0

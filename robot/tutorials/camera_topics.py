@@ -1,4 +1,4 @@
-"""A camera and who looks at its images: 28 MB a second, best effort, because only the newest image counts.
+"""A camera and a subscriber of its images: 28 MB a second, best effort, because only the newest image counts.
 
 The reader's profile must fit: one that asks for reliable delivery would never see an image, and both sides would be told so.
 """

@@ -1,4 +1,4 @@
-"""The Fibonacci action: one number a second, and a partial result for who cancels.
+"""The Fibonacci action: one number a second, and a partial result after a cancel.
 
 `order` n asks for the n + 1 numbers F(0) .. F(n), so order 0 gives [0]. They are 32-bit: order 46 is the last that fits, and a goal that does
 not fit is rejected before it runs.

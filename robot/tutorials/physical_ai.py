@@ -72,7 +72,7 @@ class SensorFeed(Node):
 
 
 def tree() -> Supervisor:
-    """A first node and its twin, which do not agree about one topic, and somebody who publishes there."""
+    """A first node and its twin, which do not agree about one topic, and a publisher there."""
     return system("physical_ai", PhysicalAi, PhysicalAiTwin, SensorFeed)
 
 

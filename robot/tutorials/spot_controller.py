@@ -18,7 +18,7 @@ from robot.tutorials.program import main, system
 JOINT_STATES = Topic(JointState, "/joint_states", 10)
 CMD_VEL = Topic(Twist, "/cmd_vel", 10)
 IMU = Topic(Imu, "/imu/data", qos.SENSOR_DATA)
-"""Best effort, as who publishes it: a reliable reader would never hear it."""
+"""Best effort, as its publisher: a reliable subscriber would never get it."""
 STAND = Service(Trigger, "/spot/stand")
 SIT = Service(Trigger, "/spot/sit")
 WALK = Service(Trigger, "/spot/walk")

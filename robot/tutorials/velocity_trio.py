@@ -1,4 +1,4 @@
-"""Two who drive and one who watches: several publishers and subscribers of one topic know nothing of each other.
+"""Two publishers and a subscriber: several publishers and subscribers of one topic know nothing of each other.
 
 Nothing here decides who is obeyed: that is the business of a controller (see robot_controller).
 """

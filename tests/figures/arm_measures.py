@@ -198,7 +198,7 @@ def _pairs(random: np.random.Generator, count: int) -> list[tuple[Vector, Vector
 
 
 @dataclass(frozen=True, slots=True)
-class Errand:
+class Delivery:
     """How one cup was fetched and carried."""
 
     success: bool
@@ -209,14 +209,14 @@ class Errand:
 
 
 @lru_cache(maxsize=32)
-def carried(seed: int, backend: Backend) -> Errand:
-    """The whole robot fetches a cup from somewhere on its table, and puts it on the other one. Nothing is told but about where the cup is."""
+def carried(seed: int, backend: Backend) -> Delivery:
+    """The whole robot fetches a cup from somewhere on its table, and puts it on the other one. It knows only about where the cup is."""
     from actors import execute
 
     return execute(lambda: _carry(seed, backend), clock="virtual")
 
 
-async def _carry(seed: int, backend: Backend) -> Errand:
+async def _carry(seed: int, backend: Backend) -> Delivery:
     from actors import Child, GoalFailed, Node, run
     from actors.interfaces.builtin_interfaces.msg import Time
     from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped
@@ -255,4 +255,4 @@ async def _carry(seed: int, backend: Backend) -> Errand:
         (thing, *_), fallen = body.things(), body.truth().fallen
         off = hypot(thing.shape.x - place[0], thing.shape.y - place[1])
         stands = abs(thing.z - OTHER_TABLE.height) < 0.01
-    return Errand(success and stands and not fallen, taken, off if stands else float("inf"))
+    return Delivery(success and stands and not fallen, taken, off if stands else float("inf"))

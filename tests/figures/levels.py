@@ -108,7 +108,7 @@ def measure(
 ) -> dict[str, Any]:
     """Measure each line for each seed, saying on stderr how far it is. `takes` is how long all of it takes, in words.
 
-    With `jobs` above 1 in so many processes, for which `make` has to make the metrics anew: a function that can be pickled. `file` keeps the
+    With `jobs` above 1 in so many processes, for which `make` has to make the metrics again: a function that can be pickled. `file` keeps the
     values, and those that it has are not measured again.
 
     Returns a dict that JSON can hold: back end, seeds, `settings`, and one entry per metric with its value per seed, median, least,

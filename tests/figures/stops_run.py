@@ -1,4 +1,4 @@
-"""One stop, or one failure of a sensor, in physics: a robot that walks, what happens to it, and what becomes of it.
+"""One stop, or one failure of a sensor, in physics: a robot that walks, what happens to it, and how it ends.
 
 Every case is a robot of its own that walks from the start, so cases may run in any order and in any process.
 """
@@ -41,7 +41,7 @@ OFFSETS: Final = (0.2, 1.0)
 
 Random: TypeAlias = np.random.Generator
 Happening: TypeAlias = "Callable[[Trial, Random, float], Outcome]"
-"""What happens to a robot that walks, and what becomes of it; the number is the motor delay, s."""
+"""What happens to a robot that walks, and how it ends; the number is the motor delay, s."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ DAYS = 1e6
 
 
 async def send_goal(options: argparse.Namespace) -> Exit:
-    """Send a goal, and print what becomes of it."""
+    """Send a goal, and print its feedback and result."""
     name = absolute(options.action_name)
     async with seen(options) as graph:
         kind = await action_type(graph, options.action_type, lambda: uses_of(graph, name), name)

@@ -1,4 +1,4 @@
-"""A doctor who stays: looks at a running system from inside it, again and again, with the checks that `doctor` makes from outside."""
+"""A doctor that stays: it looks at a running system from inside it, again and again, with the checks that `doctor` makes from outside."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who publishes, subscribes to and serves what, as differences from one look to the next."""
+"""The publishers, subscribers and servers of each name, as differences from one look to the next."""
 
 from __future__ import annotations
 

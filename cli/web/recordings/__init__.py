@@ -1,1 +1,1 @@
-"""The bags of one folder, and a recording that is played for those who look at it."""
+"""The bags of one folder, and a recording that is played for its clients."""

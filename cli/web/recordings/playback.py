@@ -58,7 +58,7 @@ class Viewer(Protocol):
 
 
 class Playback:
-    """How one recording is played, for all who look at it together: each of them may pause it, change its rate and its time.
+    """How one recording is played, for all its clients together: each of them may pause it, change its rate and its time.
 
     Invariant: `viewers` have been told of the state in `_told`, and of the seeks up to `_seeks`.
     """

@@ -35,7 +35,7 @@ class Goals:
         """Each is done once its server has accepted the goal, and canceled if that does not come."""
 
     async def send(self, request: dict[str, Any]) -> None:
-        """Send a goal, and tell the client what becomes of it."""
+        """Send a goal, and send its feedback and result to the client."""
         name, id = absolute(text(request, "action")), str(request.get("id"))
         told = {"id": id, "action": text(request, "action")}
         try:

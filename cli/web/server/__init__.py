@@ -1,1 +1,1 @@
-"""The port: the page over HTTP, who may connect, and who looks at what."""
+"""The port: the page over HTTP, admission of clients, and the graph or recording that each looks at."""

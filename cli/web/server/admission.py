@@ -1,4 +1,4 @@
-"""Who may connect: the token, the page that a connection comes from, and the name by which it knows this machine."""
+"""Admission of clients: the token, the page that a connection comes from, and the name by which it knows this machine."""
 
 from __future__ import annotations
 

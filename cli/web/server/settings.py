@@ -1,4 +1,4 @@
-"""Where the server listens, and who may come: checked before anything is opened."""
+"""Where the server listens, and which clients it admits: checked before anything is opened."""
 
 from __future__ import annotations
 
