@@ -131,8 +131,8 @@ class Participant:
 
     def swap(self, guid: bytes, swapped: bool) -> None:
         """Take the samples of a participant as big-endian from now on, or as they come."""
-        if self._within is not None:
-            (self._within.swapped.add if swapped else self._within.swapped.discard)(guid[:12])
+        known = self._open_within().swapped
+        (known.add if swapped else known.discard)(guid[:12])
 
     def report(self) -> tuple[Traffic, ...]:
         """What the endpoints that are open now have exchanged with each participant that is there."""
