@@ -208,6 +208,8 @@ class Domain:
                 lie = WireFormatError("it names another participant than that which has sent it")
                 self.events.unreadable("the nodes of a participant cannot be read", "", lie)
                 continue
+            if told.swapped:
+                self.engine.swap(told.gid, True)
             self.known.told(told)
         self._fit_gids()
 
@@ -228,6 +230,7 @@ class Domain:
 
     def participant_vanished(self, found: discovery.RemoteParticipant) -> None:
         self.known.participant_vanished(found.guid)
+        self.engine.swap(found.guid, False)
         self._fit_gids()
 
     def endpoint_appeared(self, found: discovery.RemoteEndpoint) -> None:

@@ -30,6 +30,7 @@ _BATCH: Final = 32
 """The most samples that are handed over in one call on the loop."""
 _SCRATCH: Final = 16 * 1024
 _NOBODY: Final = bytes(16)
+_BIG_ENDIAN: Final = b"\0\0\0\0"
 
 Kind: TypeAlias = Literal[
     "matched", "incompatible_qos", "deadline_missed", "liveliness_lost", "liveliness_changed", "sample_lost"
@@ -480,12 +481,14 @@ class Reader(Endpoint):
                 quick.ddsi_serdata_unref(serialized)
             return count == _AT_ONCE and not self._closed
         now = self._time()
-        guids = self._within.guids
+        guids, swapped = self._within.guids, self._within.swapped
         for serialized, (valid, stamp, publication) in zip(
             self._found[:count], _INFO.iter_unpack(memoryview(self._infos)[: count * _INFO.size]), strict=True
         ):
             if valid and (payload := self._payload(serialized)):
                 writer = guids.get(publication) or self._guid_of(publication)
+                if swapped and writer[:12] in swapped:
+                    payload = _BIG_ENDIAN + payload[4:]
                 self._keep(Sample(payload, writer, stamp, publication, now))
             quick.ddsi_serdata_unref(serialized)
         if self._queue and not self._posted:

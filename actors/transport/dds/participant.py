@@ -129,6 +129,11 @@ class Participant:
         within.endpoints.add(reader)
         return reader
 
+    def swap(self, guid: bytes, swapped: bool) -> None:
+        """Take the samples of a participant as big-endian from now on, or as they come."""
+        known = self._open_within().swapped
+        (known.add if swapped else known.discard)(guid[:12])
+
     def report(self) -> tuple[Traffic, ...]:
         """What the endpoints that are open now have exchanged with each participant that is there."""
         if self._within is None or self._discovery is None:

@@ -43,6 +43,8 @@ class Within:
     report: Report
     guids: dict[int, bytes] = field(default_factory=dict[int, bytes])
     """The GUID of each endpoint of others, by its instance handle."""
+    swapped: set[bytes] = field(default_factory=set[bytes])
+    """How the GUIDs begin of participants whose samples are big-endian, though Cyclone DDS says otherwise."""
     endpoints: set[Open] = field(default_factory=lambda: set["Open"]())
 
     def forget(self, endpoint: Open) -> None:

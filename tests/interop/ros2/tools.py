@@ -161,10 +161,10 @@ async def hz(bench: Bench) -> None:
 async def pub(bench: Bench) -> None:
     got = bench.ours.listen(Topic(String, "/ours/ears"))
     await bench.run(
-        "topic", "pub", "--times", "3", "-w", "1", "-r", "10", "/ours/ears", "std_msgs/msg/String", "{data: 'zwölf'}"
+        "topic", "pub", "--times", "20", "-w", "1", "-r", "10", "/ours/ears", "std_msgs/msg/String", "{data: 'zwölf'}"
     )
-    await until(lambda: len(got) >= 3, "all have come")
-    assert got == 3 * [{"data": "zwölf"}]
+    await until(lambda: len(got) >= 3, "some have come")  # Fast DDS may begin before this side has found it
+    assert got[:3] == 3 * [{"data": "zwölf"}]
 
 
 async def call(bench: Bench) -> None:

@@ -146,9 +146,12 @@ async def theirs(bench: Bench, *words: str, enough: str = "") -> str:
         return text
 
 
-def equal(found: str, expected: str, *, ordered: bool = True, without: str = "\n") -> None:
-    """Raises AssertionError with the differences, but for lines with the part `without`."""
-    one, other = ([line for line in masked(text).splitlines() if without not in line] for text in (found, expected))
+def equal(found: str, expected: str, *, ordered: bool = True, without: str = "") -> None:
+    """Raises AssertionError with the differences; if there is a `without`, but for lines that have it, and empty ones."""
+    one, other = (
+        [line for line in masked(text).splitlines() if not without or (line and without not in line)]
+        for text in (found, expected)
+    )
     if not ordered:
         one, other = sorted(one), sorted(other)
     differ = list(difflib.unified_diff(other, one, "ros2", "robactor", lineterm="", n=0))
@@ -157,7 +160,7 @@ def equal(found: str, expected: str, *, ordered: bool = True, without: str = "\n
 
 def lost(bench: Bench) -> str:
     """What is in lines that cannot be compared: Fast DDS of Kilted loses some ends of its own actions beside any Cyclone DDS that has an action."""
-    return "/ros/fibonacci" if bench.ros.middleware == "fastrtps" else "\n"
+    return "/ros/fibonacci" if bench.ros.middleware == "fastrtps" else ""
 
 
 async def same(bench: Bench, line: str, ordered: bool) -> None:

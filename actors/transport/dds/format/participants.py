@@ -8,6 +8,7 @@ message tells which.
 from __future__ import annotations
 
 import struct
+from contextlib import suppress
 from typing import Final, NamedTuple
 
 from actors.transport.format.errors import WireFormatError, refuse
@@ -42,6 +43,8 @@ class ParticipantEntities(NamedTuple):
     nodes: tuple[NodeEntities, ...]
     gid_size: int = GUID_SIZE
     """The size of GIDs in the message: `GUID_SIZE` or `OLD_GID_SIZE`."""
+    swapped: bool = False
+    """Whether its bytes are in another order than its head says."""
 
 
 def write_participant(participant: ParticipantEntities) -> bytes:
@@ -77,22 +80,28 @@ def _write_text(out: bytearray, text: str) -> None:
 
 
 def parse_participant(data: bytes) -> ParticipantEntities:
-    """Parse the message of a participant, in either byte order and with either size of GIDs. Raises WireFormatError."""
+    """Parse the message of a participant, in either byte order and with either size of GIDs. Raises WireFormatError.
+
+    Cyclone DDS gives every message the head of this machine, and leaves its bytes as they are: what makes no sense as the head says may be of
+    a machine with the other order.
+    """
     if len(data) > _LONGEST or data[:2] not in _ORDERS:
         raise refuse(data[:40], "a message of ros_discovery_info", f"it is plain CDR, at most {_LONGEST} bytes")
-    try:
-        return _Reader(data, GUID_SIZE).participant()
-    except WireFormatError:
-        return _Reader(data, OLD_GID_SIZE).participant()
+    told = _ORDERS[data[:2]]
+    for order in sorted(_ORDERS.values(), key=lambda order: order != told):
+        for size in (GUID_SIZE, OLD_GID_SIZE):
+            with suppress(WireFormatError):
+                return _Reader(data, size, order).participant()._replace(swapped=order != told)
+    return _Reader(data, GUID_SIZE, told).participant()
 
 
 class _Reader:
     """Reads one message from its start, if its GIDs have `size` bytes. What it takes is bounded by the bytes that are there."""
 
-    def __init__(self, data: bytes, size: int) -> None:
+    def __init__(self, data: bytes, size: int, order: str) -> None:
         self.data = data
         self.size = size
-        self.order = struct.Struct(_ORDERS[data[:2]])
+        self.order = struct.Struct(order)
         self.at = 4
 
     def participant(self) -> ParticipantEntities:

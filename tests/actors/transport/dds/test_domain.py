@@ -329,6 +329,17 @@ async def test_a_reader_more_changes_nothing_for_a_publisher_that_has_one(both: 
     assert other.messages == []
 
 
+async def test_a_request_that_nobody_can_answer_ends_once(both: Any) -> None:
+    here, _, _, _, _ = both
+    client, answers = here.client(here.node("/asks"), "/nobody", UNKNOWN, SERVICES), list[Any]()
+    client.ask(ONE, 1, 0, b"", None, answers.append)
+    client.look()
+    client.look()
+    await until(lambda: answers)
+    await asyncio.sleep(0.01)
+    assert answers == [NoAnswer(timed_out=False)]
+
+
 async def test_a_publisher_that_is_not_open_shows_no_sign_of_life(both: Any) -> None:
     here, _, _, _, _ = both
     out = here.publisher(here.node("/out"), "/beat", INT32, DEFAULT)

@@ -6,6 +6,7 @@ They are played by bare participants, which write what the captures of the real 
 from __future__ import annotations
 
 import asyncio
+import struct
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
@@ -38,6 +39,7 @@ pytest.importorskip("cyclonedds")
 INT32 = "std_msgs::msg::dds_::Int32_"
 REQUEST = "rq/addRequest", "example_interfaces::srv::dds_::AddTwoInts_Request_"
 REPLY = "rr/addReply", "example_interfaces::srv::dds_::AddTwoInts_Response_"
+HEAD = b"\0\1\0\0"
 KEPT = EndpointQos(transient_local=True, keep_all=True, depth=100)
 
 
@@ -163,6 +165,33 @@ async def test_gids_have_24_bytes_until_somebody_is_there_who_reads_16_as_humble
             assert late.infos[0].gid_size == 24
         finally:
             await late.participant.close()
+
+
+async def test_a_big_endian_neighbour_is_known_by_what_it_tells_of_its_nodes() -> None:
+    """Cyclone DDS gives each message the head of this machine, whatever the order of its bytes is."""
+    async with beside(Adder) as (system, neighbour):
+        out = neighbour.writer("rt/numbers", INT32)
+        requests = neighbour.writer(*REQUEST)
+        replies = neighbour.reader(*REPLY)
+        entities = [neighbour.participant.guid, struct.pack(">I", 1), struct.pack(">I2s2x", 2, b"/")]
+        entities += [
+            struct.pack(">I4s", 4, b"big"),
+            struct.pack(">I", 1),
+            replies.guid,
+            struct.pack(">I", 2),
+            out.guid,
+            requests.guid,
+        ]
+        async with system.node("here").subscribe(NUMBERS) as stream:
+            neighbour.info.put(HEAD + b"".join(entities))
+            await until(lambda: names(system) == ["/big"] and stream.publisher_count == 1 and out.matched)
+            out.put(HEAD + struct.pack(">i", 7))
+            assert (await stream.next()).data == 7
+        await until(lambda: requests.matched and replies.matched)
+        requests.put(HEAD + struct.pack(">Qqqq", 5, 1, 40, 2))
+        await until(lambda: neighbour.samples)
+        identity, answer = parse_request(neighbour.samples[0].payload)
+        assert (identity, decode(ADD.type.Response, answer)) == (RequestId(5, 1), total(42))
 
 
 async def test_a_program_without_ros_is_heard_and_not_listed() -> None:
