@@ -310,6 +310,10 @@ class Session:
 
     def _announce(self, system: System) -> None:
         more: dict[str, Any] = {"only": ", ".join(self.options.only)} if self.options.only else {}
+        if self.body.model.assumed:
+            more["assumed"] = (
+                f"{', '.join(self.body.model.assumed)}: its file has none that can be; those of spot, scaled"
+            )
         if self.body.backend == "kinematic":
             more["note"] = "the kinematic body has no physics: it cannot fall, and nothing here counts as walking"
         system.log.info(

@@ -113,6 +113,11 @@ def test_a_go2_walks_to_a_goal_with_the_same_nodes_and_a_robot_that_nobody_knows
     done, report = run(tmp_path, *VIRTUAL, "--robot", "go2", "--world", "empty", "--goal", "2", "1", "0", "--seed", "1")
     assert done.returncode == 0, done.stderr
     assert (report["falls"], [goal["outcome"] for goal in report["goals"]]) == (0, ["succeeded"])
+    done, report = run(
+        tmp_path, *VIRTUAL, "--robot", "anymal_c", "--world", "empty", "--goal", "2", "1", "0", "--backend", "kinematic"
+    )
+    assert done.returncode == 0, done.stderr
+    assert report["goals"][0]["outcome"] == "succeeded"
     wrong = robot("run", *VIRTUAL, "--robot", "go3")
     assert (wrong.returncode, wrong.stdout) == (2, "")
     assert wrong.stderr.startswith("robot run: --robot: no robot is called 'go3'")
