@@ -56,6 +56,10 @@ _Chain = tuple[int, int, int]
 """The joints of one leg: hip, shoulder and knee."""
 
 
+class NoFoot(ModelError):
+    """A leg has nothing at its end."""
+
+
 @dataclass(frozen=True)
 class _Leg:
     """One leg as the file has it, at the pose in which ours is straight down; places in the trunk's frame."""
@@ -93,7 +97,14 @@ def read_model(path: str | Path) -> RobotModel:
     file = Path(path)
     mujoco: Any = import_module("mujoco")
     try:
-        text, numbers = model_text(file)
+        return _read(mujoco, file, meshes=False)
+    except NoFoot:  # perhaps its feet are nothing but meshes
+        return _read(mujoco, file, meshes=True)
+
+
+def _read(mujoco: Any, file: Path, *, meshes: bool) -> RobotModel:
+    try:
+        text, numbers = model_text(file, meshes=meshes)
         model = mujoco.MjModel.from_xml_string(text)
     except ModelError:
         raise
@@ -102,7 +113,7 @@ def read_model(path: str | Path) -> RobotModel:
     try:
         return _tuned(_Reader(mujoco, model, file.stem).robot(), numbers)
     except ModelError as error:
-        raise ModelError(f"{file}: {error}") from None
+        raise type(error)(f"{file}: {error}") from None
 
 
 def _tuned(robot: RobotModel, numbers: Mapping[str, tuple[float, ...]]) -> RobotModel:
@@ -407,6 +418,7 @@ class _Reader:
         shapes = [geom for geom in range(model.ngeom) if model.geom_bodyid[geom] in calf]
         solid = [geom for geom in shapes if model.geom_contype[geom] or model.geom_conaffinity[geom]] or shapes
         ends: list[tuple[float, Vector, float]] = []
+        marks = [data.site_xpos[site] for site in range(model.nsite) if model.site_bodyid[site] in calf]
         balls = [geom for geom in solid if model.geom_type[geom] == kinds.mjGEOM_SPHERE]
         for geom in balls or solid:
             size, turn = model.geom_size[geom], data.geom_xmat[geom].reshape(3, 3)
@@ -419,22 +431,35 @@ class _Reader:
                 radius = float(size.min())
                 turn = turn[:, [0, 1, int(np.argmax(size))]]
                 half = float(size.max()) - radius
+            elif model.geom_type[geom] == kinds.mjGEOM_MESH:
+                marks.append(self._tip(geom, knee))
+                continue
             elif not balls and model.geom_type[geom] != kinds.mjGEOM_SPHERE:
                 continue
             for way in (-1.0, 1.0):
                 place = data.geom_xpos[geom] + way * half * turn[:, 2]
                 ends.append((float(np.linalg.norm(place - knee)) + radius, place, radius))
-        marks = [data.site_xpos[site] for site in range(model.nsite) if model.site_bodyid[site] in calf]
         last = max([*marks, *data.xpos[calf]], key=lambda place: float(np.linalg.norm(place - knee)))
         away, place, radius = max(ends, key=lambda end: end[0], default=(0.0, last, 0.0))
         slim = radius < FAT * float(np.linalg.norm(place - knee))
         if balls or (slim and away > float(np.linalg.norm(last - knee))):
             return place.copy(), radius
         if np.linalg.norm(last - knee) < SHORT * np.linalg.norm(knee - self._anchor(chain[1])):
-            raise ModelError(
+            raise NoFoot(
                 f"body {model.body(calf[0]).name!r}: nothing at its end is its foot: no ball (a sphere for collisions), no other body and no site"
             )
         return last.copy(), 0.0
+
+    def _tip(self, geom: int, knee: Vector) -> Vector:
+        """The middle of a ball as large as the reference body's foot at the point of a mesh that is farthest from the knee."""
+        model, mesh = self._model, int(self._model.geom_dataid[geom])
+        start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        points = model.mesh_vert[start : start + count] @ self._data.geom_xmat[geom].reshape(3, 3).T
+        arms = points + self._data.geom_xpos[geom] - knee
+        lengths = np.linalg.norm(arms, axis=1)
+        farthest = int(np.argmax(lengths))
+        share = SPOT.foot_radius / (SPOT.calf + SPOT.foot_radius)
+        return np.asarray(knee + (1.0 - share) * arms[farthest], dtype=np.float64)
 
     def _limits(self, joint: int, axis: int) -> Pair | None:
         """Lowest and highest of our angle; None if the joint turns freely."""

@@ -20,6 +20,8 @@ DEEPEST: Final = 200
 """Elements within each other; the links of an arm on a robot's back are some 20."""
 NOTHING: Final = 1e-5
 """A link of less than this, kg, is a placeholder for one without mass."""
+MOST_MESHES: Final = 100_000_000
+"""Bytes of all meshes that are read."""
 LEAST_MASS: Final = 1e-9
 """Of a body, kg."""
 LEAST_INERTIA: Final = 1e-12
@@ -33,16 +35,16 @@ _UNSEEN: Final = ("camera", "light", "plugin", "composite", "flexcomp")
 _SHAPELESS: Final = ("mesh", "hfield", "sdf")
 
 
-def model_text(file: Path) -> tuple[str, dict[str, tuple[float, ...]]]:
+def model_text(file: Path, *, meshes: bool = False) -> tuple[str, dict[str, tuple[float, ...]]]:
     """The description of the robot in a MJCF or URDF file, without meshes, and the numbers that it sets by <numeric name="walk.height" data="0.4"/>
-    (docs/howto/your-robot.md). Raises `ModelError` for a file that has none.
+    (docs/howto/your-robot.md). With `meshes` an MJCF keeps those whose files are there. Raises `ModelError` for a file that has none.
     """
     root = _read(file, [MOST_BYTES])
     numbers = dict(_numeric(one, file) for one in root.iter("numeric") if _SET.match(one.get("name", "")))
     if root.tag == "robot":
         _clean_urdf(root)
     elif root.tag == "mujoco":
-        _clean_mjcf(root)
+        _clean_mjcf(root, _meshes(root, file.parent) if meshes else {})
     else:
         raise ModelError(f"{file}: its first element is <{root.tag}>: give an MJCF (<mujoco>) or a URDF (<robot>)")
     return ElementTree.tostring(root, encoding="unicode"), numbers
@@ -146,7 +148,21 @@ def _number(element: Element, word: str) -> float:
         return 1.0
 
 
-def _clean_mjcf(root: Element) -> None:
+def _meshes(root: Element, folder: Path) -> dict[str, Element]:
+    """The meshes whose files are there and not too large, by name, with the whole paths of their files."""
+    for compiler in root.iter("compiler"):
+        folder /= compiler.get("meshdir") or compiler.get("assetdir") or ""
+    found: dict[str, Element] = {}
+    left = MOST_MESHES
+    for mesh in (one for assets in root.findall("asset") for one in assets.findall("mesh")):
+        path = (folder / mesh.get("file", "")).resolve()
+        if path.is_file() and (left := left - path.stat().st_size) >= 0:
+            mesh.set("file", str(path))
+            found[mesh.get("name", path.stem)] = mesh
+    return found
+
+
+def _clean_mjcf(root: Element, meshes: Mapping[str, Element]) -> None:
     for section in list(root):
         if section.tag not in _KEPT:
             root.remove(section)
@@ -158,7 +174,8 @@ def _clean_mjcf(root: Element) -> None:
     for default in root.findall("default"):
         _shapeless_classes(default, False, shapeless)
         shapeless[""] = shapeless.get("", False) or shapeless[default.get("class") or ""]
-    _drop(root, shapeless)
+    _drop(root, shapeless, meshes)
+    ElementTree.SubElement(root, "asset").extend(meshes.values())
     ElementTree.SubElement(root, "compiler", _options(fusestatic="false"))
 
 
@@ -180,21 +197,20 @@ def _is_shapeless(geom: Element, otherwise: bool) -> bool:
     return otherwise if geom.get("type") is None else geom.get("type") in _SHAPELESS
 
 
-def _drop(element: Element, shapeless: Mapping[str, bool], own: str = "") -> None:
-    """Take out what has no shape or is not looked at; `own` is the class of what does not name one."""
+def _drop(element: Element, shapeless: Mapping[str, bool], meshes: Mapping[str, Element], own: str = "") -> None:
+    """Take out what has no shape, but those of `meshes`, or is not looked at; `own` is the class of what does not name one."""
     own = element.get("childclass", own)
     for child in list(element):
         asset = element.tag == "default" and child.tag in ("mesh", "material")
         mesh = child.tag == "geom" and element.tag != "default"
-        if (
-            asset
-            or child.tag in _UNSEEN
-            or (mesh and _is_shapeless(child, shapeless.get(child.get("class", own), False)))
-        ):
+        mesh = mesh and _is_shapeless(child, shapeless.get(child.get("class", own), False))
+        if mesh and child.get("mesh") in meshes:
+            child.set("type", "mesh")
+        elif asset or child.tag in _UNSEEN or mesh:
             element.remove(child)
             continue
         child.attrib.pop("material", None)
-        _drop(child, shapeless, own)
+        _drop(child, shapeless, meshes, own)
 
 
 def _options(**more: str) -> dict[str, str]:

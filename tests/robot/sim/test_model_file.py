@@ -211,6 +211,31 @@ def test_feet_are_found_without_a_ball_and_inertias_and_torques_that_are_placeho
     assert read.thigh_inertia == pytest.approx(SPOT.thigh_inertia)
 
 
+def test_a_foot_that_is_a_mesh_is_found_in_its_file_and_named_where_that_is_not_there(tmp_path: Path) -> None:
+    text = re.sub(r'<geom type="capsule" [^>]*/>|<site name="\w\w_foot"[^>]*/>|<touch [^>]*/>', "", mjcf())
+    text = re.sub(
+        r'(<geom name="\w\w_foot") type="sphere" size="[^"]*" pos="[^"]*"', r'\1 class="meshes" mesh="ball"', text
+    )
+    text = changed(
+        text,
+        ("<default>", '<default><default class="meshes"><geom type="mesh" contype="1" group="2" mass="0"/></default>'),
+        ("<worldbody>", '<asset><mesh name="ball" file="foot.obj"/></asset><worldbody>'),
+        ("<compiler", '<compiler meshdir="assets"'),
+    )
+    with pytest.raises(ModelError, match="body 'fl_calf': nothing at its end is its foot"):
+        read_model(stored(tmp_path, text))
+    (tmp_path / "assets").mkdir()
+    corners = [
+        (x, y, -0.3365 + z)
+        for x, y, z in ((0.036, 0, 0), (-0.036, 0, 0), (0, 0.036, 0), (0, -0.036, 0), (0, 0, 0.036), (0, 0, -0.036))
+    ]
+    faces = [(a, b, c) for a in (1, 2) for b in (3, 4) for c in (5, 6)]
+    shape = [*(f"v {x} {y} {z}" for x, y, z in corners), *(f"f {a} {b} {c}" for a, b, c in faces)]
+    stored(tmp_path / "assets", "\n".join(shape), "foot.obj")
+    read = read_model(stored(tmp_path, text))
+    assert (read.calf, read.foot_radius) == pytest.approx((SPOT.calf, SPOT.foot_radius), rel=1e-3)
+
+
 def numbers(**data: str) -> str:
     said = "".join(f'<numeric name="{name.replace("_", ".", 1)}" data="{value}"/>' for name, value in data.items())
     return mjcf().replace("</mujoco>", f'<custom>{said}<numeric name="their_own" data="x"/></custom></mujoco>')
