@@ -15,7 +15,7 @@ import traceback
 
 from actors import Child
 from tests.interop.environment import DISTRIBUTIONS, NotHere, ros2_python
-from tests.interop.ros2 import security, services, tools, topics, verbs
+from tests.interop.ros2 import security, services, tools, topics, verbs, walks
 from tests.interop.ros2.bench import MIDDLEWARES, Bench, Check, NoRos, Ros, bench, find_ros
 
 SKIPPED = 77
@@ -31,7 +31,7 @@ NO_COMMAND = re.compile("^ros2 |^robactor and ros2: |known from its definition|^
 
 
 def chosen(parts: list[str], middleware: str, with_command: bool) -> list[tuple[str, Check]]:
-    every = [*topics.checks(middleware), *services.checks(), *tools.checks(), *verbs.checks()]
+    every = [*topics.checks(middleware), *services.checks(), *tools.checks(), *verbs.checks(), *walks.checks()]
     if not with_command:
         every = [(name, check) for name, check in every if not NO_COMMAND.search(name)]
     if middleware == "zenoh":
