@@ -58,7 +58,7 @@ async def robot(bench: Bench) -> AsyncIterator[list[Any]]:
 
 async def publish(bench: Bench, topic: Topic[Any], kind: str, values: str) -> None:
     await bench.run(
-        "topic", "pub", "--times", "2", "-w", "1", "-r", "1", topic.name, f"geometry_msgs/msg/{kind}", values
+        "topic", "pub", "--times", "5", "-w", "1", "-r", "2", topic.name, f"geometry_msgs/msg/{kind}", values
     )
 
 
