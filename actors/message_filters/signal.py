@@ -44,7 +44,7 @@ class FilterStream(Generic[T], metaclass=NoPublicConstructor):
 
     Iteration stops with `close()`, at the end of an ``async with`` block, and when the node that feeds the filter ends.
 
-    It has no public constructor: ``async for ... in filter`` makes one, and so does the filter's `stream`.
+    It has no public constructor: `SimpleFilter.stream` gives one, and so does ``async for`` over a filter.
     """
 
     def __init__(self, depth: int) -> None:
