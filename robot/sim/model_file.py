@@ -140,7 +140,7 @@ def find_model(text: str) -> RobotModel:
     """A robot that comes with the package, by its name, or the one of a file. Raises `ModelError` for what is neither, and as `read_model` does."""
     if text in BODIES:
         return BODIES[text]
-    if Path(text).suffix.lower() in (".xml", ".urdf", ".mjcf"):
+    if Path(text).suffix.lower() in (".xml", ".urdf", ".mjcf", ".xacro"):
         return read_model(text)
     hint = did_you_mean(text, BODIES, quoted=False) or f"; there are: {', '.join(BODIES)}"
     raise ModelError(f"no robot is called {text!r}{hint}, or give a file (.xml or .urdf)")

@@ -17,7 +17,7 @@ from robot.model.robot import SPOT, ModelError, RobotModel
 from robot.scenes.scene import Scene
 from robot.sim.ground import Ground
 from robot.sim.mjcf import write_model
-from robot.sim.model_file import read_model
+from robot.sim.model_file import find_model, read_model
 from robot.sim.model_text import MOST_BYTES
 from robot.urdf import write_urdf
 
@@ -278,6 +278,14 @@ def test_a_file_sets_numbers_that_do_not_follow_from_its_figures(tmp_path: Path)
 def test_other_files_of_this_trade_are_refused_with_what_to_do(tmp_path: Path, text: str, why: str) -> None:
     with pytest.raises(ModelError, match=re.escape(why)):
         read_model(stored(tmp_path, text, "wrong.xml"))
+
+
+def test_a_xacro_that_is_given_by_its_name_is_told_from_a_robot_that_is_not_known(tmp_path: Path) -> None:
+    xacro = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="leg.xacro"/></robot>'
+    with pytest.raises(ModelError, match=re.escape("xacro dog.urdf.xacro > robot.urdf")):
+        find_model(str(stored(tmp_path, xacro, "dog.urdf.xacro")))
+    with pytest.raises(ModelError, match="no robot is called 'go3'"):
+        find_model("go3")
 
 
 def test_a_file_that_is_not_there_is_refused_by_its_name(tmp_path: Path) -> None:
