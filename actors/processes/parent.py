@@ -106,7 +106,9 @@ class ParentSide:
             self._looking.wake_all()
 
     def _line(self, line: Line) -> None:
-        journal, now = self._runtime.journal, line.at - self._runtime.clock.loop_time(0.0)
+        journal = self._runtime.journal
+        # The time of this process may have slipped, that of the line's has not: it is never later than its arrival.
+        now = min(line.at, self._runtime.loop.time()) - self._runtime.clock.loop_time(0.0)
         fields = {"process": self._id, **line.fields}
         journal.write(
             LogRecord(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import ast
 import asyncio
+import re
 import shlex
 import signal
 import subprocess
@@ -37,7 +38,13 @@ STATIC = ("tf2_ros", "static_transform_publisher")
 def _run(options: argparse.Namespace) -> int | Exit:
     """Run what the words name until it ends, and return its exit code."""
     if ":" in options.package_name:
-        return _run_nodes(options.package_name, [*_words(options.executable_name), *options.argv])
+        words = [*_words(options.executable_name), *options.argv]
+        if words and re.fullmatch(r"[^\W\d][\w.]*:[^\W\d]\w*", words[0]):
+            complain(
+                f"{PREFIX} {words[0]} is an argument of {options.package_name}, not a second node: "
+                "run it in another terminal, or run a function that returns a Supervisor of both"
+            )
+        return _run_nodes(options.package_name, words)
     if (options.package_name, options.executable_name) == STATIC and ("-h" in options.argv or "--help" in options.argv):
         from cli.verbs.static_transform_publisher import print_help
 

@@ -33,8 +33,10 @@ class ProcessCare(Node):
         self._hangs = hangs
 
     async def on_start(self) -> None:
-        told = favour("control") if self._concern == "control" else f"{self._concern}: {step_aside()}"
-        self.log.info(f"process of {told}")
+        if self._concern == "control":
+            self.log.info(f"process of {favour('control')}")
+        else:
+            self.log.debug(f"process of {self._concern}: {step_aside()}")
 
     @background
     async def hang(self) -> None:

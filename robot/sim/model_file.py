@@ -142,8 +142,8 @@ def find_model(text: str) -> RobotModel:
         return BODIES[text]
     if Path(text).suffix.lower() in (".xml", ".urdf", ".mjcf", ".xacro"):
         return read_model(text)
-    hint = did_you_mean(text, BODIES, quoted=False) or f"; there are: {', '.join(BODIES)}"
-    raise ModelError(f"no robot is called {text!r}{hint}, or give a file (.xml or .urdf)")
+    hint = did_you_mean(text, BODIES, quoted=False) or f"; there are {', '.join(BODIES)}."
+    raise ModelError(f"no robot is called {text!r}{hint} Or give a file (.xml or .urdf)")
 
 
 class _Reader:

@@ -168,6 +168,12 @@ async def test_an_argument_of_ros_in_the_wrong_place_is_told(here: Path, robot: 
     assert "argument='text:=x'" in (await robot("run", "garden:Leaver", "text:=x")).out
 
 
+async def test_a_second_node_is_told_to_be_an_argument(here: Path, robot: Command) -> None:
+    ended = await robot("run", "garden:Leaver", "garden:Greeter")
+    assert ended.code == 0
+    assert ended.err.startswith("[robactor run]: garden:Greeter is an argument of garden:Leaver, not a second node: ")
+
+
 async def test_a_program_of_an_installed_package_gets_its_words_and_gives_its_code(
     tmp_path: Path, environment: dict[str, str], robot: Command
 ) -> None:
