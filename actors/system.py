@@ -166,7 +166,11 @@ class System(metaclass=NoPublicConstructor):
         record = self.runtime.directory.named(node)
         if record.running is not None:
             put = record.inbox.put_control
-            record.running.entering("crash", lambda error: put(Failure(error, "crash")))(error)
+
+            def fail(error: Exception) -> None:
+                put(Failure(error, "crash"))
+
+            record.running.entering("crash", fail)(error)
         elif record.process and record.state == "running":
             self.runtime.processes.crash(record.path, error)
         else:

@@ -117,7 +117,7 @@ class Signal(Generic[T]):
 
     def stream(self, depth: int = DEPTH) -> FilterStream[T]:
         """What is let through from now on; the last `depth` items wait for a slow reader."""
-        stream: FilterStream[T] = create(FilterStream, depth)
+        stream: FilterStream[T] = create(FilterStream, depth)  # pyright: ignore[reportUnknownVariableType]
         if self._closed:
             stream.close()
         self._streams.add(stream)

@@ -223,7 +223,7 @@ def parameter(
         additional_constraints=f"unit: {unit}" if unit else "",
         read_only=read_only,
     )
-    return create(ParameterDeclaration, value, descriptor)
+    return create(ParameterDeclaration, value, descriptor)  # pyright: ignore[reportUnknownVariableType]
 
 
 def _checked(

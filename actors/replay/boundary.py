@@ -179,7 +179,11 @@ class JournalBoundary(Interceptor):
     def entering(self, node: Caller, what: str, enter: Callable[..., Any]) -> Callable[..., Any]:
         if node.fqn not in self.members:
             return enter
-        return lambda value: self.enter(what, (node.fqn, value), enter, value)
+
+        def entered(value: Any) -> Any:
+            return self.enter(what, (node.fqn, value), enter, value)
+
+        return entered
 
     def ticking(self, timer: NodeTimer, tick: Ticked) -> Ticked:
         node = next((fqn for fqn, inbox in self.members.items() if inbox is timer.inbox), None)

@@ -119,7 +119,7 @@ class StreamDeclaration(_EndpointDeclaration[M], metaclass=NoPublicConstructor):
 
 def publishes(topic: Topic[M], *, qos: QoS | int | None = None) -> PublisherDeclaration[M]:
     """Declare that the node publishes on `topic`; the attribute is its `Publisher`. `qos` overrides that of the contract."""
-    return create(PublisherDeclaration, topic, topic.qos if qos is None else of(qos))
+    return create(PublisherDeclaration, topic, topic.qos if qos is None else of(qos))  # pyright: ignore[reportUnknownVariableType]
 
 
 def subscribes(

@@ -175,7 +175,7 @@ class Publisher(Endpoint, Generic[M], metaclass=NoPublicConstructor):
 
     def events(self) -> EventStream[PublisherEvent]:
         """The QoS events of this publisher from now on: ``async for event in publisher.events()``."""
-        return create(EventStream, self)
+        return create(EventStream, self)  # pyright: ignore[reportUnknownVariableType]
 
     def due(self, now: int) -> int | None:
         return None

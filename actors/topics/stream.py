@@ -128,7 +128,7 @@ class Stream(Generic[M], metaclass=NoPublicConstructor):
 
     def events(self) -> EventStream[SubscriptionEvent]:
         """The QoS events of this subscription from now on: ``async for event in stream.events()``."""
-        return create(EventStream, self._subscription, kept=self)
+        return create(EventStream, self._subscription, kept=self)  # pyright: ignore[reportUnknownVariableType]
 
     def __aiter__(self) -> Stream[M]:
         return self

@@ -175,7 +175,7 @@ class Subscription(Endpoint, Generic[M]):
 
     def events(self) -> EventStream[SubscriptionEvent]:
         """The QoS events of this subscription from now on: ``async for event in subscription.events()``."""
-        return create(EventStream, self)
+        return create(EventStream, self)  # pyright: ignore[reportUnknownVariableType]
 
     def due(self, now: int) -> int | None:
         lease = nanoseconds(self.qos.liveliness_lease)

@@ -70,7 +70,7 @@ class _Sender:
         """The publisher's target. A message that cannot be encoded is lost, and its node says so."""
         message = sent.message if self._expires else sent
         if self._encode is None:
-            self._encode = encoder(type(message))
+            self._encode = encoder(message.__class__)
         try:
             payload = self._encode(message)
         except UnicodeEncodeError:

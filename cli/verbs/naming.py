@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from cli.command import Exit
 from cli.parsing import Parser, add_graph_verb
@@ -13,7 +14,8 @@ if TYPE_CHECKING:
     from cli.graph.view import GraphView
 
 
-class Kind(NamedTuple):
+@dataclass(frozen=True)
+class Kind:
     """What these verbs name."""
 
     word: str

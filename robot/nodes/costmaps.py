@@ -35,7 +35,7 @@ def local_costmap(navigator: Navigator, here: Pose2, odom: Pose2, stamp: Time) -
     steps = (np.arange(count) + 0.5) * grid.resolution
     x, y = np.meshgrid(corner[0] + steps, corner[1] + steps)
     shift = compose(here, inverse(odom))
-    map_x, map_y = placed(shift, x, y)
+    map_x, map_y = placed(shift, x.astype(np.float64), y.astype(np.float64))
     low_x, low_y, high_x, high_y = grid.bounds
     inside = (map_x >= low_x) & (map_x < high_x) & (map_y >= low_y) & (map_y < high_y)
     clearance = navigator.around.local_field(here).clearance(map_x, map_y)

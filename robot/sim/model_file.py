@@ -129,7 +129,7 @@ def _tuned(robot: RobotModel, numbers: Mapping[str, tuple[float, ...]]) -> Robot
                 robot = replace(robot, **changes)
             else:
                 robot = replace(robot, tuning=(*robot.tuning, (name, value)))
-                WalkConfig.of(robot), CommandLimits.usual(robot), gaits_of(robot)
+                _ = WalkConfig.of(robot), CommandLimits.usual(robot), gaits_of(robot)  # each refuses what it cannot use
         except (TypeError, ValueError) as error:
             why = str(error) if isinstance(error, ModelError) else "there is no such number, or it cannot be this"
             raise ModelError(f"numeric {name!r}: {why}") from None

@@ -123,9 +123,10 @@ def _take(asked: Namespace) -> Result:
             outcomes[case] = outcome
             if case[1] == cases[-1][1]:
                 print(_line(rows(outcomes)[-1]), file=sys.stderr, flush=True)
-    told = {"delay_ms": asked.delay, "trials": many, "rows": rows(outcomes)}
+    table = rows(outcomes)
+    told = {"delay_ms": asked.delay, "trials": many, "rows": table}
     values = {"backend": "physics", "seed": asked.seed, **fidelity.told, **told}
-    return Result(values, show, not any(row["falls"] for row in values["rows"]))
+    return Result(values, show, not any(row["falls"] for row in table))
 
 
 def _arguments(parser: ArgumentParser) -> None:

@@ -62,9 +62,8 @@ class RawTopics:
 
     def writer(self, topic: str, type: type[M], *, depth: int = 1) -> RawWriter[M]:
         """Write `topic`; reliably for those who ask for that. Raises `ValueError` if Cyclone DDS refuses the name."""
-        return create(
-            RawWriter, self._participant.writer(topic, write_type(type.__ros_type__), EndpointQos(depth=depth))
-        )
+        writer = self._participant.writer(topic, write_type(type.__ros_type__), EndpointQos(depth=depth))
+        return create(RawWriter, writer)  # pyright: ignore[reportUnknownVariableType]
 
     def reader(
         self, topic: str, type: type[M], take: Callable[[M], None], *, depth: int = 1, reliable: bool = False

@@ -27,7 +27,7 @@ _PAUSE: Final = 0.001
 """Seconds for which a full KEEP_ALL queue holds Zenoh's thread back, and so every sender: at first, and for each sample after that. So what comes from
 others on the link is late, but not held back for as long as a reader hangs; the queue grows meanwhile."""
 
-_sample: Final[Callable[[tuple[str, bytes, bytes, float | None]], Sample]] = partial(tuple.__new__, Sample)
+_sample: Final[Callable[[tuple[str, bytes, bytes, float | None]], Sample]] = partial(tuple.__new__, Sample)  # pyright: ignore[reportUnknownMemberType]
 """Makes a `Sample` in half the time that its class takes."""
 
 
