@@ -119,6 +119,7 @@ class StreamDeclaration(_EndpointDeclaration[M], metaclass=NoPublicConstructor):
 
 def publishes(topic: Topic[M], *, qos: QoS | int | None = None) -> PublisherDeclaration[M]:
     """Declare that the node publishes on `topic`; the attribute is its `Publisher`. `qos` overrides that of the contract."""
+    _check_topic("publishes", topic)
     return create(PublisherDeclaration, topic, topic.qos if qos is None else of(qos))  # pyright: ignore[reportUnknownVariableType]
 
 
@@ -129,8 +130,14 @@ def subscribes(
 
     The options are those of `Topic.on`.
     """
+    _check_topic("subscribes", topic)
     check_reading(f"subscribes({topic!r})", topic, patience, filter)
     return create(StreamDeclaration, topic, topic.qos if qos is None else of(qos), patience, filter)
+
+
+def _check_topic(where: str, topic: object) -> None:
+    if not isinstance(topic, Topic):
+        raise DeclarationError(f"{where}({topic!r:.40}): give a contract, such as CHATTER = Topic(String, 'chatter')")
 
 
 class TimerDeclaration(Declaration):

@@ -140,6 +140,22 @@ async def test_recording_wants_to_be_told_what(robot: Command, tmp_path: Path) -
     assert (nowhere.code, nowhere.err) == (1, "--remap 'a': write it as OLD:=NEW\n")
 
 
+async def test_a_recorder_of_a_topic_that_nobody_publishes_tells_so(
+    system: System, environment: dict[str, str], tmp_path: Path
+) -> None:
+    words = ("bag", "record", "chater", "/chatter", "-o", str(tmp_path / "walk"), "--start-paused")
+    process = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "robot", *words, env=environment, stderr=-1, cwd=tmp_path
+    )
+    assert process.stderr is not None
+    await process.stderr.readline()
+    await asyncio.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    ended = (await asyncio.wait_for(process.stderr.read(), 30.0)).decode()
+    assert await process.wait() == 0
+    assert ended.endswith("B\nnobody published /chater; did you mean '/chatter'?\n")
+
+
 async def test_a_folder_that_cannot_be_made_is_told_once(robot: Command, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     refused = await robot("bag", "record", "--all", "-o", str(tmp_path / "file" / "walk"))

@@ -15,6 +15,7 @@ from actors.bag import BagError, Recorder, RecordOptions
 from actors.errors import described
 from actors.logs import WARN, LogRecord
 from actors.replay.publishing import topic_of
+from actors.suggest import did_you_mean
 from cli.command import CommandFailed
 from cli.graph.seen import seen
 from cli.graph.view import absolute
@@ -92,11 +93,15 @@ async def _record(options: argparse.Namespace, path: Path, told: RecordOptions) 
                 await _watched(recorder)
         await recorder.finish()
         progress_over()
+        published = [name for name, entry in graph.system.graph.topics.items() if entry.publishers]
     if recorder.failure is not None:
         raise BagError(f"{path}: {recorder.failure.strerror or recorder.failure}; {_summary(recorder)}")
     if joined.error is not None:
         raise BagError(f"{path}: the recorder has failed: {described(joined.error)}; {_summary(recorder)}")
     print(f"{path}: {_summary(recorder)}", file=sys.stderr)
+    if not recorder.recorded:
+        for name in sorted({absolute(topic) for topic in options.topics or ()}.difference(published)):
+            print(f"nobody published {name}{did_you_mean(name, published)}", file=sys.stderr)
     return 0
 
 

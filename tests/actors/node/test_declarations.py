@@ -538,3 +538,9 @@ def test_a_declaration_that_nobody_knows_is_refused() -> None:
     Odd().attach(method)
     with refused("Host.method: unknown declaration @odd"):
         Declarations(type("Host", (), {"method": method}))
+
+
+@pytest.mark.parametrize("declare", [publishes, subscribes])
+def test_a_name_in_the_place_of_a_contract_is_refused(declare: Any) -> None:
+    with pytest.raises(DeclarationError, match=r"es\('chatter'\): give a contract, such as CHATTER = "):
+        declare("chatter")
