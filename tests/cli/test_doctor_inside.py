@@ -125,7 +125,7 @@ async def test_a_service_that_nobody_serves_is_noted_and_those_that_every_node_h
     assert rig.system.graph.services["/keeper/get_parameters"].server is None
     (missing,) = found(Inside(rig.system))["servers are running"]
     assert (missing.subject, missing.level) == ("/get_stat", "problem")
-    assert "one that is almost it: /get_state" in missing.cause
+    assert "/get_state" in missing.cause
 
 
 async def test_a_service_whose_node_is_being_restarted_is_served(rig: Rig) -> None:

@@ -140,7 +140,7 @@ async def test_the_three_cases_of_a_service_are_told_apart(system_of: SystemOf, 
     assert [each.code for each in (almost, other, missing)] == [1, 1, 1]
     causes = [next(iter(findings(each.out).values()))[0]["cause"] for each in (almost, other, missing)]
     assert causes == [
-        "nobody serves this name, but one that is almost it: /add_two_ints",
+        "no node serves this name; similar services: /add_two_ints",
         "it is not of the type std_srvs/srv/Trigger",
         "its server is not running",
     ]
