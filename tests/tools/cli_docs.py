@@ -147,9 +147,7 @@ DOCTOR = Scene(
     ("my_first_robot battery_server", "my_first_robot sensor_data_publisher", "communication_demo processor"),
     ("/battery_service_server", "/sensor_data_publisher", "/data_processor"),
     (
-        Command("doctor topic /sensor_data"),
         Command("doctor topic /temperature --report-failed"),
-        Command("doctor service /get_battery --report-failed"),
         Command("doctor service /get_battery_status std_srvs/srv/Trigger --report-failed"),
     ),
 )
@@ -179,7 +177,7 @@ def part(page: str, name: str) -> str:
 
 
 def verbs() -> str:
-    """The table of all verbs, from their parsers."""
+    """The table of all verbs, from their parsers; those of a group, with their words, in one row."""
     lines = ["| command | what it does |", "|---|---|"]
     for name in (*(entry.name for entry in added()), *COMMANDS):
         command = found(name)
@@ -187,9 +185,11 @@ def verbs() -> str:
         if not isinstance(command, Group):
             lines.append(f"| `{name}` | {' '.join(command.help.split())} |")
             continue
+        words = []
         for verb in command.verbs.values():
             places = [action.dest.upper() for action in actions_of(verb.parser()) if not action.option_strings]
-            lines.append(f"| `{' '.join((name, verb.name, *places))}` | {verb.help} |")
+            words.append(f"`{' '.join((verb.name, *places))}`")
+        lines.append(f"| `{name}` ... | {', '.join(words)} |")
     return "\n".join(lines) + "\n"
 
 
