@@ -1,4 +1,4 @@
-"""The diagrams of docs/concepts/ say what the code does: the states of a goal and of a child, and which qualities of service match."""
+"""Diagrams and a table of docs/concepts/ say what the code does: the states of a goal and of a child, and which qualities of service match."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from actors.testing import Rig
 from tests.site.markdown import blocks
 
 CONCEPTS = Path(__file__).parents[2] / "docs" / "concepts"
-GOAL, QUALITY, CHILD = (
+GOAL, CHILD = (
     code
     for page in ("topics-services-actions.md", "supervision.md")
     for language, code in blocks((CONCEPTS / page).read_text(encoding="utf-8"))
@@ -59,18 +59,18 @@ def test_the_states_of_a_goal_are_those_of_the_code_with_the_events_between_them
         ("liveliness", (Liveliness.MANUAL_BY_TOPIC, Liveliness.AUTOMATIC)),
     ],
 )
-def test_an_arrow_leads_from_an_offer_to_a_request_just_if_they_match(policy: str, values: tuple[Policy, ...]) -> None:
-    (drawn,) = re.findall(rf"subgraph {policy}\n(.*?)  end", QUALITY, re.DOTALL)
-    arrows = {
-        (before.removeprefix("offered_"), after.removeprefix("requested_")) for before, after, _ in ARROW.findall(drawn)
-    }
+def test_the_table_matches_an_offer_with_a_request_just_if_they_match(policy: str, values: tuple[Policy, ...]) -> None:
+    page = (CONCEPTS / "topics-services-actions.md").read_text(encoding="utf-8").replace("best effort", "best_effort")
+    page = page.replace("transient local", "transient_local").replace("manual by topic", "manual_by_topic")
+    rows = re.findall(rf"^\| {policy} \| (\w+) \| (.*) \|$", page, re.MULTILINE)
+    written = {(offer, request) for offer, requests in rows for request in requests.split(", ")}
     profiles = {value: QoS(depth=1, **{policy: value}) for value in values}  # type: ignore[arg-type]
     matching = {
         (offer.value, request.value)
         for offer, request in product(values, values)
         if compatible(profiles[offer], profiles[request])
     }
-    assert arrows == matching
+    assert written == matching
 
 
 # -- the states of a child: all that a node sees of its siblings, at any moment -------------------------------------------------
