@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncGenerator, Sequence
-from contextlib import aclosing
+from contextlib import aclosing, suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -67,6 +67,8 @@ RATE = 20.0
 """Steps of a walk a second. Pose and velocity may wait for the next one, which is all that uses them."""
 GOALS = 8
 """Goals at a time: the one that is walked to, and those that are ending because a newer one took over."""
+FIRST_POSE = 1.0
+"""How long a goal that comes before the first pose waits for it, s."""
 MOST_POSES = 1000
 """Of a goal of navigate_through_poses."""
 THROUGH = NavigateThroughPoses_Result.UNKNOWN - NavigateToPose_Result.UNKNOWN
@@ -129,6 +131,7 @@ class Navigation(Node):
 
     async def on_start(self) -> None:
         self._heard = Heard()
+        self._located = asyncio.Event()
         self._odom: Pose2 | None = None
         self._shows = 0
         self._walk = GoalWalk(
@@ -158,6 +161,7 @@ class Navigation(Node):
     def pose(self, message: PoseStamped) -> None:
         here = self._heard.pose = from_pose(message.pose)
         self._heard.poses.add(seconds(message.header.stamp), here)
+        self._located.set()
 
     @ODOMETRY.on(qos=20, patience=1.0 / RATE)
     def odometry(self, message: Odometry) -> None:
@@ -286,6 +290,9 @@ class Navigation(Node):
             if frame not in ("map", ""):
                 raise NotReached(ErrorCode.TF_ERROR, f"unknown frame {frame!r}: give the goal in frame 'map'")
         goals, straight = [from_pose(pose.pose) for pose in poses], behavior_tree == STRAIGHT
+        with suppress(TimeoutError):  # a client that has waited for the server may be faster than the first pose
+            async with asyncio.timeout(FIRST_POSE):
+                await self._located.wait()
         self._walk.check(goals, straight=straight)
         for number, goal in enumerate(goals):
             motion: Motion | None = None

@@ -150,22 +150,22 @@ def action_server(action: str) -> None:
     )
 
 
-def goal(action: str, order: int, cancel_after: int, timeout: float) -> Any:
+def goal(action: str, type: str, goal: dict[str, Any], cancel_after: int, timeout: float) -> Any:
     """Carry a goal out at a server; with `cancel_after`, cancel it after so many feedbacks."""
-    cls = class_of("example_interfaces/action/Fibonacci")
+    cls = class_of(type)
     client = ActionClient(node, cls, action, callback_group=group)
     feedbacks: list[Any] = []
     enough = threading.Event()
 
     def told(message: Any) -> None:
-        feedbacks.append(list(message.feedback.sequence))
+        feedbacks.append(message_to_ordereddict(message.feedback))
         if cancel_after and len(feedbacks) >= cancel_after:
             enough.set()
 
     try:
         if not client.wait_for_server(timeout):
             raise TimeoutError("no server")
-        handle = finished(client.send_goal_async(cls.Goal(order=order), told), timeout)
+        handle = finished(client.send_goal_async(filled(cls.Goal(), goal), told), timeout)
         if not handle.accepted:
             return {"accepted": False}
         result = handle.get_result_async()
@@ -178,7 +178,7 @@ def goal(action: str, order: int, cancel_after: int, timeout: float) -> Any:
         return {
             "accepted": True,
             "status": end.status,
-            "sequence": list(end.result.sequence),
+            "result": message_to_ordereddict(end.result),
             "feedbacks": feedbacks,
             "canceling": canceling,
         }

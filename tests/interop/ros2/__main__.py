@@ -16,9 +16,10 @@ import traceback
 from actors import Child
 from tests.interop.environment import DISTRIBUTIONS, NotHere, ros2_python
 from tests.interop.ros2 import security, services, tools, topics, verbs, walks
-from tests.interop.ros2.bench import MIDDLEWARES, Bench, Check, NoRos, Ros, bench, find_ros
+from tests.interop.ros2.bench import MIDDLEWARES, Bench, Check, NoRos, NotInstalled, Ros, bench, find_ros
 
 SKIPPED = 77
+VERDICTS = ("passed", "FAILED", "skipped")
 NO_SERVICES = re.compile(
     "their (client|goal)|our (client|goal)|twenty|ros2 (param|lifecycle (nodes|set)|service call|action send)"
     "|robactor and ros2: (param|lifecycle (list|get|set)|service call|action send)"
@@ -41,10 +42,12 @@ def chosen(parts: list[str], middleware: str, with_command: bool) -> list[tuple[
     return [(name, check) for name, check in every if not parts or any(part in name for part in parts)]
 
 
-async def one(name: str, check: Check, at: Bench, verbose: bool) -> bool:
+async def one(name: str, check: Check, at: Bench, verbose: bool) -> str:
     began = time.monotonic()
     try:
         await check(at)
+    except NotInstalled as error:
+        verdict, why = "skipped", str(error)
     except Exception as error:
         text = (str(error).strip() or type(error).__name__).splitlines()
         verdict, why = "FAILED", f"{type(error).__name__}: {text[0]}"
@@ -53,7 +56,7 @@ async def one(name: str, check: Check, at: Bench, verbose: bool) -> bool:
     else:
         verdict, why = "passed", ""
     print(f"{verdict:7} {time.monotonic() - began:6.1f} s  {name}{': ' + why if why else ''}", flush=True)
-    return not why
+    return verdict
 
 
 async def every(ros: Ros, checks: list[tuple[str, Check]], verbose: bool, with_router: bool) -> int:
@@ -63,8 +66,9 @@ async def every(ros: Ros, checks: list[tuple[str, Check]], verbose: bool, with_r
         Child(tools.Ticker, name="ticker", namespace="/ours", parameters={"enable_logger_service": True}),
     )
     async with bench(ros, *nodes, with_router=with_router) as at:
-        failed = [name for name, check in checks if not await one(name, check, at, verbose)]
-    print(f"{len(checks) - len(failed)} passed, {len(failed)} failed")
+        verdicts = {name: await one(name, check, at, verbose) for name, check in checks}
+    failed = [name for name, verdict in verdicts.items() if verdict == "FAILED"]
+    print(", ".join(f"{[*verdicts.values()].count(verdict)} {verdict.lower()}" for verdict in VERDICTS))
     if at.unclosed:
         print(f"{at.unclosed} times ros2 did its work, but its Zenoh could not close the session within 10 s")
     for name in failed:

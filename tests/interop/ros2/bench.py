@@ -24,6 +24,10 @@ class NoRos(Exception):
     """There is no ROS 2 here; the text says what is missing."""
 
 
+class NotInstalled(Exception):
+    """This ROS 2 lacks a package that the check needs."""
+
+
 @dataclass(frozen=True)
 class Ros:
     """An installed ROS 2, whose environment this process has."""
@@ -37,11 +41,20 @@ class Ros:
     router: str = ""
     """The path of ``rmw_zenohd``."""
 
+    def need(self, package: str) -> None:
+        """Raises NotInstalled."""
+        if not any((folder / "share" / package).is_dir() for folder in prefixes()):
+            raise NotInstalled(f"{package} is not installed")
+
+
+def prefixes() -> list[Path]:
+    return [Path(folder) for folder in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if folder]
+
 
 def find_ros(middleware: str = "zenoh") -> Ros:
     """The ROS 2 of AMENT_PREFIX_PATH. ROBACTOR_ROS2_PYTHON names its interpreter, if that of ``ros2`` is not it. Raises NoRos."""
     package = MIDDLEWARES[middleware]
-    folders = [Path(folder) for folder in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if folder]
+    folders = prefixes()
     if not folders:
         raise NoRos("AMENT_PREFIX_PATH is not set: source /opt/ros/DISTRO/setup.bash first")
     command = shutil.which("ros2")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterator
+from typing import Any
 
 from actors import Action, Done, GoalAborted, GoalCanceled, GoalRejected, Node, Reject, Service, Steps
 from actors.interfaces.example_interfaces.action import Fibonacci
@@ -120,20 +121,26 @@ async def many_calls(bench: Bench) -> None:
     assert [answer.sum for answer in answers] == [number + 100 for number in range(20)]
 
 
-async def their_goal(bench: Bench) -> None:
+async def their(bench: Bench, action: Action[Any, Any, Any], goal: dict[str, Any], cancel_after: int = 0) -> Any:
+    """How a goal of theirs ends; with `cancel_after`, they cancel it after so many feedbacks."""
     there = await bench.peer()
-    end = await there.do("goal", action="/ours/fibonacci", order=6, cancel_after=0, timeout=30.0)
-    assert (end["status"], end["sequence"]) == (SUCCEEDED, numbers(6))
-    assert end["feedbacks"] == [numbers(order) for order in range(2, 7)]
+    return await there.do(
+        "goal", action=action.name, type=action.type.__ros_type__, goal=goal, cancel_after=cancel_after, timeout=30.0
+    )
+
+
+async def their_goal(bench: Bench) -> None:
+    end = await their(bench, COUNT, {"order": 6})
+    assert (end["status"], end["result"]) == (SUCCEEDED, {"sequence": numbers(6)})
+    assert end["feedbacks"] == [{"sequence": numbers(order)} for order in range(2, 7)]
 
 
 async def their_goal_fails(bench: Bench) -> None:
-    there = await bench.peer()
-    end = await there.do("goal", action="/ours/fibonacci", order=50, cancel_after=0, timeout=30.0)
+    end = await their(bench, COUNT, {"order": 50})
     assert end == {"accepted": False}
-    end = await there.do("goal", action="/ours/fibonacci", order=13, cancel_after=0, timeout=30.0)
+    end = await their(bench, COUNT, {"order": 13})
     assert end["status"] == ABORTED
-    end = await there.do("goal", action="/ours/fibonacci", order=40, cancel_after=2, timeout=30.0)
+    end = await their(bench, COUNT, {"order": 40}, cancel_after=2)
     assert (end["status"], end["canceling"]) == (CANCELED, 0)
     assert 2 <= len(end["feedbacks"]) < 39
 

@@ -1,4 +1,4 @@
-"""A robot of ours that a ROS 2 sends about, as RViz does: "2D Goal Pose" and "2D Pose Estimate"."""
+"""A robot of ours that a ROS 2 sends about, as Nav2's clients do, and RViz: "2D Goal Pose" and "2D Pose Estimate"."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from typing import Any
 
 from actors import Topic
 from actors.interfaces.rcl_interfaces.msg import Log
-from robot.contracts import GOAL_POSE, INITIAL_POSE, POSE
+from robot.contracts import GOAL_POSE, INITIAL_POSE, NAVIGATE_TO_POSE, POSE
 from tests.interop.parties import until
 from tests.interop.ros2.bench import Bench, Check
+from tests.interop.ros2.services import CANCELED, SUCCEEDED, their
 from tests.interop.ros2.verbs import ROOT
 
 ROBOT = """
@@ -37,6 +38,7 @@ ROSOUT = Topic(Log, "/rosout")
 def checks() -> Iterator[tuple[str, Check]]:
     yield "ros2 topic pub /goal_pose: our robot walks there", goal_pose
     yield "ros2 topic pub /initialpose: our robot looks where it is", initial_pose
+    yield "their goal of NavigateToPose: our robot walks there; the next one is canceled", navigate_to_pose
 
 
 @asynccontextmanager
@@ -62,15 +64,17 @@ async def publish(bench: Bench, topic: Topic[Any], kind: str, values: str) -> No
     )
 
 
+def away(poses: list[Any], x: float, y: float) -> float:
+    """How far the robot is from a place, m."""
+    place = poses[-1]["pose"]["position"]
+    return hypot(place["x"] - x, place["y"] - y)
+
+
 async def goal_pose(bench: Bench) -> None:
     async with robot(bench) as poses:
         await publish(bench, GOAL_POSE, "PoseStamped", GOAL % (1.5, 0.5))
 
-        def there() -> bool:
-            place = poses[-1]["pose"]["position"]
-            return hypot(place["x"] - 1.5, place["y"] - 0.5) < 0.1
-
-        await until(there, "the robot has walked to the goal")
+        await until(lambda: away(poses, 1.5, 0.5) < 0.1, "the robot has walked to the goal")
 
 
 async def initial_pose(bench: Bench) -> None:
@@ -78,3 +82,24 @@ async def initial_pose(bench: Bench) -> None:
         told = bench.ours.listen(ROSOUT)
         await publish(bench, INITIAL_POSE, "PoseWithCovarianceStamped", ESTIMATE)
         await until(lambda: any("initial pose set" in line["msg"] for line in told), "the localizer takes it")
+
+
+async def navigate_to_pose(bench: Bench) -> None:
+    bench.ros.need("nav2_msgs")
+    async with robot(bench) as poses:
+
+        async def go(x: float, y: float, cancel_after: int = 0) -> Any:
+            pose = {"header": {"frame_id": "map"}, "pose": {"position": {"x": x, "y": y}, "orientation": {"w": 1.0}}}
+            return await their(bench, NAVIGATE_TO_POSE, {"pose": pose}, cancel_after)
+
+        end = await go(1.5, 0.5)
+        assert (end["status"], end["result"]) == (SUCCEEDED, {"error_code": 0, "error_msg": ""}), end
+        assert away(poses, 1.5, 0.5) < 0.1, poses[-1]
+        left = [feedback["distance_remaining"] for feedback in end["feedbacks"]]
+        assert left[0] > 1.0 and left[-1] < 0.3, left
+        assert {feedback["current_pose"]["header"]["frame_id"] for feedback in end["feedbacks"]} == {"map"}
+
+        end = await go(0.0, 0.0, cancel_after=5)
+        assert (end["canceling"], end["status"]) == (0, CANCELED), end
+        assert end["result"]["error_msg"] == "Goal canceled", end
+        assert away(poses, 0.0, 0.0) > 0.5, poses[-1]

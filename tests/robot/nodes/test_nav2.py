@@ -110,6 +110,21 @@ async def test_without_the_energy_for_the_way_and_back_a_goal_is_refused_with_th
     assert "only the way to the dock is open" in words
 
 
+async def test_a_goal_that_comes_before_the_first_pose_waits_a_moment_for_it(rig: Rig) -> None:
+    """A client that has waited for the server may be faster than the localizer."""
+    await rig.start(Child(Navigation, args=(Grid.from_scene(floor()),)))
+    begun = rig.now
+    assert (await failure_of(rig, 1.0, 0.0))[0] == ErrorCode.TF_ERROR
+    assert rig.now - begun == pytest.approx(1.0)
+    goal = await rig.send_goal(NAVIGATE_TO_POSE, to_place(1000.0, 0.0))
+    await rig.advance(0.5)
+    assert not goal.done
+    rig.publish(POSE, at(0.0, 0.0))
+    with pytest.raises(GoalAborted) as failed:
+        await goal
+    assert ErrorCode.of(failed.value.result) == ErrorCode.GOAL_OCCUPIED
+
+
 async def test_a_goal_that_is_canceled_stops_the_robot(rig: Rig) -> None:
     body = await standing_robot(rig)
     goal = await rig.send_goal(NAVIGATE_TO_POSE, to_place(8.8, 0.5))
