@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event, Thread
 from typing import IO
@@ -83,10 +83,11 @@ def on_a_share(one: Running, share: float) -> Iterator[None]:
     over = Event()
 
     def cycle() -> None:
-        while not over.wait(share * PERIOD) and one.process.poll() is None:
-            one.signal(signal.SIGSTOP)
-            time.sleep((1.0 - share) * PERIOD)
-            one.signal(signal.SIGCONT)
+        with suppress(ProcessLookupError):  # it has ended meanwhile
+            while not over.wait(share * PERIOD) and one.process.poll() is None:
+                one.signal(signal.SIGSTOP)
+                time.sleep((1.0 - share) * PERIOD)
+                one.signal(signal.SIGCONT)
 
     thread = Thread(target=cycle)
     thread.start()
