@@ -224,7 +224,7 @@ class GoalAborted(GoalFailed):
 class ProcessDied(ActorError):
     """A process ended without being asked to, and without a reason of its own: it exited, or a signal ended it.
 
-    `process` is its id, `how` says what is known of its end.
+    `process` is its id, `how` describes its end.
     """
 
     def __init__(self, process: int, how: str) -> None:

@@ -117,7 +117,7 @@ def _read(mujoco: Any, file: Path, *, meshes: bool) -> RobotModel:
 
 
 def _tuned(robot: RobotModel, numbers: Mapping[str, tuple[float, ...]]) -> RobotModel:
-    """The robot with the numbers that its file sets. Raises `ModelError`, which names one that there is not."""
+    """The robot with the numbers that its file sets. Raises `ModelError`, which names an unknown one."""
     for name, values in numbers.items():
         value = values[0] if len(values) == 1 else values
         figure = name.removeprefix("robot.")
