@@ -93,7 +93,9 @@ class Connection:
             express=True,
             allowed_destination=library.Locality.REMOTE,
         )
-        self._heartbeat = Heartbeat(loop, self._send_beat, lambda: self._presence.beating, self._silence)
+        self._heartbeat = Heartbeat(
+            loop, self._send_beat, lambda: self._presence.beating, self._silence, lambda: Subscription.held_back
+        )
         # Beats of others wake nobody: they count from when they arrived, and wait for the next beat of our own at most.
         beaten = direct(lambda sample: self.wakeup.post_patiently(self._heard, (sample.payload, loop.time())))
         # The references keep what they declare.

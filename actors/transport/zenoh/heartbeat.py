@@ -23,13 +23,15 @@ class Heartbeat:
         beat: Callable[[], None],
         others: Callable[[], Iterable[str]],
         silent: Callable[[str], None],
+        deaf: Callable[[], float],
     ) -> None:
         """`beat` is called every `PERIOD`, and tells what it has heard until then; `others` names the processes that have a heartbeat;
-        `silent` is called for one without."""
+        `silent` is called for one without; `deaf` is the time of the loop's clock until which beats may have been held up."""
         self._loop = loop
         self._beat = beat
         self._others = others
         self._silent = silent
+        self._deaf = deaf
         self._heard: dict[str, float] = {}
         self._due = loop.time()
         self._timer: Handle = loop.call_soon(self._tick)
@@ -47,8 +49,8 @@ class Heartbeat:
         self._beat()
         others = tuple(self._others())
         # If this loop was late, the beats of the others are still waiting to be heard.
-        late = now - self._due > PERIOD
-        self._heard = {session: now if late else self._heard.get(session, now) for session in others}
+        deaf = now if now - self._due > PERIOD else self._deaf()
+        self._heard = {session: max(deaf, self._heard.get(session, now)) for session in others}
         for session in others:
             if now - self._heard[session] > SILENCE:
                 self._silent(session)

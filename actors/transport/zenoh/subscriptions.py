@@ -7,8 +7,9 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from functools import partial
+from math import inf
 from time import perf_counter
-from typing import Final
+from typing import ClassVar, Final
 
 from actors.transport.keyed.protocol import Delivery, Sample, Take
 from actors.transport.protocol import Wait
@@ -41,6 +42,9 @@ class Subscription:
     Invariants: while a sample is in the queue a call of `_deliver` waits in the wake-up, and `_posted` if it has not begun; after `close`, `take`
     is not called. A call takes what is in the queue when it begins, so that others have their turn before what comes meanwhile.
     """
+
+    held_back: ClassVar[float] = -inf
+    """When a subscription of this process last held back Zenoh's threads, which all sessions share, on the loop's clock: nothing was read meanwhile."""
 
     def __init__(
         self,
@@ -114,7 +118,11 @@ class Subscription:
         self._room.clear()
         self._held = True
         still_full = len(self._queue) >= self._most and not self._closed  # room may have been made just before
-        self._hangs = still_full and not self._room.wait(_PAUSE if self._hangs else _PATIENCE)
+        if still_full:
+            Subscription.held_back = self._time()
+            still_full = not self._room.wait(_PAUSE if self._hangs else _PATIENCE)
+            Subscription.held_back = self._time()
+        self._hangs = still_full
 
     def _drop_oldest(self) -> None:
         try:

@@ -44,6 +44,7 @@ class Watched:
     def __init__(self) -> None:
         self.clock = Clock()
         self.beats = 0
+        self.deaf = 0.0
         self.others = ["a1", "b2"]
         self.silent: list[tuple[float, str]] = []
         self.heartbeat = Heartbeat(
@@ -51,6 +52,7 @@ class Watched:
             self.beat,
             lambda: self.others,
             lambda session: self.silent.append((self.clock.now - 100, session)),
+            lambda: self.deaf,
         )
 
     def beat(self) -> None:
@@ -96,4 +98,17 @@ def test_after_this_loop_hung_the_others_have_their_time_again() -> None:
     one.clock.run(2.0)
     assert one.silent == []
     one.clock.run(1.0)
+    assert {session for _, session in one.silent} == {"a1", "b2"}
+
+
+def test_nobody_is_silent_whose_beats_may_be_stuck_behind_samples_that_a_full_subscription_holds_back() -> None:
+    one = Watched()
+
+    def hold() -> None:
+        one.deaf = one.clock.now
+
+    one.clock.run(10.0, each=hold)
+    one.clock.run(2.0)
+    assert one.silent == []
+    one.clock.run(0.5)
     assert {session for _, session in one.silent} == {"a1", "b2"}

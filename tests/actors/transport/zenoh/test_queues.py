@@ -275,12 +275,13 @@ async def test_history_is_not_waited_for() -> None:
 
 
 async def test_a_full_queue_that_keeps_all_holds_the_sender_back_until_there_is_room() -> None:
-    one = Receiver(RELIABLE)
+    one, before = Receiver(RELIABLE), asyncio.get_running_loop().time()
     thread = threading.Thread(target=lambda: one.arrive(*(sample(b"%d" % number) for number in range(1500))))
     thread.start()
 
     assert await one.until(1500) == [b"%d" % number for number in range(1500)]
     thread.join()
+    assert Subscription.held_back >= before
 
 
 async def test_a_reader_without_room_gets_the_next_sample_when_it_has_some() -> None:
