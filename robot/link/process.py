@@ -5,7 +5,7 @@ from __future__ import annotations
 import atexit
 import os
 import time
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from typing import Final
 
 from actors.processes.signals import held_back
@@ -43,6 +43,7 @@ class BodyProcess:
         sensors: Sensors | None = None,
         model: RobotModel = SPOT,
     ) -> None:
+        resource_tracker.ensure_running()  # before the signals are held back: it lets them through again when it starts
         with held_back():  # a signal that ended this process in between would leave the memory behind
             self._segment = create(len(scene.things))
             spec = BodySpec(scene, seed, delay, arm, ground, actuators, sensors, model)

@@ -90,24 +90,30 @@ def test_a_body_that_cannot_be_made_is_said_and_leaves_nothing() -> None:
 
 
 MAKER = """
-import sys, time
+import os, time
 from robot.link import segment
 from robot.link.process import BodyProcess
 from robot.scenes.worlds import get_world
 if __name__ == "__main__":
     process = BodyProcess(get_world("empty"), seed=1, delay=0.004, arm=False)
+    for number in SIGNALS:
+        os.kill(process.pid, number)
     process.ready()
     print(process.pid, flush=True)
     time.sleep(1000)
 """
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("how", "at_start"),
+    [(signal.SIGKILL, []), (signal.SIGTERM, [signal.SIGINT, signal.SIGTERM])],
+    ids=["killed", "ended, after signals to all during the start"],
+)
 def test_when_its_maker_is_killed_the_body_ends_by_itself_and_no_segment_is_left(
-    how: signal.Signals, tmp_path: Path
+    how: signal.Signals, at_start: list[signal.Signals], tmp_path: Path
 ) -> None:
     script = tmp_path / "maker.py"
-    script.write_text(MAKER, encoding="utf-8")
+    script.write_text(MAKER.replace("SIGNALS", repr([*map(int, at_start)])), encoding="utf-8")
     with subprocess.Popen(
         [sys.executable, str(script)], stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}
     ) as maker:
