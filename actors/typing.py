@@ -34,7 +34,7 @@ from actors.supervision.refs import ChildInfo, ChildRef, ChildState, Counts, Dow
 from actors.supervision.report import Context, Report
 from actors.supervision.running import Path, RunningSupervisor
 from actors.time.clock import Clock
-from actors.topics.events import EventStream
+from actors.topics.endpoint import EventStream
 from actors.topics.handler import HandlerSubscription
 from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream

@@ -9,12 +9,11 @@ from actors.bag.contents import BagError, BagTopic
 from actors.bag.schemas import decoder_of, type_of
 from actors.interfaces.cdr import decode
 from actors.interfaces.fields import FLOATS, INTEGER_RANGES, STRINGS
-from actors.interfaces.registry import get_message
+from actors.interfaces.lookup import get_message
 from actors.interfaces.schemas import ros_name
 
 if TYPE_CHECKING:
-    from actors.interfaces.fields import Field
-    from actors.interfaces.message import Message
+    from actors.interfaces.message import Field, Message
 
 KINDS: Final = {
     **dict.fromkeys(INTEGER_RANGES, "number"),

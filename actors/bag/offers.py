@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from actors.interfaces import derived
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.foreign import ForeignType
+from actors.interfaces.lookup import find
 from actors.interfaces.message import Message
-from actors.interfaces.registry import find
 from actors.runtime.standard import PARAMETER_EVENTS, ROSOUT
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from actors.contracts.contracts import Action, Service
 from actors.errors import ActorError
 from actors.interfaces.cdr import decode
 from actors.interfaces.errors import CdrError, InterfaceError
-from actors.interfaces.registry import get_action, get_service
+from actors.interfaces.lookup import get_action, get_service
 
 if TYPE_CHECKING:
     from actors.bag.options import PlayOptions

@@ -11,7 +11,7 @@ from actors.bag.contents import BagError, BagTopic
 from actors.interfaces.cdr import decode
 from actors.interfaces.errors import CdrError, InterfaceError
 from actors.interfaces.hashes import type_hash
-from actors.interfaces.registry import find, get_message
+from actors.interfaces.lookup import find, get_message
 from actors.interfaces.schemas import ENCODINGS, recorded_hash, recorded_type, ros_name
 
 if TYPE_CHECKING:

@@ -16,7 +16,6 @@ from actors.hosts.errors import HostLost
 from actors.hosts.events import UnreadableEvent, read_event
 from actors.hosts.lease import Granting
 from actors.hosts.messages import (
-    Asked,
     Ended,
     FromAgent,
     Granted,
@@ -25,13 +24,11 @@ from actors.hosts.messages import (
     Launched,
     Renew,
     Said,
-    Signaled,
-    Watched,
     Wire,
 )
-from actors.hosts.remote import RemoteProcess
+from actors.hosts.remote import Place, RemoteProcess
 from actors.logs import NodeLog
-from actors.processes.messages import Event, Line, NodeFacts, Nodes, Order, Request
+from actors.processes.messages import Event, Line, NodeFacts, Nodes, Order
 from actors.processes.pickling import pack
 from actors.runtime.runtime import HostLease
 from actors.waiting import wake
@@ -99,7 +96,7 @@ class Host:
         nodes = tuple(_shifted(facts, -self._ahead) for facts in order.nodes)
         self._wire.send(Launch(number, order.path, order.spec.hang, pack(structs.replace(order, nodes=nodes))))
         self._processes[number] = process
-        process.place(_Place(number, self._send))
+        process.place(Place(number, self._send))
 
     async def close(self) -> None:
         """Let go of the agent. What still runs there stops when it sees that, and at the end of the lease at the latest."""
@@ -204,23 +201,6 @@ class Host:
                 self._log.error("what a process tells cannot be read", host=self.name, because=str(error))
                 return
             process.take(_at_home(event, self._ahead))
-
-
-class _Place:
-    """One process at an agent (`remote.There`)."""
-
-    def __init__(self, number: int, send: Callable[[object], None]) -> None:
-        self._number = number
-        self._send = send
-
-    def send(self, request: Request) -> None:
-        self._send(Asked(self._number, pack(request)))
-
-    def watch(self, on: bool) -> None:
-        self._send(Watched(self._number, on))
-
-    def signal(self, kill: bool) -> None:
-        self._send(Signaled(self._number, kill))
 
 
 def _at_home(event: Event, ahead: float) -> Event:

@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import Protocol
 
 from actors.errors import ProcessDied
+from actors.hosts.messages import Asked, Signaled, Watched
 from actors.processes.messages import Event, Order, Over, Request, StopAsked
+from actors.processes.pickling import pack
 from actors.supervision.reasons import Stopped
 
 
-class There(Protocol):
+class Place:
     """A process at an agent, or the way to it."""
 
-    def send(self, request: Request, /) -> None: ...
+    def __init__(self, number: int, send: Callable[[object], None]) -> None:
+        self._number = number
+        self._send = send
 
-    def watch(self, on: bool, /) -> None: ...
+    def send(self, request: Request) -> None:
+        self._send(Asked(self._number, pack(request)))
 
-    def signal(self, kill: bool, /) -> None: ...
+    def watch(self, on: bool) -> None:
+        self._send(Watched(self._number, on))
+
+    def signal(self, kill: bool) -> None:
+        self._send(Signaled(self._number, kill))
 
 
 class RemoteProcess:
@@ -36,12 +44,12 @@ class RemoteProcess:
         self.id = 0
         """Its id on its machine; 0 before it runs."""
         self.ended: asyncio.Future[Exception] = asyncio.get_running_loop().create_future()
-        self._there: There | None = None
+        self._there: Place | None = None
 
     def __repr__(self) -> str:
         return f"<remote process {self.id} of {'/'.join(self.order.path)}>"
 
-    def place(self, there: There) -> None:
+    def place(self, there: Place) -> None:
         """An agent has been told to launch it."""
         self._there = there
 

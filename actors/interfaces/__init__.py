@@ -19,10 +19,11 @@ from actors.interfaces.errors import (
     MessageValueError,
     UnknownInterface,
 )
-from actors.interfaces.fields import ArrayKind, Constant, Field, FieldType
-from actors.interfaces.message import ActionType, InterfaceClass, Message, ServiceType
+from actors.interfaces.fields import ArrayKind, Constant, FieldType
+from actors.interfaces.lookup import get_action, get_message, get_service
+from actors.interfaces.message import ActionType, Field, InterfaceClass, Message, ServiceType
 from actors.interfaces.naming import Kind
-from actors.interfaces.registry import add_folder, get_action, get_message, get_service, known_names
+from actors.interfaces.registry import add_folder, known_names
 
 if TYPE_CHECKING:
     from actors.interfaces.cdr import Bytes, decode, encode

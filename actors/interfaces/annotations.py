@@ -1,25 +1,28 @@
-"""Reads the annotations of a message class into `Field`s and `Constant`s."""
+"""Reads the annotations of a message class: its fields and its constants."""
 
 from __future__ import annotations
 
 import sys
-from typing import Any, ClassVar, get_args, get_origin
+from typing import Any, ClassVar, TypeAlias, get_args, get_origin
 
 import msgspec
 
 from actors.interfaces.errors import BadDeclaration
-from actors.interfaces.fields import STRINGS, Constant, Field, FieldType
+from actors.interfaces.fields import STRINGS, Constant, FieldType
 from actors.interfaces.types import AtMost, Chars, DefaultMark, Exactly, ManyMark
+
+Declared: TypeAlias = tuple[str, FieldType, Any, Any]
+"""Name, type, plain default and message class of a `Field`."""
 
 BUILTINS = {bool: "bool", int: "int64", float: "float64", str: "string"}
 
 
-def read_class(name: str, namespace: dict[str, Any], caller: dict[str, Any]) -> tuple[list[Field], list[Constant]]:
+def read_class(name: str, namespace: dict[str, Any], caller: dict[str, Any]) -> tuple[list[Declared], list[Constant]]:
     """The fields and constants that the body of message class `name` declares.
 
     `caller` are the local names where the class statement stands: annotations may be text that mentions them.
     """
-    fields: list[Field] = []
+    fields: list[Declared] = []
     constants: list[Constant] = []
     for key, annotation in _annotations(namespace).items():
         if isinstance(annotation, str):
@@ -30,7 +33,7 @@ def read_class(name: str, namespace: dict[str, Any], caller: dict[str, Any]) -> 
                 constants.append(constant)
             continue
         kind, message = read_annotation(f"{name}.{key}", annotation)
-        fields.append(Field(key, kind, plain_default(kind, namespace.get(key)), message))
+        fields.append((key, kind, plain_default(kind, namespace.get(key)), message))
     return fields, constants
 
 

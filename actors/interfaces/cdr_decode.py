@@ -25,8 +25,8 @@ from actors.interfaces.cdr_layout import (
 )
 from actors.interfaces.cdr_text import WStrings, decode_wide, wide_size
 from actors.interfaces.errors import CdrError
-from actors.interfaces.fields import STRINGS, Field
-from actors.interfaces.message import Message
+from actors.interfaces.fields import STRINGS
+from actors.interfaces.message import Field, Message
 
 Decoder = Callable[[bytes, int], Any]
 

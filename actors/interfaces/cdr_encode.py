@@ -10,8 +10,8 @@ from typing import Any
 
 from actors.interfaces.cdr_layout import CODES, SIZES, START, UNKNOWN, Position, alignment_of_element, has_loop, loop
 from actors.interfaces.cdr_text import WStrings, encode_wide
-from actors.interfaces.fields import STRINGS, Field
-from actors.interfaces.message import Message
+from actors.interfaces.fields import STRINGS
+from actors.interfaces.message import Field, Message
 
 LITTLE_ENDIAN = int.from_bytes(b"\x00\x01\x00\x00", "little")
 

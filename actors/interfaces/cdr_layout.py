@@ -9,8 +9,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Final, NamedTuple
 
-from actors.interfaces.fields import STRINGS, Field
-from actors.interfaces.message import Message
+from actors.interfaces.fields import STRINGS
+from actors.interfaces.message import Field, Message
 
 HEADER: Final = 4
 """Length of the encapsulation header: 00 01 00 00 for little endian, 00 00 00 00 for big endian."""

@@ -11,12 +11,15 @@ import struct
 from collections.abc import Callable, Iterable
 from functools import partial
 from keyword import iskeyword
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import force_setattr
 
 from actors.interfaces.errors import MessageTypeError, MessageValueError
-from actors.interfaces.fields import FLOATS, INTEGER_RANGES, STRINGS, Field, FieldType
+from actors.interfaces.fields import FLOATS, INTEGER_RANGES, STRINGS, FieldType
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Field
 
 Converter = Callable[[str, Any], Any]
 

@@ -10,8 +10,11 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from actors.interfaces import registry, types
+from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.message import ActionType, Message, ServiceType, make_message
 from actors.interfaces.naming import full_name
+from actors.interfaces.service_msgs.msg import ServiceEventInfo
+from actors.interfaces.unique_identifier_msgs.msg import UUID
 
 
 def event_message(service: type[ServiceType[Any, Any]]) -> type[Message]:
@@ -21,7 +24,7 @@ def event_message(service: type[ServiceType[Any, Any]]) -> type[Message]:
     return _message(
         f"{service.__ros_type__}_Event",
         {
-            "info": registry.get_message("service_msgs/msg/ServiceEventInfo"),
+            "info": ServiceEventInfo,
             "request": Annotated[many[parts.Request], types.AtMost(1)],
             "response": Annotated[many[parts.Response], types.AtMost(1)],
         },
@@ -33,8 +36,8 @@ def send_goal_service(action: type[ActionType[Any, Any, Any]]) -> type[ServiceTy
     parts: Any = action
     return _service(
         f"{action.__ros_type__}_SendGoal",
-        {"goal_id": _uuid(), "goal": parts.Goal},
-        {"accepted": bool, "stamp": registry.get_message("builtin_interfaces/msg/Time")},
+        {"goal_id": UUID, "goal": parts.Goal},
+        {"accepted": bool, "stamp": Time},
     )
 
 
@@ -42,43 +45,14 @@ def get_result_service(action: type[ActionType[Any, Any, Any]]) -> type[ServiceT
     """`A_GetResult`: UUID goal_id --- int8 status, A_Result result."""
     parts: Any = action
     return _service(
-        f"{action.__ros_type__}_GetResult", {"goal_id": _uuid()}, {"status": types.int8, "result": parts.Result}
+        f"{action.__ros_type__}_GetResult", {"goal_id": UUID}, {"status": types.int8, "result": parts.Result}
     )
 
 
 def feedback_message(action: type[ActionType[Any, Any, Any]]) -> type[Message]:
     """`A_FeedbackMessage`: UUID goal_id, A_Feedback feedback."""
     parts: Any = action
-    return _message(f"{action.__ros_type__}_FeedbackMessage", {"goal_id": _uuid(), "feedback": parts.Feedback})
-
-
-def derive(name: str) -> type[Any] | None:
-    """The derived type of this full name, or None where it is not the name of one."""
-    for suffix, make in (("_SendGoal", send_goal_service), ("_GetResult", get_result_service)):
-        stem, found, part = name.partition(suffix)
-        if found:
-            action = _find(stem, ActionType)
-            if action is None:
-                return None
-            service: Any = make(action)
-            if part == "_Event":
-                return event_message(service)
-            return service if not part else getattr(service, part.removeprefix("_"), None)
-    stem, found, part = name.rpartition("_")
-    if found and part == "Event" and (parent := _find(stem, ServiceType)) is not None:
-        return event_message(parent)
-    if found and part == "FeedbackMessage" and (parent := _find(stem, ActionType)) is not None:
-        return feedback_message(parent)
-    return None
-
-
-def _find(name: str, base: type[Any]) -> Any:
-    cls = registry.find(name)
-    return cls if cls is not None and issubclass(cls, base) else None
-
-
-def _uuid() -> type[Message]:
-    return registry.get_message("unique_identifier_msgs/msg/UUID")
+    return _message(f"{action.__ros_type__}_FeedbackMessage", {"goal_id": UUID, "feedback": parts.Feedback})
 
 
 def _message(ros_type: str, annotations: dict[str, Any]) -> type[Message]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.hashes import type_description, type_hash
+from actors.interfaces.lookup import find
 from actors.interfaces.message import Message
 from actors.interfaces.naming import full_name
 from actors.interfaces.plain import from_plain
-from actors.interfaces.registry import find
 from actors.interfaces.text import definition_text
 from actors.interfaces.type_description_interfaces.msg import TypeDescription, TypeSource
 from actors.interfaces.type_description_interfaces.srv import GetTypeDescription, GetTypeDescription_Request

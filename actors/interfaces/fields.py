@@ -1,19 +1,10 @@
-"""The fields and constants of a type, as plain values.
-
-`Field` and `Constant` are what every message class carries (`__ros_fields__`, `__ros_constants__`), whether it was
-written in Python, generated from a .msg file or loaded from one at run time.
-"""
+"""The types that a field can have, and the constants of a message, as plain values."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import msgspec
-
-if TYPE_CHECKING:
-    import builtins
-
-    from actors.interfaces.message import Message
 
 ArrayKind: TypeAlias = Literal["single", "fixed", "bounded", "unbounded"]
 """No array; of a given size; of at most a given size; of any size."""
@@ -83,24 +74,6 @@ class FieldType(msgspec.Struct, frozen=True):
         if self.array == "fixed":
             return f"{self.element}[{self.size}]"
         return f"{self.element}[<={self.size}]" if self.array == "bounded" else f"{self.element}[]"
-
-
-class Field(msgspec.Struct, frozen=True):
-    """One field of a message.
-
-    `default` is the default as plain data (a tuple for arrays) or None for the default of ROS: zero, empty, or the
-    default message. `message` is the class of a nested message, None for primitives.
-
-    It has no public constructor: `fields_of` gives those of a message class.
-    """
-
-    name: str
-    type: FieldType
-    default: Any = None
-    message: builtins.type[Message] | None = None
-
-    def __str__(self) -> str:
-        return f"{self.type} {self.name}" if self.default is None else f"{self.type} {self.name} {self.default!r}"
 
 
 class Constant(msgspec.Struct, frozen=True):

@@ -14,10 +14,11 @@ from typing import Any, Final, TypeAlias
 
 from actors.interfaces.derived import event_message, feedback_message, get_result_service, send_goal_service
 from actors.interfaces.errors import UnknownInterface
-from actors.interfaces.fields import PLACEHOLDER, Field, FieldType
-from actors.interfaces.message import InterfaceClass, Message, ServiceType
+from actors.interfaces.fields import PLACEHOLDER, FieldType
+from actors.interfaces.lookup import find
+from actors.interfaces.message import Field, InterfaceClass, Message, ServiceType
 from actors.interfaces.naming import closest, full_name
-from actors.interfaces.registry import find, known_names
+from actors.interfaces.registry import known_names
 
 TYPE_IDS: Final = {
     "int8": 2,

@@ -12,7 +12,7 @@ from typing import Any, Final, cast
 
 from msgspec import structs
 
-from actors.interfaces import registry
+from actors.interfaces import lookup, registry
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.fields import PLACEHOLDER, FieldType
 from actors.interfaces.hashes import ARRAY_OFFSETS, BOUNDED_STRING, NESTED, TYPE_IDS
@@ -78,7 +78,7 @@ def read(texts: Mapping[str, str]) -> list[Definition]:
     """
     _check(len(texts) <= _MOST_TYPES, "types", _MOST_TYPES)
     _check(sum(map(len, texts.values())) <= MOST_BYTES, "bytes", MOST_BYTES)
-    return _ordered({name: _parsed(text, name) for name, text in texts.items() if registry.find(name) is None})
+    return _ordered({name: _parsed(text, name) for name, text in texts.items() if lookup.find(name) is None})
 
 
 def define(definitions: Iterable[Definition]) -> None:
@@ -87,7 +87,7 @@ def define(definitions: Iterable[Definition]) -> None:
     Raises `InterfaceError` for one that contains a type that is not known, or has a name in it that nothing can have here.
     """
     for definition in definitions:
-        if registry.find(definition.name) is None:
+        if lookup.find(definition.name) is None:
             if len(_learnt) >= _MOST_LEARNT:
                 raise InterfaceError(
                     f"{definition.name} stays unknown: {_MOST_LEARNT} types have been learnt from others"

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
-from actors.interfaces import registry, types
+from actors.interfaces import lookup, registry, types
 from actors.interfaces.annotations import plain_default
 from actors.interfaces.errors import BadDeclaration
 from actors.interfaces.fields import FieldType
@@ -83,7 +83,7 @@ def load_folder(path: str | os.PathLike[str]) -> list[type[Any]]:
     registry.add_folder(path)
     loaded: list[type[Any]] = []
     for package, kind, file in files:
-        known = registry.find(f"{package}/{kind}/{file.stem}")
+        known = lookup.find(f"{package}/{kind}/{file.stem}")
         loaded.append(known if known is not None and _defined_by(known, file) else load_file(file, package))
     return loaded
 
@@ -134,7 +134,7 @@ def _message_class(
     definition: MessageDefinition, package: str, kind: str, whole: Definition, file: str | None
 ) -> type[Message]:
     """The class of a definition; the known one if it says the same."""
-    body = class_body(definition, registry.find, file)
+    body = class_body(definition, lookup.find, file)
     known: type[Message] | None = registry.known(definition.name)
     if known is not None:
         _check_same(known, definition, file)

@@ -15,11 +15,12 @@ import msgspec
 
 from actors.interfaces.annotations import read_class
 from actors.interfaces.errors import BadDeclaration, MessageTypeError
-from actors.interfaces.fields import STRINGS, Constant, Field
+from actors.interfaces.fields import STRINGS, Constant, FieldType
 from actors.interfaces.naming import closest, own_type_name
 from actors.interfaces.registry import register
 
 if TYPE_CHECKING:
+    import builtins
     from typing import Self
 
     StructMeta = msgspec.StructMeta
@@ -27,6 +28,24 @@ else:
     StructMeta = type(msgspec.Struct)
 
 __all__ = ["ActionType", "InterfaceClass", "Message", "ServiceType"]
+
+
+class Field(msgspec.Struct, frozen=True):
+    """One field of a message.
+
+    `default` is the default as plain data (a tuple for arrays) or None for the default of ROS: zero, empty, or the
+    default message. `message` is the class of a nested message, None for primitives.
+
+    It has no public constructor: `fields_of` gives those of a message class.
+    """
+
+    name: str
+    type: FieldType
+    default: Any = None
+    message: builtins.type[Message] | None = None
+
+    def __str__(self) -> str:
+        return f"{self.type} {self.name}" if self.default is None else f"{self.type} {self.name} {self.default!r}"
 
 
 class MessageBase(msgspec.Struct, frozen=True, kw_only=True, gc=False):
@@ -76,14 +95,15 @@ class MessageMeta(StructMeta):
             return super().__new__(mcls, name, bases, namespace, **options)
         _check_statement(name, bases, options)
         detached = namespace.pop("__ros_detached__", False)
-        fields, constants = read_class(name, namespace, _caller_names())
+        declared, constants = read_class(name, namespace, _caller_names())
+        fields = tuple(Field(*each) for each in declared)
         for field in fields:
             namespace[field.name] = _default_of(name, field, namespace.get(field.name))
         if "__ros_type__" not in namespace:
             namespace["__ros_type__"] = own_type_name(namespace.get("__module__", ""), name)
-        namespace["__ros_fields__"] = tuple(fields)
+        namespace["__ros_fields__"] = fields
         namespace["__ros_constants__"] = tuple(constants)
-        namespace["__post_init__"] = _check_later(name, tuple(fields), namespace.get("__post_init__"))
+        namespace["__post_init__"] = _check_later(name, fields, namespace.get("__post_init__"))
         arrays = tuple(field.name for field in fields if field.type.is_numeric_array)
         if arrays:
             namespace["__eq__"], namespace["__hash__"] = _equality(tuple(f.name for f in fields), arrays)

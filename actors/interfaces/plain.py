@@ -7,8 +7,8 @@ from typing import Any, TypeVar, cast
 
 from actors.checks import whole_text
 from actors.interfaces.errors import MessageTypeError, MessageValueError
-from actors.interfaces.fields import Field, FieldType
-from actors.interfaces.message import Message
+from actors.interfaces.fields import FieldType
+from actors.interfaces.message import Field, Message
 from actors.interfaces.naming import closest
 
 M = TypeVar("M", bound=Message)

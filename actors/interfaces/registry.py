@@ -1,24 +1,18 @@
-"""Every known type by its ROS name.
+"""Every known type by its ROS name, and the folders in which definitions are looked for.
 
 A type gets here when its class is created: by importing a generated module, by declaring a class, or by loading a
-definition at run time. A name that is asked for and not here is looked for in the known folders of definitions.
+definition at run time. `lookup` finds those that are not here yet.
 """
 
 from __future__ import annotations
 
-import importlib
 import os
-import re
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
-from actors.interfaces.errors import BadDeclaration, UnknownInterface
-from actors.interfaces.naming import KINDS, Kind, closest, full_name
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from actors.interfaces.message import ActionType, Message, ServiceType
+from actors.interfaces.errors import BadDeclaration
+from actors.interfaces.naming import KINDS, Kind
 
 
 class Folder(NamedTuple):
@@ -28,9 +22,7 @@ class Folder(NamedTuple):
     module: str | None
 
 
-_FULL: Final = re.compile(r"[A-Za-z]\w*(/[A-Za-z]\w*){2}\Z", re.ASCII)
 _types: dict[str, type[Any]] = {}
-_loading: list[str] = []
 _folders: list[Folder] = [Folder(os.path.join(os.path.dirname(__file__), "share"), "actors.interfaces")]
 
 
@@ -53,7 +45,7 @@ def register(cls: type[Any]) -> None:
     _types[name] = cls
 
 
-def known(name: str) -> Any:
+def known(name: str) -> type[Any] | None:
     """The class of a full name if it is in memory already, else None."""
     return _types.get(name)
 
@@ -114,105 +106,3 @@ def _names_in(path: str) -> Iterator[str]:
     for package in os.listdir(path) if os.path.isdir(path) else ():
         for kind in KINDS:
             yield from (f"{package}/{kind}/{file.stem}" for file in definition_files(os.path.join(path, package), kind))
-
-
-def get_message(name: str) -> type[Message]:
-    """The message class of `std_msgs/msg/String` or `std_msgs/String`, also of a part: `std_srvs/srv/SetBool_Request`.
-
-    Raises:
-        UnknownInterface: no such message. The text gives the closest names.
-    """
-    from actors.interfaces.message import Message
-
-    found: type[Message] = _get(name, "msg", Message)
-    return found
-
-
-def get_service(name: str) -> type[ServiceType[Any, Any]]:
-    """The service type of `std_srvs/srv/SetBool` (or `std_srvs/SetBool`), also of a part: `pkg/action/Move_SendGoal`.
-
-    Raises:
-        UnknownInterface: no such service. The text gives the closest names.
-    """
-    from actors.interfaces.message import ServiceType
-
-    found: type[ServiceType[Any, Any]] = _get(name, "srv", ServiceType)
-    return found
-
-
-def get_action(name: str) -> type[ActionType[Any, Any, Any]]:
-    """The action type of `example_interfaces/action/Fibonacci` (or `example_interfaces/Fibonacci`).
-
-    Raises:
-        UnknownInterface: no such action. The text gives the closest names.
-    """
-    from actors.interfaces.message import ActionType
-
-    found: type[ActionType[Any, Any, Any]] = _get(name, "action", ActionType)
-    return found
-
-
-def _get(name: str, kind: Kind, base: type[Any]) -> Any:
-    found = find(full_name(name, kind))
-    if found is None or not issubclass(found, base):
-        raise _unknown(name, kind, found)
-    return found
-
-
-def find(name: str) -> type[Any] | None:
-    """The class of a full name, or None. Imports the generated module or loads the definition if it must.
-
-    The name may be that of any peer: what is not ``package/kind/Name`` is no name, and leads to no file.
-    """
-    found = _types.get(name)
-    if found is not None or not _FULL.match(name):
-        return found
-    from actors.interfaces.derived import derive
-
-    definition = find_definition(name)
-    if definition is None:
-        return derive(name)
-    (_, module), file = definition
-    package, kind, leaf = name.split("/")
-    if module is not None and _import(f"{module}.{package}.{kind}") and name in _types:
-        return _types[name]
-    if f"{package}/{kind}/{leaf.partition('_')[0]}" not in _types:
-        _load_once(file, package)
-    return _types.get(name) or derive(name)
-
-
-def _load_once(file: str, package: str) -> None:
-    from actors.interfaces.loading import load_file
-    from actors.interfaces.parse import DefinitionError
-
-    if file in _loading:
-        raise DefinitionError("invalid_type_name", "the type contains itself", None, file)
-    _loading.append(file)
-    try:
-        load_file(file, package)
-    finally:
-        _loading.remove(file)
-
-
-def _import(module: str) -> bool:
-    try:
-        importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        if error.name is None or not module.startswith(error.name):
-            raise
-        return False
-    return True
-
-
-def _unknown(name: str, kind: Kind, found: object) -> UnknownInterface:
-    words = {"msg": "message", "srv": "service", "action": "action"}
-    if found is not None:
-        actual = full_name(name, kind).split("/")[1]
-        return UnknownInterface(f"{name} is not a {words[kind]} but belongs to {actual}; ask for it as such")
-    full = full_name(name, kind)
-    package = full.split("/")[0]
-    names = known_names()
-    if not any(known.startswith(f"{package}/") for known in names):
-        hint = closest(package, {known.split("/")[0] for known in names})
-        return UnknownInterface(f"unknown {words[kind]} {name!r}: no package {package!r} is known here.{hint}")
-    return UnknownInterface(f"unknown {words[kind]} {name!r}.{closest(full, names)}")

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final, NamedTuple
 
-from actors.interfaces import registry
+from actors.interfaces import lookup, registry
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.fields import FieldType
 from actors.interfaces.hashes import hash_of_definitions, type_hash
@@ -70,7 +70,7 @@ def recorded_type(name: str, encoding: str, text: str) -> type[Message]:
     builder = _Builder(name, _read(name, encoding, text))
     made = builder.type(name)
     for each in builder.made.values():
-        if registry.find(each.__ros_type__) is None:
+        if lookup.find(each.__ros_type__) is None:
             registry.register(each)
     return made
 
@@ -86,7 +86,7 @@ class _Builder:
     def type(self, name: str) -> type[Message]:
         if name in self.made:
             return self.made[name]
-        known = registry.find(name)
+        known = lookup.find(name)
         if name not in self._definitions:
             if known is None or not issubclass(known, Message):
                 raise DefinitionError("invalid_type_name", f"{name} is neither in its definition nor known here")
@@ -109,7 +109,7 @@ def _hash(name: str, definitions: Mapping[str, _Recorded]) -> str:
     def fields_of(each: str) -> Iterable[tuple[str, FieldType]]:
         if each in definitions:
             return [(field.name, field.type) for field in definitions[each].message.fields]
-        known = registry.find(each)
+        known = lookup.find(each)
         if known is None or not issubclass(known, Message):
             raise DefinitionError("invalid_type_name", f"{each} is neither in the definition of {name} nor known here")
         return [(field.name, field.type) for field in known.__ros_fields__]

@@ -10,10 +10,11 @@ from typing import Any, Literal, TypeAlias
 from actors.interfaces.errors import UnknownInterface
 from actors.interfaces.fields import FieldType
 from actors.interfaces.loading import read_file
+from actors.interfaces.lookup import find
 from actors.interfaces.message import InterfaceClass, Message, ServiceType
 from actors.interfaces.naming import closest, full_name
 from actors.interfaces.parse import DefinitionError, parse_type
-from actors.interfaces.registry import find, find_definition, known_names
+from actors.interfaces.registry import find_definition, known_names
 
 Comments: TypeAlias = Literal["top", "all", "none"]
 """Of which definitions the comments are shown: of the type itself, of the types in its fields as well, of none."""

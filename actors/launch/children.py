@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from actors.launch.errors import LaunchError
+from actors.launch.executables import Running
 from actors.launch.packages import NodeTarget
 from actors.launch.parameters import effective
 from actors.launch.plan import Job, NodeSpec, Process, Scope
-from actors.launch.program import Output, ProgramNode, Watcher, ros_arguments
+from actors.launch.program import Output, ProgramNode, ros_arguments
 from actors.names.names import fully_qualified
 from actors.qos.overriding import QOS_OVERRIDES
 from actors.running.options import with_arguments, with_own_arguments
@@ -78,13 +79,13 @@ async def nodes_of(job: Job, node: NodeSpec, warn: Warn) -> list[Spec]:
     return [named(spec, node, warn) for spec in specs]
 
 
-def program_of(job: Job, process: Process, output: Output, watcher: Watcher, folder: Path) -> Child:
-    """The process of a job."""
-    node = job.node
+def program_of(running: Running, process: Process, output: Output, folder: Path) -> Child:
+    """The process of an executable."""
+    node = running.job.node
     cmd = [*process.cmd, *(ros_arguments(node, folder) if node is not None else ())]
     whole = replace(process, cmd=cmd)
     stop = process.sigterm_timeout + process.sigkill_timeout + 1.0
-    return Child(ProgramNode, name=f"_{_node_name(job.label)}", args=(whole, output, watcher), stop=stop)
+    return Child(ProgramNode, name=f"_{_node_name(running.job.label)}", args=(whole, output, running), stop=stop)
 
 
 def named(spec: Spec, node: NodeSpec, warn: Warn) -> Spec:

@@ -9,14 +9,11 @@ from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import NamedTuple
 
 from actors.launch.errors import LaunchError, Line
 from actors.launch.packages import Packages
-
-if TYPE_CHECKING:
-    from actors.launch.actions.configuration import DeclareLaunchArgument
-    from actors.launch.substitution import Text
+from actors.launch.substitution import Text, perform
 
 
 @dataclass
@@ -33,12 +30,12 @@ class Scoped:
         return Scoped(dict(self.configurations), dict(self.environment), list(self.remaps), list(self.parameters))
 
 
-class Declared:
+class Declared(NamedTuple):
     """A launch argument that was met; `conditional` if it is declared only under a condition."""
 
-    def __init__(self, argument: DeclareLaunchArgument, conditional: bool) -> None:
-        self.argument = argument
-        self.conditional = conditional
+    description: str
+    default: Text | None
+    conditional: bool
 
 
 class LaunchContext:
@@ -123,17 +120,15 @@ class LaunchContext:
 
     def perform_substitution(self, substitution: Text) -> str:
         """The text that a substitution stands for."""
-        from actors.launch.substitution import perform
-
         return perform(self, substitution)
 
-    def extend_globals(self, values: Mapping[str, Any]) -> None:
+    def extend_globals(self, values: Mapping[str, object]) -> None:
         """Make values visible to all substitutions from here on."""
         vars(self.locals).update(values)
 
     extend_locals = extend_globals
 
-    def get_locals_as_dict(self) -> dict[str, Any]:
+    def get_locals_as_dict(self) -> dict[str, object]:
         """What `locals` holds."""
         return dict(vars(self.locals))
 

@@ -6,6 +6,8 @@ import os
 from inspect import currentframe
 from typing import Final, NamedTuple
 
+from actors.errors import ActorError
+
 _OURS: Final = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
 
 
@@ -38,6 +40,14 @@ class SubstitutionFailure(LaunchError):
 
 class ConditionError(LaunchError, ValueError):
     """The text of a condition is neither true nor false."""
+
+
+class ProcessDied(ActorError):
+    """A process ended with another exit code than 0; a negative one is the number of the signal that ended it."""
+
+    def __init__(self, returncode: int, command: str) -> None:
+        super().__init__(f"process has died [exit code {returncode}, cmd '{command}']")
+        self.returncode = returncode
 
 
 def user_line() -> Line | None:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from io import StringIO
 from typing import Any
 
+from actors.launch.errors import ProcessDied
 from actors.launch.plan import Item, Job, Process, Scope
-from actors.launch.program import ProcessDied
 from actors.logs import LogRecord, ros_console_sink
 
 SHOWN = ("screen", "both", "full")

@@ -16,7 +16,7 @@ from actors.launch.actions.nodes import LifecycleNode
 from actors.launch.children import job_supervisor, named, nodes_of, program_of
 from actors.launch.containers import COMPONENTS, ComponentContainer, load
 from actors.launch.entity import LaunchDescriptionEntity, evaluate, listed
-from actors.launch.errors import LaunchError
+from actors.launch.errors import LaunchError, ProcessDied
 from actors.launch.executables import Running, console_line, flattened, shows_stdout
 from actors.launch.lifecycle import UP, follow, take_through, transit
 from actors.launch.packages import Program
@@ -32,7 +32,7 @@ from actors.launch.plan import (
     Transitions,
     Unregister,
 )
-from actors.launch.program import ProcessDied, ProgramNode
+from actors.launch.program import ProgramNode
 from actors.launch.requests import Requests
 from actors.launch.shim import shim
 from actors.logs import INFO, LogRecord
@@ -220,7 +220,7 @@ class Launcher(Node):
             def output(line: bytes, stdout: bool) -> None:
                 self._output(running, line, stdout)
 
-            return [program_of(job, job.process, output, running, Path(self._folder.name))]
+            return [program_of(running, job.process, output, Path(self._folder.name))]
         if node.container and node.found is None:
             context = job.context
             container = Child(ComponentContainer, args=(context.packages, context.stand_ins))

@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from actors.launch.actions.includes import include_file
 from actors.launch.children import scope_supervisor
 from actors.launch.context import LaunchContext
 from actors.launch.errors import LaunchError
 from actors.launch.launcher import Launcher
+from actors.launch.loading import include_file
 from actors.launch.looking import looking
 from actors.launch.packages import Packages
 from actors.launch.plan import Scope
@@ -101,9 +101,9 @@ def arguments_text(context: LaunchContext) -> str:
     lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
     for name, declared in context.declared.items():
         lines += ["", f"    {name!r}:{' *' if declared.conditional else ''}"]
-        lines += [f"        {line}" for line in declared.argument.description.splitlines()]
-        if declared.argument.default_value is not None:
-            lines.append(f"        (default: {shown(declared.argument.default_value)})")
+        lines += [f"        {line}" for line in declared.description.splitlines()]
+        if declared.default is not None:
+            lines.append(f"        (default: {shown(declared.default)})")
     if not context.declared:
         lines += ["", "  No arguments."]
     if any(declared.conditional for declared in context.declared.values()):

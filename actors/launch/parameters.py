@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast, get_args, get_origin
 
 from actors.launch.errors import LaunchError, SubstitutionFailure
 from actors.launch.substitution import Substitution, Text, as_bool, normalized, perform, shown, yaml_value
+from actors.launch.substitutions.grammar import parse_substitution
 from actors.parameters.files import ALL_NODES, PARAMETERS, InvalidParams, ParameterOverrides
 
 if TYPE_CHECKING:
@@ -82,8 +83,6 @@ class ParameterFile:
         if (isinstance(self.allow_substs, bool) and self.allow_substs) or (
             not isinstance(self.allow_substs, bool) and as_bool(context, self.allow_substs)
         ):
-            from actors.launch.frontend.grammar import parse_substitution
-
             text = perform(context, parse_substitution(text))
         if flat and PARAMETERS not in text and isinstance(values := yaml_value(text), dict):
             return Layer(_flat(context, cast("dict[Text, Any]", values)))

@@ -9,9 +9,10 @@ import signal
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-from actors.errors import ActorError
+from actors.launch.errors import ProcessDied
+from actors.launch.executables import Running
 from actors.launch.parameters import Layer
 from actors.launch.plan import NodeSpec, Process
 from actors.names.names import fully_qualified
@@ -30,22 +31,6 @@ LAST_WORDS = 1.0
 """Seconds after the end of a process for which the end of its output is waited for: those that it started and left behind hold it open."""
 LINE_LIMIT = 2**20
 """The longest line of a process that is passed on as a whole, in bytes."""
-
-
-class Watcher(Protocol):
-    """Is told of the start and of the end of a process."""
-
-    def started(self, pid: int, /) -> None: ...
-
-    def finished(self, returncode: int, /) -> None: ...
-
-
-class ProcessDied(ActorError):
-    """A process ended with another exit code than 0; a negative one is the number of the signal that ended it."""
-
-    def __init__(self, returncode: int, command: str) -> None:
-        super().__init__(f"process has died [exit code {returncode}, cmd '{command}']")
-        self.returncode = returncode
 
 
 class _Pipe:
@@ -100,10 +85,10 @@ class ProgramNode(Node):
 
     no_replay = "runs a program, which no journal carries"
 
-    def __init__(self, process: Process, output: Output, watcher: Watcher) -> None:
+    def __init__(self, process: Process, output: Output, running: Running) -> None:
         self.process = process
         self.output = output
-        self.watcher = watcher
+        self.running = running
 
     async def on_start(self) -> None:
         process = self.process
@@ -127,7 +112,7 @@ class ProgramNode(Node):
             asyncio.ensure_future(self._read(output.stream, stdout))
             for output, stdout in zip(outputs, (True, False), strict=True)
         ]
-        self.watcher.started(self.pid)
+        self.running.started(self.pid)
 
     async def _spawned(self, stdout: _Pipe, stderr: _Pipe) -> asyncio.subprocess.Process:
         process = self.process
@@ -185,7 +170,7 @@ class ProgramNode(Node):
         for output in self._outputs:
             output.close()  # which ends the reading, too, where one that has left the group still holds it
         await asyncio.gather(*self._readers)
-        self.watcher.finished(code)
+        self.running.finished(code)
         return code
 
     async def _read(self, stream: asyncio.StreamReader, stdout: bool) -> None:

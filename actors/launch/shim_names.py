@@ -55,7 +55,7 @@ _ACTIONS = {
     **_ENVIRONMENT,
     **_EVENT_ACTIONS,
     **_from("actions.groups", "ForEach", "ForLoop", "GroupAction", "OpaqueFunction"),
-    **_from("actions.includes", "IncludeLaunchDescription"),
+    **_from("loading", "IncludeLaunchDescription"),
     **_from("actions.processes", "ExecuteProcess"),
     "ExecuteLocal": "actions.processes:ExecuteProcess",
 }
@@ -72,7 +72,7 @@ _PROCESS_EVENTS = _from(
     "ProcessExited", "ProcessIO", "ProcessStarted", "ProcessStderr", "ProcessStdout", "ShutdownProcess", "SignalProcess", "matches_executable",
     "matches_name", "matches_pid",
 )  # fmt: skip
-_SOURCE = "actions.includes:LaunchDescriptionSource"
+_SOURCE = "loading:LaunchDescriptionSource"
 _SOURCES = {
     "AnyLaunchDescriptionSource": _SOURCE,
     "FrontendLaunchDescriptionSource": _SOURCE,

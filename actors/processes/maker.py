@@ -2,29 +2,34 @@
 
 from __future__ import annotations
 
+import asyncio
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from msgspec import structs
 
 from actors.errors import DeclarationError
 from actors.processes.life import ProcessLife
-from actors.processes.messages import CrashAsked
+from actors.processes.messages import MOST_BEAT_SECONDS, CrashAsked
 from actors.processes.parent import ParentSide
+from actors.processes.pickling import pack, unpack
 from actors.processes.rendezvous import Rendezvous
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.processes.flights import Recorder
+    from actors.processes.hosted import HostedTree
     from actors.processes.life import Launch, Process
     from actors.processes.messages import Event, Order
     from actors.processes.prefork import PreforkPool
+    from actors.processes.simulated import SimulatedProcess
     from actors.processes.spawned import Started
     from actors.runtime.runtime import Runtime
     from actors.supervision.child import Child
     from actors.supervision.declarations import Supervisor
     from actors.transport.protocol import Transport
+    from actors.transport.simulated.session import SimulatedTransport
 
 
 class Processes:
@@ -81,8 +86,6 @@ class Processes:
             return await self._elsewhere(order, take)
         await self._rendezvous.open()
         if self._runtime.clock.virtual:
-            from actors.processes.simulated import simulate
-
             return await simulate(order, take)
         from actors.processes.spawned import spawn
 
@@ -98,3 +101,29 @@ class Processes:
             self._prefork = PreforkPool(supervisor.spec, supervisor.path, order)
             self._runtime.observers.closing.append(self._prefork.close)
         return self._prefork.take(order)
+
+
+async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess[HostedTree]:
+    """Launch a simulated process for `order`; `take` gets what it tells. Its declaration is copied, as that of a real one is.
+
+    On another machine it tells of its nodes as often as a real one does: that may end without a last word. Otherwise, when something changes.
+    """
+    from actors.processes.hosted import HostedTree
+    from actors.processes.simulated import SimulatedProcess
+
+    transport = cast("SimulatedTransport", order.transport())
+    copied = structs.replace(order, spec=unpack(pack(order.spec)))
+
+    def host(tell: Callable[[Event], None]) -> HostedTree:
+        return HostedTree(copied, transport, tell, lambda runtime: Processes(runtime, transport, order.recorders))
+
+    process = SimulatedProcess(transport.process, host, take, transport.crash)
+    if order.placement.away:
+        _beat(process)
+    return process
+
+
+def _beat(process: SimulatedProcess[HostedTree]) -> None:
+    if not process.ended.done():
+        process.hosted.tell_nodes()
+        asyncio.get_running_loop().call_later(MOST_BEAT_SECONDS, _beat, process)

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar, cast
-
-from msgspec import structs
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from actors.errors import ProcessDied, described
-from actors.processes.messages import MOST_BEAT_SECONDS, Event, Opaque, Order, Request
-from actors.processes.pickling import pack, unpack
+from actors.processes.messages import Event, Opaque, Request
+from actors.processes.pickling import unpack
 
 if TYPE_CHECKING:
-    from actors.processes.hosted import HostedTree
-    from actors.transport.simulated.session import SimulatedTransport
+    pass
 
 
 class Hosted(Protocol):
@@ -36,32 +33,6 @@ class Hosted(Protocol):
 
 
 H = TypeVar("H", bound=Hosted)
-
-
-async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess[HostedTree]:
-    """Launch a simulated process for `order`; `take` gets what it tells. Its declaration is copied, as that of a real one is.
-
-    On another machine it tells of its nodes as often as a real one does: that may end without a last word. Otherwise, when something changes.
-    """
-    from actors.processes.hosted import HostedTree
-    from actors.processes.maker import Processes
-
-    transport = cast("SimulatedTransport", order.transport())
-    copied = structs.replace(order, spec=unpack(pack(order.spec)))
-
-    def host(tell: Callable[[Event], None]) -> HostedTree:
-        return HostedTree(copied, transport, tell, lambda runtime: Processes(runtime, transport, order.recorders))
-
-    process = SimulatedProcess(transport.process, host, take, transport.crash)
-    if order.placement.away:
-        _beat(process)
-    return process
-
-
-def _beat(process: SimulatedProcess[HostedTree]) -> None:
-    if not process.ended.done():
-        process.hosted.tell_nodes()
-        asyncio.get_running_loop().call_later(MOST_BEAT_SECONDS, _beat, process)
 
 
 class SimulatedProcess(Generic[H]):

@@ -17,8 +17,7 @@ from actors.runtime.interceptor import Interceptor
 if TYPE_CHECKING:
     from actors.actions.client import SentGoals
     from actors.actions.peers import ActionPeer, GoalFollower, Outcome
-    from actors.actions.requests import GoalRequest
-    from actors.actions.server import ActionServer, ServedGoals
+    from actors.actions.server import ActionServer, GoalRequest, ServedGoals
     from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
     from actors.inbox.inbox import Inbox
     from actors.replay.journaled_loop import Callback

@@ -24,8 +24,8 @@ from typing import Any, Final, cast
 import msgspec
 
 from actors.errors import described
+from actors.interfaces.lookup import get_message
 from actors.interfaces.message import Message
-from actors.interfaces.registry import get_message
 from actors.pickle_bounds import BoundedUnpickler, Steps, UnreadablePickle, check_extent
 from actors.replay.errors import ReplayError
 from actors.runtime.node import Node

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from actors.actions.driver import Host
     from actors.actions.goals import GoalRecord
     from actors.actions.peers import GoalFollower, Outcome
-    from actors.actions.requests import GoalRequest
-    from actors.actions.server import ActionServer, ServedGoals
+    from actors.actions.server import ActionServer, GoalRequest, ServedGoals
     from actors.services.client import Client
     from actors.services.introspection import CallId
     from actors.services.peers import Caller, ServiceCall, ServicePeer, Submit

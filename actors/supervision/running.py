@@ -26,7 +26,7 @@ from actors.supervision.events import (
 from actors.supervision.executor import Caller, Executor
 from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, ChildState, Counts, Down
-from actors.supervision.seam import ChildStatus, Life, Runtime, is_subtree
+from actors.supervision.seam import Life, Runtime, is_subtree
 from actors.supervision.watching import complete_on_end, share_fate
 
 Path: TypeAlias = str | Sequence[str]
@@ -179,8 +179,8 @@ class RunningSupervisor(metaclass=NoPublicConstructor):
         """How many restarts counted for the restart intensity at the last restart."""
         return len(self._children.window.times)
 
-    def statuses(self) -> dict[str, ChildStatus]:
-        """The status of each child by its id, in start order. A status shows the state at the moment at which it is read."""
+    def statuses(self) -> dict[str, Entry]:
+        """What is known of each child by its id, in start order, to be read only."""
         return dict(self._children.entries)
 
     def below(self) -> Iterator[RunningSupervisor]:

@@ -1,4 +1,4 @@
-"""The Protocols between a supervisor and the system around it: the life of a child, the source of lives, and the status of a child.
+"""The Protocols between a supervisor and the system around it: the life of a child, and the source of lives.
 
 The two meet through these Protocols only, so that either can be replaced (a seam, as Feathers calls it). The state of a child is
 stored in one place, its supervisor; all that show it derive it from there, by `RunningSupervisor.state_of`.
@@ -6,7 +6,6 @@ stored in one place, its supervisor; all that show it derive it from there, by `
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Sequence
 from random import Random
 from typing import Protocol, TypeGuard
@@ -22,25 +21,6 @@ class Declared(Protocol):
 
     @property
     def spec(self) -> Spec: ...
-
-
-class ChildStatus(Protocol):
-    """The status of one child, to be read: each property shows the present state."""
-
-    @property
-    def state(self) -> ChildState:
-        """The state of the child, as in `children()`."""
-        ...
-
-    @property
-    def number(self) -> int:
-        """How many lives the child has had since its supervisor began to run, the present one included."""
-        ...
-
-    @property
-    def task(self) -> asyncio.Task[None] | None:
-        """The task of the child's present life; None between lives."""
-        ...
 
 
 class Life(Protocol):

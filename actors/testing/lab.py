@@ -16,7 +16,7 @@ Each host is a `Rig`. When the test ends, all systems are stopped, and what one 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal
@@ -25,9 +25,9 @@ from actors.suggest import did_you_mean
 from actors.supervision.declarations import Supervisor
 from actors.system import System
 from actors.testing.failures import UnexpectedFailure
+from actors.testing.fault_values import OF_NETWORK, ON_LINKS
 from actors.testing.leaks import Leak
 from actors.testing.rig import Rig, quiet, virtual_loop
-from actors.testing.simulation.injection import NetworkFaults
 from actors.transport.simulated.conditions import LAN, Conditions
 from actors.transport.simulated.network import Network
 
@@ -83,7 +83,7 @@ class Lab:
         self._machines: dict[str, _Machine] = {}
         self._router = False
         self._tasks: list[asyncio.Task[None]] = []
-        self._faults = NetworkFaults(self, self._network, faults)
+        self._faults = _NetworkFaults(self, self._network, faults)
 
     # -- hosts --------------------------------------------------------------------------------------------------------------
 
@@ -293,3 +293,98 @@ def _at_host(line: str, host: str) -> str:
     """A log line, perhaps with a traceback below, with the name of a host."""
     first, newline, rest = line.partition("\n")
     return f"{first} host={host}{newline}{rest}"
+
+
+class _NetworkFaults:
+    """The faults of one run. A fault that names a host which is not there yet, or is down, does nothing.
+
+    Invariants: a link is as the faults that are now `_active` on it make it, and as usual without any; so where faults overlap, none of
+    them ends early. After `end` nothing happens any more.
+    """
+
+    def __init__(self, lab: Lab, network: Network, faults: Sequence[Fault]) -> None:
+        self._lab = lab
+        self._network = network
+        self._active: list[Fault] = []
+        now = lab.loop.time()
+        self._timers: list[asyncio.TimerHandle] = [
+            lab.loop.call_at(now + fault.nth / 1000, self._begin, fault) for fault in faults if fault.kind in OF_NETWORK
+        ]
+
+    def end(self) -> None:
+        """End all faults. Hosts that are down stay down."""
+        for timer in self._timers:
+            timer.cancel()
+        self._timers.clear()
+        for fault in tuple(self._active):
+            self._lift(fault)
+
+    def _begin(self, fault: Fault) -> None:
+        lab, kind, target = self._lab, fault.kind, fault.target
+        if kind in ON_LINKS:
+            if all(host in lab.hosts for host in _ends_of(target)):
+                self._active.append(fault)
+                self._set_links(target)
+                self._later(fault, self._lift, fault)
+        elif kind == "router-stop":
+            self._active.append(fault)
+            self._network.stop_router()
+            self._later(fault, self._lift, fault)
+        elif not lab.is_up(target):
+            pass
+        elif kind == "host-crash":
+            lab.crash(target)
+            self._later(fault, lab.reboot_soon, target)
+        else:
+            lab.shift_clock(target, fault.by)
+
+    def _later(self, fault: Fault, act: Any, *arguments: object) -> None:
+        self._timers.append(self._lab.loop.call_later(fault.by, act, *arguments))
+
+    def _lift(self, fault: Fault) -> None:
+        self._active.remove(fault)
+        if fault.kind in ON_LINKS:
+            self._set_links(fault.target)
+        elif not any(other.kind == fault.kind for other in self._active):
+            self._network.start_router()
+
+    def _set_links(self, target: str) -> None:
+        network = self._network
+        for source, end in _directions_of(target):
+            here = [fault for fault in self._active if (source, end) in _directions_of(fault.target)]
+            link = network.link(source, end)
+            network.impair(source, end, _worse(link.usual, here), one_way=True)
+            cut = any(fault.kind == "cut" for fault in here)
+            if cut and not link.is_cut:
+                network.cut(source, end, one_way=True)
+            elif link.is_cut and not cut:
+                network.heal(source, end, one_way=True)
+
+
+def _ends_of(target: str) -> tuple[str, str]:
+    """The hosts that a link as ``robot=desk`` or ``robot>desk`` joins."""
+    one, _, other = target.partition("=" if "=" in target else ">")
+    return one, other
+
+
+def _directions_of(target: str) -> Iterator[tuple[str, str]]:
+    """The directions of a link that a fault of it concerns."""
+    if any(sign in target for sign in "=>"):
+        one, other = _ends_of(target)
+        yield one, other
+        if "=" in target:
+            yield other, one
+
+
+def _worse(conditions: Conditions, faults: Sequence[Fault]) -> Conditions:
+    """The conditions of a link with these faults of it."""
+    for fault in faults:
+        if fault.kind == "link-loss":
+            conditions = replace(conditions, loss=max(conditions.loss, fault.size))
+        elif fault.kind == "link-delay":
+            conditions = replace(conditions, jitter=conditions.jitter + fault.size)
+        elif fault.kind == "link-duplicate":
+            conditions = replace(conditions, duplication=max(conditions.duplication, fault.size))
+        elif fault.kind == "link-reorder":
+            conditions = replace(conditions, reordering=max(conditions.reordering, fault.size))
+    return conditions

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from actors.checks import NoPublicConstructor, create
 from actors.errors import Ended, WrongThread, WrongType, described
-from actors.topics.endpoint import Endpoint
-from actors.topics.events import EventStream
+from actors.topics.endpoint import Endpoint, EventStream
 
 if TYPE_CHECKING:
     from actors.interfaces.cdr import Bytes

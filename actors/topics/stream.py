@@ -11,7 +11,7 @@ from actors.checks import NoPublicConstructor, create
 from actors.errors import CallTimeout, Ended
 from actors.inbox.expiring import ExpiringMessage
 from actors.time.deadlines import check_timeout
-from actors.topics.events import EventStream, close_forgotten
+from actors.topics.endpoint import EventStream, close_forgotten
 from actors.topics.subscription import Subscription
 from actors.waiting import wake
 

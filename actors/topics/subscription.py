@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 from actors.checks import create
 from actors.inbox.boundary import asked
 from actors.inbox.expiring import ExpiringMessage
-from actors.topics.endpoint import Endpoint, nanoseconds
-from actors.topics.events import EventStream
+from actors.topics.endpoint import Endpoint, EventStream, nanoseconds
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from asyncio import current_task
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
-from actors.actions.requests import GoalRequest
+from actors.actions.server import GoalRequest
 from actors.services.server import Request
 from actors.transport.format.extensions import Waiting
 

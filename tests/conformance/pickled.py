@@ -7,7 +7,7 @@ import io
 import pickle
 from typing import Any
 
-from actors.interfaces import decode, encode, registry
+from actors.interfaces import decode, encode, lookup, registry
 from actors.interfaces.message import Message
 
 
@@ -29,7 +29,7 @@ def dumps(thing: Any) -> bytes:
 
 def type_of(name: str) -> Any:
     """The type of a full ROS name, also of a part of an action."""
-    found = registry.find(name)
+    found = lookup.find(name)
     if found is None:  # a part that is made when it is first asked for
         importlib.import_module("tests.conformance.checks.action_status")
         found = registry.known(name)

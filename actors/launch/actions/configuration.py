@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from actors.launch.context import Declared
+from actors.launch.context import Declared, LaunchContext
 from actors.launch.entity import Action
 from actors.launch.errors import LaunchError
 from actors.launch.parameters import value_of
@@ -14,7 +14,6 @@ from actors.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
-    from actors.launch.context import LaunchContext
     from actors.launch.plan import Scope
 
 
@@ -43,7 +42,7 @@ class DeclareLaunchArgument(Action):
         """Remember for `--show-args` that this argument is declared."""
         known = context.declared.get(self.name)
         if known is None or (known.conditional and not conditional):
-            context.declared[self.name] = Declared(self, conditional)
+            context.declared[self.name] = Declared(self.description, self.default_value, conditional)
 
     def note_arguments(self, context: LaunchContext) -> None:
         self.remember(context, conditional=True)

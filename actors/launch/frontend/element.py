@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from actors.launch.errors import LaunchError, Line
-from actors.launch.frontend.grammar import parse_substitution
 from actors.launch.substitution import Substitution
+from actors.launch.substitutions.grammar import parse_substitution
 from actors.suggest import did_you_mean
 
 

@@ -13,9 +13,9 @@ from actors.launch.actions.processes import ExecuteProcess
 from actors.launch.conditions import IfCondition, UnlessCondition
 from actors.launch.entity import Action
 from actors.launch.frontend.element import Element, Unquoted, plain
-from actors.launch.frontend.grammar import parse_command_line, parse_substitution
 from actors.launch.parameters import ParameterFile, ParameterValue
 from actors.launch.substitution import Substitution, TextSubstitution, yaml_value
+from actors.launch.substitutions.grammar import parse_command_line, parse_substitution
 from actors.parameters.files import plain_scalar
 from actors.suggest import did_you_mean
 

@@ -36,12 +36,12 @@ from actors.launch.actions.events import (
     TimerAction,
 )
 from actors.launch.actions.groups import ForEach, ForLoop, GroupAction
-from actors.launch.actions.includes import IncludeLaunchDescription
 from actors.launch.conditions import Condition, IfCondition, UnlessCondition
 from actors.launch.entity import Action, LaunchDescription
 from actors.launch.errors import LaunchError
 from actors.launch.frontend.element import Element
 from actors.launch.frontend.node_tags import NODE_TAGS, Joined
+from actors.launch.loading import IncludeLaunchDescription
 from actors.suggest import did_you_mean
 
 

@@ -6,15 +6,13 @@ from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
-from actors.launch.entity import LaunchDescription
 from actors.launch.errors import LaunchError, Line
 from actors.launch.frontend.element import Element
-from actors.launch.frontend.tags import description_of
 from actors.yaml_bounds import DEEPEST
 
 
-def read_xml(path: Path) -> LaunchDescription:
-    """The launch description in an XML file. Raises `LaunchError`, with the line.
+def read_xml(path: Path) -> Element:
+    """The root element of a launch file in XML. Raises `LaunchError`, with the line.
 
     Entities that a document defines itself are refused: they can grow without bound.
     """
@@ -26,7 +24,7 @@ def read_xml(path: Path) -> LaunchDescription:
     root = reader.root
     if root.tag != "launch":
         raise root.error(f"a launch file begins with <launch>, not with <{root.tag}>")
-    return description_of(root)
+    return root
 
 
 class _Reader:

@@ -5,16 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from actors.launch.entity import LaunchDescription
 from actors.launch.errors import LaunchError, Line
 from actors.launch.frontend.element import Element, Unquoted
-from actors.launch.frontend.tags import description_of
 from actors.parameters.ros_yaml import PLAIN, loader
 from actors.yaml_bounds import check_yaml
 
 
-def read_yaml(path: Path) -> LaunchDescription:
-    """The launch description in a YAML file. Raises `LaunchError`, with the line."""
+def read_yaml(path: Path) -> Element:
+    """The root element of a launch file in YAML. Raises `LaunchError`, with the line."""
     import yaml  # late: few programs launch
 
     try:
@@ -27,7 +25,7 @@ def read_yaml(path: Path) -> LaunchDescription:
         root = reader.get_single_node()
         if root is None:
             raise LaunchError("the file is empty: it needs a list under the key 'launch'", Line(str(path), 1))
-        return description_of(_Reader(path, reader).root(root))
+        return _Reader(path, reader).root(root)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = Line(str(path), mark.line + 1 if mark is not None else 1)

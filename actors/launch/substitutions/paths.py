@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from actors.launch.errors import LaunchError, SubstitutionFailure
 from actors.launch.packages import Program
+from actors.launch.packages_api import context_here
 from actors.launch.substitution import Substitution, Text, normalized, perform, shown
 
 if TYPE_CHECKING:
@@ -71,8 +72,6 @@ class FindPackage(PathSubstitution):
 
     def find(self, package_name: str) -> str:
         """The folder of another package, at once. Raises `LaunchError`."""
-        from actors.launch.packages_api import context_here
-
         context = context_here()
         return context.look_up(lambda: str(self.folder(context, package_name)), f"$({self.word} {package_name})")
 

@@ -16,13 +16,12 @@ from actors.checks import NoPublicConstructor, create
 from actors.errors import described
 from actors.launch import events
 from actors.launch.actions.events import RegisterEventHandler
-from actors.launch.actions.includes import IncludeLaunchDescription, LaunchDescriptionSource
 from actors.launch.context import LaunchContext
 from actors.launch.entity import LaunchDescription, evaluate
 from actors.launch.errors import LaunchError
 from actors.launch.handlers import EventHandler, OnProcessExit, OnProcessIO, OnProcessStart
 from actors.launch.launching import arguments_text
-from actors.launch.loading import load_module
+from actors.launch.loading import IncludeLaunchDescription, LaunchDescriptionSource, load_module
 from actors.launch.packages import Packages
 from actors.launch.plan import Scope
 from actors.launch.service import LaunchService

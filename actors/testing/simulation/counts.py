@@ -10,7 +10,7 @@ from actors.supervision.child_task import ChildTask
 
 if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
-    from actors.supervision.seam import ChildStatus
+    from actors.supervision.entry import Entry
     from actors.system import System
 
 
@@ -51,11 +51,11 @@ def _known(system: System) -> set[object]:
     return known
 
 
-def _running(children: Iterable[ChildStatus]) -> set[object]:
+def _running(children: Iterable[Entry]) -> set[object]:
     return {status.task for status in children if status.task is not None and not status.task.done()}
 
 
-def _miscounted(record: NodeRecord, status: ChildStatus, leaked: bool) -> Iterator[str]:
+def _miscounted(record: NodeRecord, status: Entry, leaked: bool) -> Iterator[str]:
     where = "/".join(record.path)
     if record.life is not None and status.task is None and not leaked:
         yield f"{where} is {status.state} for its supervisor, and an incarnation of it has not ended"

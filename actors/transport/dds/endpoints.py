@@ -7,6 +7,7 @@ import struct
 from collections import Counter, deque
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Final, Literal, NamedTuple, TypeAlias
 
@@ -14,7 +15,10 @@ from actors.transport.dds import library as native
 from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.library import DATA_AVAILABLE, TIMEOUT, Library
 from actors.transport.dds.qos import POLICIES, the_qos
-from actors.transport.dds.within import Within
+from actors.transport.dds.reading import Reading, Report
+from actors.transport.dds.sending import Sending
+from actors.transport.wakeup import Wakeup
+from actors.transport.worker import Worker
 
 KEEP_ALL: Final = 64 * 1024 * 1024
 """The bytes that wait at most in an endpoint that may not drop, on their way to the loop or from it. Then it drops nevertheless."""
@@ -83,6 +87,32 @@ _OF_READERS: Final[_Status] = {
     1 << 10: ("liveliness_changed", "dds_get_liveliness_changed_status"),
 }
 """In the order in which they are told: who is matched comes first."""
+
+
+@dataclass
+class Within:
+    """What the endpoints of a participant share."""
+
+    library: Library
+    participant: int
+    wakeup: Wakeup
+    reading: Reading
+    sending: Sending
+    worker: Worker
+    report: Report
+    guids: dict[int, bytes] = field(default_factory=dict[int, bytes])
+    """The GUID of each endpoint of others, by its instance handle."""
+    swapped: set[bytes] = field(default_factory=set[bytes])
+    """How the GUIDs begin of participants whose samples are big-endian, though Cyclone DDS says otherwise."""
+    endpoints: set[Reader | Writer] = field(default_factory=lambda: set["Reader | Writer"]())
+
+    def forget(self, endpoint: Reader | Writer) -> None:
+        """It is being closed."""
+        self.endpoints.discard(endpoint)
+
+    def delete(self, entity: int) -> None:
+        """Delete an entity of the library, which may wait. From any thread."""
+        self.worker.do(lambda: self.library.dds_delete(entity))
 
 
 class Endpoint:

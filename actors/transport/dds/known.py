@@ -12,7 +12,7 @@ from functools import partial
 from hashlib import blake2b
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.interfaces import registry
+from actors.interfaces import lookup, registry
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.hashes import type_hash
 from actors.transport.dds.format.names import Role, RosNames, parse_names
@@ -299,5 +299,5 @@ def _type_here(name: str) -> Any:
     known = registry.known(name)
     if known is None:
         with suppress(InterfaceError, ImportError):
-            known = registry.find(name)
+            known = lookup.find(name)
     return known

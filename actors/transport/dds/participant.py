@@ -12,12 +12,11 @@ from typing import Final, NamedTuple
 
 from actors.transport.dds.config import DdsConfig, domain_settings
 from actors.transport.dds.discovery import Discovery, Events, RemoteParticipant
-from actors.transport.dds.endpoints import Reader, Sample, Status, Writer
+from actors.transport.dds.endpoints import Reader, Sample, Status, Within, Writer
 from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.library import Library, load, reason
 from actors.transport.dds.reading import Reading, Report
 from actors.transport.dds.sending import Sending
-from actors.transport.dds.within import Within
 from actors.transport.protocol import WireUnavailable
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker

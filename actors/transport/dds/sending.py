@@ -5,31 +5,18 @@ from __future__ import annotations
 import threading
 import time
 from queue import Empty, SimpleQueue
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 from actors.transport.dds.library import Vector
+
+if TYPE_CHECKING:
+    from actors.transport.dds.endpoints import Writer
 
 _ROUND: Final = 0.002
 """Seconds after which full writers are tried again, if none of their readers is faster."""
 
 LINGERS: Final = 1.0
 """Seconds for which a writer that is closed still writes what waits."""
-
-
-class Waiting(Protocol):
-    """A writer, as the thread sees it."""
-
-    def write_next(self, vector: Vector) -> bool:
-        """Write what waits, until there is nothing left, or no room. Returns whether nothing is left."""
-        ...
-
-    def wait(self, seconds: float) -> None:
-        """Wait until all readers have acknowledged everything, but no longer than `seconds`."""
-        ...
-
-    def end(self) -> None:
-        """Drop what still waits, and have it deleted."""
-        ...
 
 
 class Sending:
@@ -39,15 +26,15 @@ class Sending:
     """
 
     def __init__(self) -> None:
-        self._asked: SimpleQueue[tuple[Waiting, bool] | None] = SimpleQueue()
+        self._asked: SimpleQueue[tuple[Writer, bool] | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="dds sending", daemon=True)
         self._thread.start()
 
-    def write(self, writer: Waiting) -> None:
+    def write(self, writer: Writer) -> None:
         """Write what waits in `writer`."""
         self._asked.put((writer, False))
 
-    def close(self, writer: Waiting) -> None:
+    def close(self, writer: Writer) -> None:
         """Write what waits in `writer`, for a second at most, and end it."""
         self._asked.put((writer, True))
 
@@ -58,8 +45,8 @@ class Sending:
 
     def _run(self) -> None:
         vector = Vector()
-        full: dict[Waiting, None] = {}
-        closing: dict[Waiting, float] = {}
+        full: dict[Writer, None] = {}
+        closing: dict[Writer, float] = {}
         ending = False
         while not (ending and not closing):
             try:

@@ -11,8 +11,9 @@ from typing import Any, Final, NamedTuple
 
 from actors.interfaces import definition_text, get_action, get_message, get_service, known_names
 from actors.interfaces.generate import main as write_modules
+from actors.interfaces.lookup import find
 from actors.interfaces.naming import KINDS, closest, full_name
-from actors.interfaces.registry import find, find_definition
+from actors.interfaces.registry import find_definition
 from actors.interfaces.text import PARTS
 from cli.command import CommandFailed, Exit
 from cli.graph.seen import Seen, seen

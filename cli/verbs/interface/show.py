@@ -76,8 +76,8 @@ def _only_one(last: str) -> str:
 def _found(options: argparse.Namespace) -> Any:
     """The type that is asked for, whichever kind it is of."""
     from actors.interfaces import InterfaceError, known_names
+    from actors.interfaces.lookup import find
     from actors.interfaces.naming import closest, full_name
-    from actors.interfaces.registry import find
     from cli.graph.types import learn_folders
 
     learn_folders(options)

@@ -10,7 +10,7 @@ import pytest
 from actors.interfaces import InterfaceError, get_message, learning
 from actors.interfaces.describing import described
 from actors.interfaces.learning import define, definitions_of, read
-from actors.interfaces.registry import find
+from actors.interfaces.lookup import find
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.type_description_interfaces.msg import (
     Field,

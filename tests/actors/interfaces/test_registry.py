@@ -14,6 +14,7 @@ from actors.interfaces import (
     get_message,
     get_service,
     known_names,
+    lookup,
     registry,
     type_hash,
     type_name,
@@ -153,4 +154,4 @@ def test_a_generated_module_that_lacks_something_else_says_so(tmp_path: Path, mo
     "name", ["", "Hello", "a/b", "a/msg/b/c", "../msg/String", "std_msgs/../String", "std_msgs/msg/*", "a::b"]
 )
 def test_what_is_no_full_name_is_not_found_and_not_looked_for(name: str) -> None:
-    assert registry.find(name) is None
+    assert lookup.find(name) is None

@@ -10,8 +10,9 @@ from actors.interfaces.errors import InterfaceError
 from actors.interfaces.geometry_msgs.msg import Point
 from actors.interfaces.idl import parse_idl
 from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
+from actors.interfaces.lookup import find
 from actors.interfaces.parse import DefinitionError
-from actors.interfaces.registry import find, known_names
+from actors.interfaces.registry import known_names
 from actors.interfaces.schemas import recorded_hash, recorded_type, ros_name
 from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.std_srvs.srv import SetBool

@@ -384,7 +384,7 @@ def test_files_that_include_each_other_are_a_circle(tmp_path: Path) -> None:
 
 
 def test_a_source_shows_where_it_is() -> None:
-    from actors.launch.actions.includes import LaunchDescriptionSource
+    from actors.launch.loading import LaunchDescriptionSource
 
     assert LaunchDescriptionSource(["a", "b"]).describe() == "'a' + 'b'"
 

@@ -88,7 +88,7 @@ def test_parameters_of_a_program_without_a_name_are_for_all_its_nodes(tmp_path: 
 def command(path: Path, arguments: dict[str, str] | None = None) -> list[list[str]]:
     """The commands of the processes that a launch file comes to."""
     here = context(arguments=arguments or {})
-    from actors.launch.actions.includes import include_file
+    from actors.launch.loading import include_file
     from actors.launch.shim import shim
 
     scope = Scope("launch", "launch")

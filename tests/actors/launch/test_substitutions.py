@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from actors.launch.errors import LaunchError, SubstitutionFailure
-from actors.launch.frontend.grammar import parse_command_line, parse_substitution
 from actors.launch.substitution import Substitution, as_bool, normalized, perform, shown
+from actors.launch.substitutions.grammar import parse_command_line, parse_substitution
 from actors.launch.substitutions.logic import (
     AllSubstitution,
     AndSubstitution,

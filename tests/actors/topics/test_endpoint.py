@@ -14,8 +14,7 @@ from actors.checks import create
 from actors.errors import CallTimeout, Ended
 from actors.interfaces.std_msgs.msg import Int32
 from actors.qos.events import DeadlineMissed, LivelinessChanged, Matched, MessageLost
-from actors.topics.endpoint import Endpoint, nanoseconds
-from actors.topics.events import EndpointEvents
+from actors.topics.endpoint import Endpoint, EndpointEvents, nanoseconds
 from actors.topics.publisher import Publisher
 from actors.topics.stream import Stream, StreamSubscription
 from actors.topics.subscription import Subscription

@@ -14,7 +14,7 @@ import pytest
 
 from actors import QoS, Topic, open_node
 from actors.interfaces.std_msgs.msg import Int32
-from actors.topics.events import close_forgotten
+from actors.topics.endpoint import close_forgotten
 
 TIMED = Topic(Int32, "timed", QoS(depth=5, deadline=0.2))
 

@@ -13,7 +13,7 @@ from actors.graph.graph import Graph
 from actors.interfaces.std_msgs.msg import String
 from actors.qos.events import DeadlineMissed, IncompatibleQoS, LivelinessChanged, LivelinessLost, Matched, MessageLost
 from actors.testing import VirtualLoop
-from actors.topics.events import EventStream
+from actors.topics.endpoint import EventStream
 from actors.topics.publisher import Publisher
 from actors.topics.stream import StreamSubscription
 from actors.topics.timed_publisher import publisher_for
