@@ -18,6 +18,7 @@ from actors.errors import NotStarted
 from actors.inbox.control import Failure
 from actors.logs import INFO, LogRecord, LogSink, structlog_sink
 from actors.runtime.incarnation import incarnation_of
+from actors.runtime.master import ApplicationMaster
 from actors.runtime.open_systems import OpenSystems
 from actors.runtime.placement import HERE, Placement
 from actors.runtime.runtime import OtherProcesses, Runtime
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from actors.runtime.joined import JoinedNode
     from actors.runtime.node import Node
     from actors.runtime.options import RunOptions
-    from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import NodeRecord
     from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
     from actors.supervision.running import RunningSupervisor
@@ -43,7 +44,7 @@ N = TypeVar("N", bound="Node")
 class System(metaclass=NoPublicConstructor):
     """One running tree, and the nodes that joined beside it. Everything in it belongs to the event loop in which it was made.
 
-    It has no public constructor: `run` gives one. `runtime` is for the framework's own use.
+    It has no public constructor: `run` gives one. `runtime` and `master` are for the framework's own use.
     Invariants: at most one tree is started, once; `open_node` finds the system exactly from `open` until everything in it has ended.
     """
 
@@ -62,6 +63,7 @@ class System(metaclass=NoPublicConstructor):
             seed=seed, sinks=sinks, level=level, options=options, processes=processes, placement=placement
         )
         StandardEndpoints(runtime)
+        self.master = ApplicationMaster(runtime)
         self._tree = runtime.tree
         self.seed, self.loop = seed, runtime.loop
         self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log
@@ -73,7 +75,7 @@ class System(metaclass=NoPublicConstructor):
         """The newest 10,000 reports of supervisors."""
 
     def __repr__(self) -> str:
-        return repr(self._tree)
+        return repr(self.runtime)
 
     def open(self) -> None:
         """Let `open_node` find this system until it has ended. Calling it twice is fine."""
@@ -89,11 +91,11 @@ class System(metaclass=NoPublicConstructor):
         if self.supervisor is not None:
             raise RuntimeError("this system runs a tree already: make another system")
         self.open()
-        await self._tree.start(tree, path or (tree.name,))
+        await self.master.start(tree, path or (tree.name,))
 
     async def wait(self) -> None:
         """Wait until the tree has ended. Raises `SupervisorGaveUp` if it ended because its restarts were used up."""
-        await self._tree.wait()
+        await self.master.wait()
 
     async def stop(self, reason: str = "stop") -> None:
         """Stop everything, the newest node first, each within its stop timeout, and return when all has ended. Stopping twice is fine.
@@ -103,7 +105,7 @@ class System(metaclass=NoPublicConstructor):
 
         A node that calls this is stopped, too: in a handler or hook the call does not wait; a task waits here until it is canceled.
         """
-        await self._tree.stop(reason)
+        await self.master.stop(reason)
 
     def kill(self) -> None:
         """Kill everything: all nodes are canceled without a clean-up. Returns at once; `stop` waits until all has ended."""
@@ -189,11 +191,11 @@ class System(metaclass=NoPublicConstructor):
     async def join(self, child: Child) -> JoinedNode:
         """Run one more node beside the tree, which is never restarted, and return when it is ready. Raises the error of its start, and
         `DeclarationError` for a child with a process or a host of its own."""
-        return await self._tree.joined.join(child)
+        return await self.master.joined.join(child)
 
     async def leave(self, node: JoinedNode, reason: str = "left") -> None:
         """Stop a node that joined, within its stop timeout, and return when it has ended. Raises the error that ended it, if one did."""
-        await self._tree.joined.leave(node, reason)
+        await self.master.joined.leave(node, reason)
 
     def observe(
         self,

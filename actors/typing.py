@@ -25,7 +25,7 @@ from actors.running.run import Observer, OpenNode, Run
 from actors.running.trees import Runnable
 from actors.runtime.declarations import Late, PublisherDeclaration, StreamDeclaration
 from actors.runtime.node import ErrorVerdict
-from actors.runtime.record import NodeRecord
+from actors.runtime.runtime import NodeRecord
 from actors.runtime.timers import Rate, Timer
 from actors.supervision.declarations import Spec
 from actors.supervision.policy import AutoShutdown, Kind, Restart, StopTimeout, Strategy

@@ -125,7 +125,7 @@ class LifecycleNode(Node):
         """
         failure = blame(error, f"{self.fqn} {hook}")
         life = incarnation_of(self)
-        if failure is None and (life.runtime.killed(life) or not isinstance(error, asyncio.CancelledError)):
+        if failure is None and (life.killed or not isinstance(error, asyncio.CancelledError)):
             raise error
         self.log.error("lifecycle hook failed", hook=hook, error=described(failure or error))
         return None if isinstance(failure, Exception) and not isinstance(failure, ProgramExit) else failure or error

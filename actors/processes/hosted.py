@@ -38,8 +38,7 @@ from actors.transport.bridge import connect
 
 if TYPE_CHECKING:
     from actors.logs import LogRecord
-    from actors.runtime.record import NodeRecord
-    from actors.runtime.runtime import OtherProcesses, Runtime
+    from actors.runtime.runtime import NodeRecord, OtherProcesses, Runtime
     from actors.supervision.report import Report
     from actors.transport.protocol import Transport
 

@@ -18,8 +18,7 @@ from actors.waiting import Waiters
 if TYPE_CHECKING:
     from actors.processes.life import Process
     from actors.processes.rendezvous import Rendezvous
-    from actors.runtime.record import NodeRecord
-    from actors.runtime.runtime import Runtime
+    from actors.runtime.runtime import NodeRecord, Runtime
     from actors.supervision.child_task import ChildTask
     from actors.supervision.refs import ChildState
 
@@ -214,5 +213,5 @@ class ParentSide:
     def exits(self, code: int) -> ProgramExit:
         """Have the whole system stop in order, because a node of the process asks the program to exit."""
         request = ProgramExit("/".join(self._path), SystemExit(code))
-        self._runtime.tree.exits(request)
+        self._runtime.exits(request)
         return request

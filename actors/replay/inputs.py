@@ -85,7 +85,7 @@ class Inputs:
     def interrupt(self, number: int, killing: tuple[str, float] | None) -> None:
         task = self._boundary.tasks.get(number)
         life = None if killing is None else self._played.present(killing[0])
-        child = None if life is None else self._system.runtime.child_of(life)
+        child = None if life is None else life.child
         if killing is not None and child is not None:
             child.kill(killing[1])
         elif task is not None:

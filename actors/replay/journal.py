@@ -24,7 +24,7 @@ from actors.suggest import did_you_mean
 if TYPE_CHECKING:
     from typing import Self
 
-    from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import NodeRecord
     from actors.supervision.seam import Life
     from actors.system import System
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from actors.replay.recording import Recording, Start
     from actors.replay.replaying_boundary import ReplayingBoundary
     from actors.runtime.incarnation import Incarnation
-    from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import NodeRecord
     from actors.supervision.child import Child
     from actors.supervision.seam import Life
     from actors.system import System

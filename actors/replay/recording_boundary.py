@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.replay.parts import Spool
     from actors.replay.recording import Entry, Start
     from actors.runtime.incarnation import Incarnation
-    from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import NodeRecord
     from actors.supervision.seam import Life
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
@@ -110,7 +110,7 @@ class RecordingBoundary(JournalBoundary):
     def _killing(self, task: OwnedTask) -> tuple[str, float] | None:
         """The member whose life runs in `task`, and after how many seconds of clean-up it is killed; None if it is only canceled."""
         life = self.lives.get(task)
-        child = None if life is None else life.runtime.child_of(life)
+        child = None if life is None else life.child
         if life is None or child is None or child.task is not task or child.killed is None:
             return None
         return life.fqn, child.killed

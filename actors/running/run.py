@@ -17,7 +17,7 @@ from actors.errors import DeclarationError, NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.running.hints import give_hints
 from actors.running.options import ParameterSources, misplaced, options_of, overruled, with_arguments
-from actors.running.signals import listen
+from actors.running.signals import interrupt, listen
 from actors.running.trees import Runnable, tree_of
 from actors.runtime.node import Node
 from actors.runtime.placement import HERE, Placement
@@ -225,11 +225,11 @@ class Run(metaclass=NoPublicConstructor):
     def _signaled(self, number: signal.Signals) -> bool:
         """Stop the tree; if it has ended already, interrupt the block, once. Returns False if neither is possible any more."""
         system, owner = self._system, self._owner
-        if system.runtime.tree.interrupt(number):
+        if interrupt(system, number):
             return True
         if not self._inside or self._interrupted or owner is None or owner.done():
             return False
-        system.runtime.tree.note_signal(number)
+        system.runtime.tree.signal = system.runtime.tree.signal or number  # the first one counts
         self._interrupted = True
         owner.cancel()
         return True

@@ -18,12 +18,17 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from types import FrameType
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.places import line_of
 
+if TYPE_CHECKING:
+    from actors.system import System
+
 ONE_SIGNAL_SECONDS: Final = 0.5
 """Signals that come within so many seconds are one: `timeout` sends SIGTERM twice, a process group gets Ctrl-C and what its shell sends."""
+SECOND_SIGNAL_SECONDS: Final = 2.0
+"""A second signal within this time, in seconds, kills what is still stopping."""
 OUTPUTS: Final = (1, 2)
 """The descriptors of the output."""
 
@@ -171,6 +176,22 @@ class Signals:
         if not self._heard and signal.SIGHUP in self._before:
             self._heard = 1
             self._pass_on(signal.SIGPIPE)
+
+
+def interrupt(system: System, number: signal.Signals) -> bool:
+    """Handle a signal: the first one stops the system's tree in order, a second one within `SECOND_SIGNAL_SECONDS` kills. False if the tree
+    has ended already."""
+    tree, now = system.runtime.tree, system.loop.time()
+    if tree.root is not None and not tree.running:
+        return False
+    if tree.signal is not None and now - tree.signal_at < SECOND_SIGNAL_SECONDS:
+        system.kill()
+        return True
+    tree.signal, tree.signal_at, tree.stop_reason = number, now, number.name
+    system.log.info("stopping", signal=number.name)
+    if tree.supervisor is not None:
+        tree.supervisor.stop(number.name)
+    return True
 
 
 _signals: dict[asyncio.AbstractEventLoop, Signals] = {}

@@ -47,12 +47,12 @@ if TYPE_CHECKING:
     from actors.logs import NodeLog
     from actors.parameters import ParameterChange, ParameterStore
     from actors.runtime.node import ErrorVerdict
-    from actors.runtime.record import NodeRecord
-    from actors.runtime.runtime import Runtime
+    from actors.runtime.runtime import NodeRecord, Runtime
     from actors.runtime.sim_time import SimTime
     from actors.runtime.stall import StallWatch
     from actors.services.introspection import CallId
     from actors.supervision.child import Child
+    from actors.supervision.child_task import ChildTask
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.deadlines import Deadlines
@@ -78,7 +78,7 @@ class Incarnation:
     """
 
     __slots__ = (
-        "_ids", "_log", "_parameters", "_rng", "_timers", "asked", "clock", "declarations", "ended", "endpoints", "identity", "inbox",
+        "_child", "_ids", "_log", "_parameters", "_rng", "_timers", "asked", "clock", "declarations", "ended", "endpoints", "identity", "inbox",
         "incarnation", "node", "phase", "record", "runtime", "serving", "sim", "tasks", "waits_for",
     )  # fmt: skip
 
@@ -99,6 +99,7 @@ class Incarnation:
         self.asked: str | None = None
         self.serving = self.ended = False
         self.waits_for: Any = None
+        self._child: ChildTask | None = None
         self.tasks = Tasks(self)
         self.endpoints = Endpoints(self)
         self._timers: Timers | None = None
@@ -140,7 +141,7 @@ class Incarnation:
                     # Before `release`, so that no caller is answered with `NodeRestarting`.
                     raise _exit(self.runtime, self.fqn, request) from request
             finally:
-                killed = bool(self.tasks.running) and self.runtime.killed(self)
+                killed = bool(self.tasks.running) and self.killed
                 if not self.ended:  # else it was abandoned and released already, and another incarnation may run
                     self.release()
                     self.runtime.ended(self)
@@ -158,7 +159,7 @@ class Incarnation:
             try:
                 await self._clean_up(Stopped(error.reason))
             except asyncio.CancelledError:
-                if not self.runtime.killed(self):  # for example `asyncio.run` at its end; a kill is reported anyway
+                if not self.killed:  # for example `asyncio.run` at its end; a kill is reported anyway
                     self.log.error(
                         "clean-up cut short", after=str(error), because="its task was canceled by somebody else"
                     )
@@ -219,7 +220,7 @@ class Incarnation:
     async def _failed(self, error: BaseException) -> None:
         """Clean up after an error; raise the failure that it means if that is another error."""
         failure = blame(error, f"{self.fqn} {self.phase}")
-        child = self.runtime.child_of(self)
+        child = self.child
         if failure is None or child is None or child.task is not asyncio.current_task():
             return  # the task is being ended and cannot await, or the incarnation was abandoned
         if isinstance(failure, Skip) and self.phase != "running":
@@ -233,7 +234,7 @@ class Incarnation:
 
     async def _canceled(self, error: asyncio.CancelledError) -> None:
         """Clean up after a cancellation that is no kill: a start is broken off, or code outside of the framework canceled the task."""
-        if self.runtime.killed(self):
+        if self.killed:
             return
         if self.phase != "running" and self.asked is not None:
             await self._clean_up_after(Stopped(self.asked))
@@ -245,7 +246,9 @@ class Incarnation:
         """Clean up: end the goals, which may still communicate, then the tasks, and then call `on_stop` if the start phase had begun."""
         node, record = self.node, self.record
         self.inbox.task = asyncio.current_task()
-        self.runtime.cleans_up(self)
+        if self.asked is None and (child := self.child) is not None:  # else its end has a limit already
+            with outside():
+                child.bound()
         cleaning: list[asyncio.Task[None]] = []
         for action in record.actions.values():
             cleaning += action.stop(f"{self.fqn} stops: {reason}")
@@ -284,6 +287,21 @@ class Incarnation:
     @property
     def fqn(self) -> str:
         return self.identity.fqn
+
+    @property
+    def child(self) -> ChildTask | None:
+        """The supervisor's task of this life; None if it was abandoned, since another one may run in its place."""
+        if self.ended:
+            return None
+        if self._child is None:
+            self._child = self.runtime.tree.child_at(self.identity.path)
+        return None if self._child is None or self._child.over else self._child
+
+    @property
+    def killed(self) -> bool:
+        """Whether this life was killed or abandoned, and so has no time for a clean-up."""
+        child = self.child
+        return child is None or child.killed is not None
 
     @property
     def thread(self) -> int:
@@ -616,7 +634,7 @@ def _raise_in_words(
 def _exit(runtime: Runtime, fqn: str, error: ProgramExit | SystemExit | KeyboardInterrupt) -> ProgramExit:
     """Have the system stop in order, because code of the node `fqn` asks the program to exit."""
     request = error if isinstance(error, ProgramExit) else ProgramExit(fqn, error)
-    runtime.tree.exits(request)
+    runtime.exits(request)
     return request
 
 

@@ -22,9 +22,9 @@ from actors.supervision.reasons import ExitReason, Gone, Leaked, Stop
 
 if TYPE_CHECKING:
     from actors.names.identity import Identity
+    from actors.runtime.master import ApplicationMaster
     from actors.runtime.node import Node
-    from actors.runtime.record import NodeRecord
-    from actors.runtime.runtime import Runtime
+    from actors.runtime.runtime import NodeRecord, Runtime
     from actors.runtime.tree import Top
     from actors.supervision.child import Child
     from actors.supervision.child_task import ChildTask
@@ -84,10 +84,10 @@ class JoinedNodes:
     - The end of a node does not depend on the tasks that asked for it: several may ask, and each may be canceled.
     """
 
-    def __init__(self, runtime: Runtime) -> None:
+    def __init__(self, runtime: Runtime, master: ApplicationMaster) -> None:
         self._runtime = runtime
+        self._master = master
         self.rng = runtime.rng
-        self.top: Top | None = None
         self._joining = 0
         """How many nodes wait for the first step of their supervisor."""
         self._nodes: dict[JoinedNode, None] = {}
@@ -102,7 +102,7 @@ class JoinedNodes:
         runtime = self._runtime
         if asyncio.get_running_loop() is not runtime.loop:
             raise WrongThread(
-                f"{runtime.tree!r} runs in another event loop: use blocking.open_node(name, system=system) in this thread"
+                f"{runtime!r} runs in another event loop: use blocking.open_node(name, system=system) in this thread"
             )
         self._check_open()
         if child.process or child.hosts:
@@ -113,7 +113,7 @@ class JoinedNodes:
         try:
             joined, start = self._begin(child, await self._supervisor())
         except BaseException:
-            runtime.tree.close_if_empty()
+            self._master.close_if_empty()
             raise
         try:
             await start
@@ -129,10 +129,11 @@ class JoinedNodes:
 
     def begin(self) -> Top:
         """Begin to run the supervisor of the nodes, unless it runs or has run."""
-        if self.top is None:
-            self.top = self._runtime.tree.begin(Supervisor("joined"), self, _PATH)
-            self.top.task.add_done_callback(lambda _: self._forget_all())
-        return self.top
+        tree = self._runtime.tree
+        if tree.joined is None:
+            tree.joined = self._master.begin(Supervisor("joined"), self, _PATH)
+            tree.joined.task.add_done_callback(lambda _: self._forget_all())
+        return tree.joined
 
     async def _supervisor(self) -> RunningSupervisor:
         top = self.begin()
@@ -147,7 +148,7 @@ class JoinedNodes:
     def _check_open(self) -> None:
         runtime = self._runtime
         if runtime.stop_reason is not None:
-            raise NotRunning(f"{runtime.tree!r} has been stopped ({runtime.stop_reason}): no node can join it any more")
+            raise NotRunning(f"{runtime!r} has been stopped ({runtime.stop_reason}): no node can join it any more")
 
     def _begin(self, child: Child, supervisor: RunningSupervisor) -> tuple[JoinedNode, Caller]:
         """Begin the start of a node. Returns with it the future of the start."""
@@ -210,7 +211,7 @@ class JoinedNodes:
         if self._places[path] is node:
             del self._places[path]
             self._runtime.gone(path, False)
-        self._runtime.tree.close_if_empty()
+        self._master.close_if_empty()
 
     def _forget_all(self) -> None:
         for node in list(self._nodes):

@@ -143,7 +143,7 @@ class FailureWatch:
         """Judge the failures of nodes outside the tree: all of them, or only that of `own` while the code that opened the others may still
         receive their errors."""
         system = self._system
-        for identity, error in system.runtime.tree.joined.failed() if system is not None else ():
+        for identity, error in system.master.joined.failed() if system is not None else ():
             if identity.path not in self._beside and own in (None, identity.path):
                 self._beside.add(identity.path)
                 text = f"{identity.fqn}, a node beside the tree, failed: {_described(error)}"

@@ -34,7 +34,7 @@ from actors.runtime.habits import Missing
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.runtime.placement import HERE, Placement
-from actors.runtime.record import NodeRecord
+from actors.runtime.runtime import NodeRecord
 from actors.supervision.child import Child
 from actors.system import System
 from actors.testing.failures import ExpectedFailure, FailureWatch

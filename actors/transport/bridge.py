@@ -32,8 +32,7 @@ if TYPE_CHECKING:
 
     from actors.graph.servers import ServerEntry
     from actors.runtime.incarnation import Incarnation
-    from actors.runtime.record import NodeRecord
-    from actors.runtime.runtime import Runtime
+    from actors.runtime.runtime import NodeRecord, Runtime
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
 TOPICS: Final = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)

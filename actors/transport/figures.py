@@ -21,8 +21,7 @@ from actors.transport.types_here import type_info
 if TYPE_CHECKING:
     from asyncio import TimerHandle
 
-    from actors.runtime.record import NodeRecord
-    from actors.runtime.runtime import Runtime
+    from actors.runtime.runtime import NodeRecord, Runtime
     from actors.transport.local_side import LocalSide
     from actors.transport.protocol import PublisherHere
 

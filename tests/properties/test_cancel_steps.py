@@ -400,7 +400,7 @@ async def play_a_program(first: int, times: int) -> list[str]:
     if system_here() is not None:
         problems.append("a system is left")
     return problems + [
-        f"in the books: {system.nodes}" for system in systems if system.running or len(system.runtime.tree.joined)
+        f"in the books: {system.nodes}" for system in systems if system.running or len(system.master.joined)
     ]
 
 

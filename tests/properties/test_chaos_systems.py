@@ -381,8 +381,8 @@ def left_by(system: System | None) -> list[str]:
         left.append(f"left: {system_here()!r}")
     if system is None:
         return left
-    if system.running or len(system.runtime.tree.joined):
-        left.append(f"left: {system.supervisor!r}, {len(system.runtime.tree.joined)} nodes beside it")
+    if system.running or len(system.master.joined):
+        left.append(f"left: {system.supervisor!r}, {len(system.master.joined)} nodes beside it")
     gc.collect()  # a stream that an error's traceback holds
     for entry in system.graph.topics.values():
         left += [f"left: {endpoint!r}" for endpoint in (*entry.publishers, *entry.subscriptions)]

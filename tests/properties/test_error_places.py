@@ -325,7 +325,7 @@ class Trial:
             left += [repr(endpoint) for endpoint in (*entry.publishers, *entry.subscriptions)]
         for state in system.nodes.values():
             left += [repr(each) for each in state.actions.values() if each.running or each.waiting]
-        self.expect(not left and not len(system.runtime.tree.joined) and system_here() is None, f"left: {left}")
+        self.expect(not left and not len(system.master.joined) and system_here() is None, f"left: {left}")
 
 
 def fail_somewhere(seed: int) -> tuple[str, list[str]]:

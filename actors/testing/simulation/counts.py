@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from actors.supervision.child_task import ChildTask
 
 if TYPE_CHECKING:
-    from actors.runtime.record import NodeRecord
+    from actors.runtime.runtime import NodeRecord
     from actors.supervision.entry import Entry
     from actors.system import System
 

@@ -109,7 +109,7 @@ async def test_D1_clients_whose_streams_end_with_the_system_leave_in_order(count
     async with run(motors(), sinks=()) as system:
         clients = [asyncio.create_task(listens(f"client{index}", slowly)) for index in range(count)]
         await asyncio.sleep(1.0)
-        assert len(system.runtime.tree.joined) == count
+        assert len(system.master.joined) == count
     assert Motor.diary == IN_ORDER
     assert await asyncio.gather(*clients) == [f"client{index} has left" for index in range(count)]
     assert nothing_is_left(system)
@@ -197,7 +197,7 @@ async def test_a_guest_left_by_repeated_cancellations_leaves_the_books() -> None
         known = list(system.nodes)
         with anyio.move_on_after(1.0):
             await visits("scoped")
-        assert (len(system.runtime.tree.joined), list(system.nodes)) == (0, known)
+        assert (len(system.master.joined), list(system.nodes)) == (0, known)
         for count in (1, 2, 5):
             task = asyncio.create_task(visits("canceled"))
             await asyncio.sleep(1.0)
@@ -206,9 +206,9 @@ async def test_a_guest_left_by_repeated_cancellations_leaves_the_books() -> None
                 await asyncio.sleep(0.001)
             await asyncio.wait([task])
             assert task.cancelled()
-            assert (len(system.runtime.tree.joined), list(system.nodes)) == (0, known)
+            assert (len(system.master.joined), list(system.nodes)) == (0, known)
         async with open_node("scoped"), open_node("canceled"):
-            assert len(system.runtime.tree.joined) == 2
+            assert len(system.master.joined) == 2
 
 
 @pytest.mark.virtual
@@ -358,7 +358,7 @@ async def test_a_guest_that_refuses_to_die_is_given_up_and_said_to_be() -> None:
     assert system.clock.now() - before == 1.5
     (line,) = events(system.records, "a node beside the tree refused to die and was abandoned")
     assert line.fields["node_name"] == "/zombie"
-    assert len(system.runtime.tree.joined) == 0
+    assert len(system.master.joined) == 0
     Zombie.released.set()
     await system.stop()
     assert nothing_is_left(system)

@@ -14,6 +14,7 @@ import pytest
 from actors import Child, Node, Supervisor, blocking, open_node, run
 from actors.checks import create
 from actors.errors import NotRunning
+from actors.running.signals import interrupt
 from actors.system import System, system_of
 
 SIGNALS = [(signal.SIGINT, KeyboardInterrupt, 130), (signal.SIGTERM, SystemExit, 143), (signal.SIGHUP, SystemExit, 129)]
@@ -227,7 +228,7 @@ def test_ctrl_c_while_a_blocking_node_opens_closes_what_has_begun() -> None:
 
 async def test_a_signal_that_reaches_a_system_without_a_tree_is_noted() -> None:
     system = create(System, sinks=())
-    system.runtime.tree.interrupt(signal.SIGTERM)
+    interrupt(system, signal.SIGTERM)
     assert (system.stop_reason, system.exit_code) == ("SIGTERM", 143)
     with pytest.raises(NotRunning, match="SIGTERM"):
         await system.join(Child(Part))

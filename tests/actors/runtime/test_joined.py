@@ -66,15 +66,15 @@ async def test_one_that_failed_and_that_nobody_has_left_is_known_until_the_syste
         broken, sound = await joined(system, "broken"), await joined(system, "sound")
         incarnation_of(broken).fail(OSError("a loose wire"), "the test")
         await asyncio.sleep(1.0)
-        assert [(identity.fqn, str(error)) for identity, error in system.runtime.tree.joined.failed()] == [
+        assert [(identity.fqn, str(error)) for identity, error in system.master.joined.failed()] == [
             ("/broken", "a loose wire")
         ]
-        assert len(system.runtime.tree.joined) == 2
+        assert len(system.master.joined) == 2
         (line,) = events(system.records, "a node beside the tree failed")
         assert line.fields["node_name"] == "/broken"
-        assert system_of(sound).runtime.child_of(incarnation_of(sound)) is not None
-        assert system.runtime.child_of(incarnation_of(broken)) is None
-    assert len(system.runtime.tree.joined) == 0
+        assert incarnation_of(sound).child is not None
+        assert incarnation_of(broken).child is None
+    assert len(system.master.joined) == 0
     assert [line.split(":")[0] for line in story] == ["broken", "sound", "tree"]
     assert system.nodes.keys() == {("system", "tree")}
 

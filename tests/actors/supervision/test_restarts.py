@@ -29,7 +29,7 @@ from actors import (
 from actors.errors import NodeRestarting, NotRunning, TickMissed
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
-from actors.runtime.record import KEPT_RESTARTS
+from actors.runtime.runtime import KEPT_RESTARTS
 from actors.testing import Rig
 from tests.stage import ADD, NUMBERS, WORDS, events, number, total, two, values, word
 

@@ -18,7 +18,7 @@ from actors.errors import CallCycle
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
-from actors.runtime.record import NodeRecord
+from actors.runtime.runtime import NodeRecord
 from actors.supervision.running import RunningSupervisor
 from actors.system import System
 from actors.testing import Rig, scenario

@@ -15,7 +15,7 @@ import pytest
 from playwright.async_api import Page, async_playwright, expect
 
 from actors import Child, Supervisor, System, run
-from actors.runtime.record import NodeRecord
+from actors.runtime.runtime import NodeRecord
 from cli.web.server.server import WebServer
 from cli.web.server.settings import WebSettings
 from robot import Robot

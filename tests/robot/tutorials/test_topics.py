@@ -10,6 +10,7 @@ from actors import Child, Node
 from actors.interfaces.sensor_msgs.msg import Image, JointState
 from actors.interfaces.std_msgs.msg import Float32, String
 from actors.interfaces.std_srvs.srv import SetBool
+from actors.running.signals import interrupt
 from actors.testing import Rig
 from robot.interfaces.tutorials.proposed_interfaces.srv import GetAverageTemperature, GetAverageTemperature_Response
 from robot.tutorials import (
@@ -68,7 +69,7 @@ async def test_commands_are_answered(rig: Rig) -> None:
 
 async def test_ctrl_c_is_said_and_ends_it(rig: Rig) -> None:
     system = await rig.start(PhysicalAi)
-    system.runtime.tree.interrupt(signal.SIGINT)
+    interrupt(system, signal.SIGINT)
     await rig.quiet()
     assert not system.running
     assert said(rig, "physical_ai_node") == ["Physical AI Node initialized", "Interrupted, shutting down"]
@@ -88,7 +89,7 @@ async def test_ctrl_c_is_said_by_each_program_as_its_document_does(
     node: type[Node], name: str, said_last: str, rig: Rig
 ) -> None:
     system = await rig.start(node)
-    system.runtime.tree.interrupt(signal.SIGINT)
+    interrupt(system, signal.SIGINT)
     await rig.quiet()
     assert said(rig, name)[-1] == said_last
 
