@@ -10,14 +10,14 @@ from actors.interfaces.errors import CdrError
 if TYPE_CHECKING:
     from actors.bag.ring import Channel
     from actors.bag.writer import BagWriter, Split
-    from actors.topics.arrival import Arrival
+    from actors.topics.lazy_message import LazyMessage
 
 
 class Taken(NamedTuple):
     """One message as it was received. Times are in nanoseconds since 1970."""
 
     channel: Channel
-    message: Arrival
+    message: LazyMessage
     received_ns: int
     sent_ns: int
     weight: int = 0

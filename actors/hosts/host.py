@@ -16,15 +16,15 @@ from actors.hosts.errors import HostLost
 from actors.hosts.events import UnreadableEvent, read_event
 from actors.hosts.lease import Granting
 from actors.hosts.messages import (
-    Asked,
-    Ended,
     FromAgent,
-    Granted,
     Hello,
     Launch,
     Launched,
-    Renew,
-    Said,
+    LeaseGrant,
+    LeaseRequest,
+    ProcessEnded,
+    ProcessEvent,
+    ProcessRequest,
     Signaled,
     Watched,
     Wire,
@@ -174,27 +174,27 @@ class Host:
     def _take(self, connection: asyncio.Future[bool], message: FromAgent) -> None:
         if self._spoken is not connection:  # it is over, whatever still comes from there
             return
-        if isinstance(message, Renew):
+        if isinstance(message, LeaseRequest):
             self._renew(message)
             if message.left > 0.0:
                 wake(connection, True)
-        elif isinstance(message, (Launched, Said, Ended)):
+        elif isinstance(message, (Launched, ProcessEvent, ProcessEnded)):
             if (process := self._processes.get(message.number)) is not None:
                 self._about(process, message)
         else:
             self._leaving = True
 
-    def _renew(self, message: Renew) -> None:
+    def _renew(self, message: LeaseRequest) -> None:
         """Grant the lease, before it is told: the agent counts from an instant that is earlier still."""
         now = self._loop.time()
         self._ahead = min(self._ahead, now - message.at)
         self._granting.grant(now, message.left)
-        self._send(Granted(message.number))
+        self._send(LeaseGrant(message.number))
 
-    def _about(self, process: RemoteProcess, message: Launched | Said | Ended) -> None:
+    def _about(self, process: RemoteProcess, message: Launched | ProcessEvent | ProcessEnded) -> None:
         if isinstance(message, Launched):
             process.id = message.process
-        elif isinstance(message, Ended):
+        elif isinstance(message, ProcessEnded):
             del self._processes[message.number]
             process.end(message.how)
         else:
@@ -214,7 +214,7 @@ class _Place:
         self._send = send
 
     def send(self, request: Request) -> None:
-        self._send(Asked(self._number, pack(request)))
+        self._send(ProcessRequest(self._number, pack(request)))
 
     def watch(self, on: bool) -> None:
         self._send(Watched(self._number, on))

@@ -12,9 +12,9 @@ from actors.hosts.agent import Running
 from actors.hosts.messages import Launch
 from actors.processes.channel import framed
 from actors.processes.messages import Event, Line, Opaque
+from actors.processes.os_process import Started, discard, employ, prepared, still_waiting
 from actors.processes.pickling import pack
 from actors.processes.preparation import preparation
-from actors.processes.spawned import Started, discard, employ, prepared, still_waiting
 from actors.transport.environment import transport_from_environment
 from actors.transport.protocol import WireUnavailable
 

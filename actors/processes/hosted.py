@@ -10,7 +10,7 @@ from msgspec import structs
 
 from actors.checks import create
 from actors.errors import NotRunning, NotStarted
-from actors.processes.flights import save
+from actors.processes.flight_records import save
 from actors.processes.messages import (
     CrashAsked,
     Event,

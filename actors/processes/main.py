@@ -1,4 +1,4 @@
-"""The program of a process of a tree: ``python -m actors.processes.main CHANNEL NOTES NAME [fenced]``, started by `spawned.start`."""
+"""The program of a process of a tree: ``python -m actors.processes.main CHANNEL NOTES NAME [fenced]``, started by `os_process.start`."""
 
 from __future__ import annotations
 

@@ -16,11 +16,11 @@ from actors.processes.rendezvous import Rendezvous
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.processes.flights import Recorder
+    from actors.processes.flight_records import Recorder
     from actors.processes.life import Launch, Process
     from actors.processes.messages import Event, Order
+    from actors.processes.os_process import Started
     from actors.processes.prefork import PreforkPool
-    from actors.processes.spawned import Started
     from actors.runtime.runtime import Runtime
     from actors.supervision.child import Child
     from actors.supervision.declarations import Supervisor
@@ -84,7 +84,7 @@ class Processes:
             from actors.processes.simulated import simulate
 
             return await simulate(order, take)
-        from actors.processes.spawned import spawn
+        from actors.processes.os_process import spawn
 
         return await spawn(order, take, self._started_ahead(order))
 

@@ -212,7 +212,7 @@ class Run(metaclass=NoPublicConstructor):
                 raise exit from None
 
     def _processes(self, runtime: Runtime) -> OtherProcesses:
-        from actors.processes.flights import makers  # late: few trees have other processes
+        from actors.processes.flight_records import makers  # late: few trees have other processes
         from actors.processes.maker import Processes
 
         launch = None

@@ -20,7 +20,7 @@ from actors.time.deadlines import check_timeout
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
-    from actors.qos.events import DeadlineWatch, LeaseWatch
+    from actors.qos.watches import DeadlineWatch, LeaseWatch
 
 E = TypeVar("E")
 

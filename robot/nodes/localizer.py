@@ -150,7 +150,7 @@ class Localizer(Node):
             await self._weigh(self._rivals, ranges, moved)
         self._tell()
         if not self._searching and self._wants_search(stamp):
-            self.spawn(self._search_now())
+            self.create_task(self._search_now())
 
     def _wants_search(self, now: float) -> bool:
         """Whether to look now: scans do not fit, or somebody has said where the robot is, or a last life did not know which of several places it is."""
@@ -188,7 +188,7 @@ class Localizer(Node):
             self._offset = compose(pose, inverse(self._odom))
         self.log.info("initial pose set", x=round(pose.x, 2), y=round(pose.y, 2), yaw=round(pose.yaw, 2))
         if not self._searching:
-            self.spawn(self._search_now())
+            self.create_task(self._search_now())
 
     async def _search_now(self) -> None:
         await self._search()

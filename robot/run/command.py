@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from actors.transport import Transport
     from robot.assembly import Robot
     from robot.planning.grid import Grid
-    from robot.run.flight import Flight
     from robot.run.judge import Score
+    from robot.run.recordings import Recordings
     from robot.run.web import ServeWeb
     from robot.scenes.scene import Scene
     from robot.sim.simulation import Simulation
@@ -171,9 +171,9 @@ class Session:
         from actors import Child, run
         from actors.logs import Level, console_sink, json_sink
         from robot.hardware.body import BodySilent
-        from robot.run.flight import Flight
         from robot.run.judge import Judge, Score
         from robot.run.mission import failure
+        from robot.run.recordings import Recordings
         from robot.run.report import last_sample, make_report
         from robot.run.status import Part, Status, StatusLine, final_parts
         from robot.run.web import start
@@ -181,7 +181,7 @@ class Session:
         options, began = self.options, time.monotonic()
         line, score = StatusLine(), Score()
         transport = self._transport()
-        flight = Flight(options, score, reachable=transport is not None)
+        flight = Recordings(options, score, reachable=transport is not None)
         sink = json_sink() if options.log_format == "json" else console_sink()
         line.live = line.live and options.log_format == "console"
         tree = self._chosen(self.robot.tree)
@@ -247,7 +247,7 @@ class Session:
             raise UsageError("--fetch: it is the carrier who fetches, and --only leaves it out")
         return chosen
 
-    async def _until_over(self, system: System, flight: Flight, score: Score, web: asyncio.Future[None]) -> None:
+    async def _until_over(self, system: System, flight: Recordings, score: Score, web: asyncio.Future[None]) -> None:
         """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree.
 
         Raises what `web`, the start of the web server, raises.

@@ -86,7 +86,7 @@ class Simulation(Interceptor):
         simulated = self._lives[record.life] = _SimulatedLife(self, record.life, life)
         return simulated
 
-    def spawning(self, node: Caller, work: Coroutine[Any, Any, Any], name: str) -> Coroutine[Any, Any, Any]:
+    def creating_task(self, node: Caller, work: Coroutine[Any, Any, Any], name: str) -> Coroutine[Any, Any, Any]:
         life = self._lives.get(node)
         if life is None:
             return work

@@ -28,7 +28,7 @@ from actors.qos.policies import Reliability
 from actors.system import System
 from actors.testing import Rig
 from actors.time.values import stamp_of
-from actors.topics.arrival import Arrival
+from actors.topics.lazy_message import LazyMessage
 from actors.transport.bridge import connect
 from tests.actors.bag.bags import by_rosbags, largest_file
 from tests.actors.transport.memory import Network
@@ -307,7 +307,7 @@ def test_everything_that_is_handed_over_is_in_the_bag_or_counted(tmp_path: Path)
     with largest_file(1_000_000):
         for second in range(5):
             for _ in range(300):
-                outbox.add(Taken(channel, Arrival(word("x" * 1000)), second * 10**9, second * 10**9, 1000))
+                outbox.add(Taken(channel, LazyMessage(word("x" * 1000)), second * 10**9, second * 10**9, 1000))
             outbox.take()
             with contextlib.suppress(OSError):
                 outbox.write()
