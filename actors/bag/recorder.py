@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from actors.bag.capture import Capture, fitting
 from actors.bag.offers import Offer, offers
 from actors.bag.options import RecordOptions
-from actors.bag.outbox import Outbox, Taken
 from actors.bag.recorder_services import serve_recorder
 from actors.bag.remote_types import RemoteTypes
 from actors.bag.ring import Channel, Entry, Ring, Source, placed
 from actors.bag.weight import weight_of
+from actors.bag.write_queue import Taken, WriteQueue
 from actors.bag.writer import BagWriter, Split
 from actors.contracts.contracts import Topic
 from actors.interfaces.rosbag2_interfaces.msg import WriteSplitEvent
@@ -70,7 +70,7 @@ class Recorder(Node):
         self.failure: OSError | None = None
         """Why recording has ended, if the bag could not be written."""
         self._writer = BagWriter(self.path, self.options.writer)
-        self._outbox = Outbox(self._writer, self.options.max_cache_bytes)
+        self._outbox = WriteQueue(self._writer, self.options.max_cache_bytes)
         self._ring = Ring(self.options.max_cache_bytes)
         self._captures: dict[Channel, Capture] = {}
         self._channels: dict[tuple[str, str], Channel] = {}

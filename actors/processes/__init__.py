@@ -7,7 +7,7 @@ gives it an `Order` (the declaration, its place in the tree, and what earlier li
 * parent to process: `StopAsked`, `CrashAsked`;
 * process to parent: `Ready`, log lines, reports, what is known of its nodes, and at last `Over` with the reason of its end.
 
-In the process, `hosted.HostedTree` runs the child below a supervisor of one temporary child, which has the path of the child's real
+In the process, `child_tree.ChildTree` runs the child below a supervisor of one temporary child, which has the path of the child's real
 supervisor. So the child's own `ChildTask` decides how its life has ended, and the parent repeats that end by returning or raising.
 
 There are two kinds of processes behind the Protocol `life.Process`:

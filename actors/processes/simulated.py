@@ -13,7 +13,7 @@ from actors.processes.messages import MOST_BEAT_SECONDS, Event, Opaque, Order, R
 from actors.processes.pickling import pack, unpack
 
 if TYPE_CHECKING:
-    from actors.processes.hosted import HostedTree
+    from actors.processes.child_tree import ChildTree
     from actors.transport.simulated.session import SimulatedTransport
 
 
@@ -38,19 +38,19 @@ class Hosted(Protocol):
 H = TypeVar("H", bound=Hosted)
 
 
-async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess[HostedTree]:
+async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess[ChildTree]:
     """Launch a simulated process for `order`; `take` gets what it tells. Its declaration is copied, as that of a real one is.
 
     On another machine it tells of its nodes as often as a real one does: that may end without a last word. Otherwise, when something changes.
     """
-    from actors.processes.hosted import HostedTree
-    from actors.processes.maker import Processes
+    from actors.processes.child_processes import ChildProcesses
+    from actors.processes.child_tree import ChildTree
 
     transport = cast("SimulatedTransport", order.transport())
     copied = structs.replace(order, spec=unpack(pack(order.spec)))
 
-    def host(tell: Callable[[Event], None]) -> HostedTree:
-        return HostedTree(copied, transport, tell, lambda runtime: Processes(runtime, transport, order.recorders))
+    def host(tell: Callable[[Event], None]) -> ChildTree:
+        return ChildTree(copied, transport, tell, lambda runtime: ChildProcesses(runtime, transport, order.recorders))
 
     process = SimulatedProcess(transport.process, host, take, transport.crash)
     if order.placement.away:
@@ -58,7 +58,7 @@ async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProc
     return process
 
 
-def _beat(process: SimulatedProcess[HostedTree]) -> None:
+def _beat(process: SimulatedProcess[ChildTree]) -> None:
     if not process.ended.done():
         process.hosted.tell_nodes()
         asyncio.get_running_loop().call_later(MOST_BEAT_SECONDS, _beat, process)

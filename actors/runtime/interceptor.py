@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from actors.services.client import Client
     from actors.services.peers import Caller, Submit
     from actors.services.server import Handle, Server, Take
-    from actors.supervision.seam import Life
+    from actors.supervision.peers import Life
 
 
 class Interceptor(TopicInterceptor):

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from actors.supervision.child import Child
     from actors.supervision.child_task import ChildTask
     from actors.supervision.executor import Caller
+    from actors.supervision.peers import Life
     from actors.supervision.report import Report
     from actors.supervision.running import RunningSupervisor
-    from actors.supervision.seam import Life
 
 _PATH: Final = ("/unsupervised",)
 """The path of the supervisor. No tree has it, because a name has no '/'."""

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from actors.runtime.options import RunOptions
     from actors.runtime.record import NodeRecord
     from actors.supervision.child_task import ChildTask
+    from actors.supervision.peers import Life
     from actors.supervision.report import Report
-    from actors.supervision.seam import Life
 
 
 class HostLease(NamedTuple):

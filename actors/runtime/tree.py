@@ -16,7 +16,6 @@ from actors.supervision.running import RunningSupervisor
 
 if TYPE_CHECKING:
     from actors.runtime.runtime import Runtime
-    from actors.supervision import seam
     from actors.supervision.child_task import ChildTask
     from actors.supervision.declarations import DynamicSupervisor, Supervisor
     from actors.supervision.refs import ChildState
@@ -33,7 +32,7 @@ class Top:
     def __init__(
         self,
         spec: Supervisor | DynamicSupervisor,
-        runtime: seam.Runtime,
+        runtime: peers.Runtime,
         path: tuple[str, ...],
         loop: asyncio.AbstractEventLoop,
     ) -> None:
@@ -120,7 +119,7 @@ class RunningTree:
             raise NotRunning(f"{self!r} was stopped while it started: {self.stop_reason}")
         top.task.add_done_callback(self._tree_ended)
 
-    def begin(self, spec: Supervisor | DynamicSupervisor, runtime: seam.Runtime, path: tuple[str, ...]) -> Top:
+    def begin(self, spec: Supervisor | DynamicSupervisor, runtime: peers.Runtime, path: tuple[str, ...]) -> Top:
         """Begin to run a supervisor at the top of the system."""
         top = Top(spec, runtime, path, self._loop)
         top.task.add_done_callback(lambda _: self._next_end())

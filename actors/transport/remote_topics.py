@@ -14,7 +14,7 @@ from actors.interfaces.foreign import ForeignType
 from actors.qos.policies import Liveliness
 from actors.topics.endpoint import nanoseconds
 from actors.topics.lazy_message import LazyMessage, UndecodedTarget
-from actors.transport.numbers import Numbers
+from actors.transport.sequence_numbers import SequenceNumbers
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
@@ -41,7 +41,7 @@ class _Match:
 
     def __init__(self, subscription: SubscriptionPeer, target: Target, last: int | None) -> None:
         self.subscription = subscription
-        self.numbers = Numbers(last)
+        self.numbers = SequenceNumbers(last)
         """Those of the messages that it has received."""
         self.target = target
         self.undecoded = target.undecoded if isinstance(target, UndecodedTarget) else None
@@ -85,7 +85,7 @@ class RemotePublisher:
         self.qos = qos
         self.checks_qos = checks_qos
         self._judged = judged
-        self._numbers = Numbers()
+        self._numbers = SequenceNumbers()
         self._known = known or {}
         self.carried_bytes = 0
         self.missed = 0

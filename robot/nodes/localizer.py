@@ -16,8 +16,8 @@ from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Res
 from robot.contracts import GET_ROBOT_POSE, INITIAL_POSE, LOCALIZATION, ODOMETRY, POSE, RELOCALIZE, SCAN
 from robot.estimation.fit_watch import AMBIGUOUS, BLIND, LOST, TRACKING, FitWatch
 from robot.estimation.history import pose_history, started_over
+from robot.estimation.hypotheses import PoseHypotheses
 from robot.estimation.relocalize import CERTAIN, Found, Near, Relocalizer, apart
-from robot.estimation.rivals import Rivals
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose, inverse
@@ -87,7 +87,7 @@ class Localizer(Node):
         """So many times odometry has started over."""
         self._near: Near | None = None
         """Where somebody has said that the robot is, until a search there has ended."""
-        self._rivals: Rivals | None = None
+        self._rivals: PoseHypotheses | None = None
 
     async def on_start(self) -> None:
         self._matcher = ScanMatcher(self._grid, bias_sd=self.range_bias)
@@ -239,11 +239,11 @@ class Localizer(Node):
         else:
             self._go(compose(best.pose, inverse(moved)), moved)
             return None
-        self._rivals = Rivals(relocalizer, places, moved)
+        self._rivals = PoseHypotheses(relocalizer, places, moved)
         self._tell()
         return f"the scan fits {len(places)} places alike"
 
-    async def _weigh(self, rivals: Rivals, ranges: Floats, moved: Pose2) -> None:
+    async def _weigh(self, rivals: PoseHypotheses, ranges: Floats, moved: Pose2) -> None:
         """Go where the robot is as soon as scans tell it. Other tasks of the event loop have a turn after each place."""
         for _ in rivals.weighing(ranges, moved):
             await self.clock.sleep(0.0)

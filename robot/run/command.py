@@ -14,7 +14,7 @@ from cli.command import UsageError
 from cli.starting import interruptible
 from robot.geometry.planar import turned
 from robot.run.crashes import check_crashes, crash, with_hangs
-from robot.run.hardships import Push
+from robot.run.disturbances import Push
 from robot.run.options import Options, parse
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class Session:
     def run(self) -> int:
         from actors import DeclarationError, StartFailed, SupervisorGaveUp, execute
         from robot.hardware.body import BodySilent
-        from robot.link.turns import short_turns
+        from robot.link.time_slices import short_turns
 
         if self.options.clock == "real" and not self.options.processes:
             short_turns()  # its control loop shares this process
@@ -136,7 +136,7 @@ class Session:
             return None
         from actors.parameters.files import InvalidParams
         from actors.running.options import parameters_by_node
-        from robot.run.choice import nodes_of
+        from robot.run.tree_nodes import nodes_of
 
         try:
             taken = parameters_by_node("--params", self.robot.tree, self.options.params)
@@ -227,7 +227,7 @@ class Session:
 
     def _chosen(self, tree: Supervisor) -> Supervisor:
         """The tree, or what `--only` leaves of it."""
-        from robot.run.choice import UnknownNode, nodes_of, only
+        from robot.run.tree_nodes import UnknownNode, nodes_of, only
 
         names = self.options.only
         if not names:
@@ -375,7 +375,7 @@ def _grid(path: str | None, scene: Scene) -> Grid | None:
 
 def _check_replay(tree: Supervisor, names: Sequence[str]) -> None:
     """Refuse to keep journals of what is not there. Raises `UsageError`."""
-    from robot.run.choice import UnknownNode, check_journals
+    from robot.run.tree_nodes import UnknownNode, check_journals
 
     try:
         check_journals(tree, names)

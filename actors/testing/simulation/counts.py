@@ -10,7 +10,7 @@ from actors.supervision.child_task import ChildTask
 
 if TYPE_CHECKING:
     from actors.runtime.record import NodeRecord
-    from actors.supervision.seam import ChildStatus
+    from actors.supervision.peers import ChildStatus
     from actors.system import System
 
 

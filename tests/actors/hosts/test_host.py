@@ -12,6 +12,7 @@ from actors import Child, Node
 from actors.errors import ProcessDied
 from actors.hosts.errors import HostLost
 from actors.hosts.host import Host
+from actors.hosts.launcher import transport_here
 from actors.hosts.messages import (
     Hello,
     Launch,
@@ -27,7 +28,6 @@ from actors.hosts.messages import (
 )
 from actors.hosts.placing import Placing
 from actors.hosts.remote import RemoteProcess
-from actors.hosts.there import transport_here
 from actors.processes.messages import CrashAsked, Event, Line, NodeFacts, Nodes, Order, Over, Ready, StopAsked
 from actors.processes.pickling import pack, unpack
 from actors.supervision.reasons import Failed, Stopped

@@ -18,6 +18,7 @@ from actors import Child, DeclarationError, Node
 from actors.hosts import TlsHosts
 from actors.hosts import there as theres
 from actors.hosts.agent import Agent
+from actors.hosts.launcher import Launcher, transport_here
 from actors.hosts.messages import (
     Hello,
     Launch,
@@ -29,7 +30,6 @@ from actors.hosts.messages import (
     ProcessEvent,
     ProcessRequest,
 )
-from actors.hosts.there import Launcher, transport_here
 from actors.hosts.tls import _Caller, address_of, serve
 from actors.processes import os_process
 from actors.processes.channel import Channel, framed

@@ -24,7 +24,7 @@ class Taken(NamedTuple):
     """Its approximate size."""
 
 
-class Outbox:
+class WriteQueue:
     """Messages on their way into a bag, at most `max_bytes` of them.
 
     `add` and `take` are called in the event loop, `write` by one thread at a time, and never while `take` is called.

@@ -1,4 +1,4 @@
-"""`Processes`: the children of one system that run in processes of their own."""
+"""`ChildProcesses`: the children of one system that run in processes of their own."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from actors.transport.protocol import Transport
 
 
-class Processes:
+class ChildProcesses:
     """The source of lives in processes of their own, of one system (`runtime.OtherProcesses`), and those that run. `elsewhere` launches those
     on other machines.
 

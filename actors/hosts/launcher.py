@@ -25,7 +25,7 @@ LISTEN: Final = "ROBACTOR_AGENT_LISTEN"
 CONNECT: Final = "ROBACTOR_AGENT_CONNECT"
 """The variables with the endpoints of the processes of an agent, separated by commas."""
 
-_MODULES: Final = ("actors.hosts.there", "actors.transport.zenoh.transport", "zenoh", "structlog")
+_MODULES: Final = ("actors.hosts.launcher", "actors.transport.zenoh.transport", "zenoh", "structlog")
 """What every process of an agent needs."""
 _REST: Final = 1.0
 """Seconds after which the next interpreter is started: first the one that has just got an order has the processor."""
