@@ -57,7 +57,7 @@ from actors import qos
 from actors.actions.goals import GoalStatus
 from actors.check.checker import check_node, check_tree
 from actors.contracts.content_filter import ContentFilter
-from actors.contracts.contracts import Aborted, Action, Done, Service, Steps, Topic, parallel, queue
+from actors.contracts.contracts import Aborted, Action, Done, Service, Steps, Topic
 from actors.errors import (
     ActionUnavailable,
     ActorError,
@@ -75,7 +75,7 @@ from actors.lifecycle.node import LifecycleNode
 from actors.parameters.declare import parameter
 from actors.parameters.values import Parameter, SetResult
 from actors.qos.policies import QoS
-from actors.running.program import remove_ros_args, spin
+from actors.running.program import spin
 from actors.running.run import execute, open_node, run
 from actors.runtime.declarations import background, every, publishes, subscribes
 from actors.runtime.node import Node
@@ -143,13 +143,10 @@ __all__ = [
     "one_for_all",
     "one_for_one",
     "open_node",
-    "parallel",
     "parameter",
     "permanent",
     "publishes",
     "qos",
-    "queue",
-    "remove_ros_args",
     "rest_for_one",
     "retry",
     "run",
@@ -166,11 +163,13 @@ if TYPE_CHECKING:
 
 
 _MOVED = {
+    "actors.actions": ("parallel", "queue"),
     "actors.errors": (
         "CallCycle", "Ended", "InvalidFilter", "NodeRestarting", "NotRunning", "NotStarted", "ProcessDied",
         "ProcessHung", "ProgramExit", "RemoteError", "TickMissed", "WrongThread", "WrongType",
     ),
     "actors.lifecycle": ("HookResult", "LifecycleState", "TransitionRefused", "bring_down", "bring_up"),
+    "actors.running": ("remove_ros_args",),
     "actors.supervision": (
         "Failed", "Killed", "Leaked", "Returned", "Stopped", "all_significant", "any_significant", "never",
     ),

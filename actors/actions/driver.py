@@ -16,7 +16,7 @@ from actors.actions.peers import CLEANUP_SECONDS, Outcome
 from actors.checks import create
 from actors.contracts.contracts import Aborted, Done
 from actors.errors import Reject, WrongType, described
-from actors.inbox.control import Unwinding, blame
+from actors.inbox.control import NodeExit, blame
 from actors.services.peers import Caller
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ class GoalDriver:
             self.end(goal, create(Outcome, GoalStatus.ABORTED, reason=failure.reason))
         elif failure is not None:
             self._fail(goal, failure)
-        elif isinstance(error, Unwinding) or (goal.last is None and goal.interruption is None):
+        elif isinstance(error, NodeExit) or (goal.last is None and goal.interruption is None):
             self.end(goal, create(Outcome, GoalStatus.ABORTED, reason=f"{self.host.fqn} ended while the goal ran"))
             return False
         elif goal.last is not None:

@@ -274,7 +274,7 @@ class ActionServer:
             goal = next(iter(table.waiting))
             table.execute(goal)
             self._changed(goal)
-            goal.task = self.node.spawn(self.ways.run(goal), name=self.label)
+            goal.task = self.node.create_task(self.ways.run(goal), name=self.label)
 
     # -- cancellation --------------------------------------------------------------------------------------------------------
 
@@ -343,7 +343,7 @@ class ActionServer:
         request = CancelRequest(self, goal, reason)
         self.requests[request] = None
         if self.node.inbox.task is asyncio.current_task():  # this handler holds the inbox and may wait for the answer
-            self.node.spawn(request.run(), name=request.label)
+            self.node.create_task(request.run(), name=request.label)
         else:
             self.node.inbox.put_control(request)
         return request.future

@@ -9,12 +9,12 @@
 from __future__ import annotations
 
 from actors.bag.contents import BagError, BagMessage, BagTopic, topic_of
+from actors.bag.flight_recorder import FlightRecord, FlightRecorder
 from actors.bag.metadata import BagFile, BagMetadata
 from actors.bag.options import PlayOptions, RecordOptions, qos_overrides
-from actors.bag.playing import Player
+from actors.bag.player import Player
 from actors.bag.reader import BagReader
-from actors.bag.recorder import FlightRecord, FlightRecorder
-from actors.bag.recording import Recorder
+from actors.bag.recorder import Recorder
 from actors.bag.rewriting import Recovered, recover, reindex, rewrite
 from actors.bag.ring import Channel, Entry, Source
 from actors.bag.schemas import type_of

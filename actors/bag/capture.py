@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.qos.policies import Durability, QoS, Reliability
-from actors.topics.arrival import Arrival
 from actors.topics.endpoint import nanoseconds
+from actors.topics.lazy_message import LazyMessage
 from actors.topics.stream import StreamSubscription
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 DEPTH: Final = 1000
 """What the network holds for a recorder that is busy, in messages, if nothing larger is offered."""
 
-Taker: TypeAlias = "Callable[[Channel, PublisherPeer, Arrival], None]"
+Taker: TypeAlias = "Callable[[Channel, PublisherPeer, LazyMessage], None]"
 """Receives each message of a capture, with the publisher that sent it."""
 
 
@@ -65,13 +65,13 @@ class Capture(StreamSubscription[Any]):
         channel, take = self.channel, self.take
         expires = nanoseconds(publisher.qos.lifespan) is not None
 
-        def undecoded(arrival: Arrival) -> None:
+        def undecoded(arrival: LazyMessage) -> None:
             self.received += 1
             take(channel, publisher, arrival)
 
         def deliver(message: Any) -> None:
             bare, arrival = message.message if expires else message, publisher.arrival
-            undecoded(Arrival(bare) if arrival is None or arrival.message is not bare else arrival)
+            undecoded(LazyMessage(bare) if arrival is None or arrival.message is not bare else arrival)
 
         return deliver if self._decoded or publisher.here else _Undecoded(deliver, undecoded)
 
@@ -81,7 +81,7 @@ class _Undecoded:
 
     __slots__ = ("_deliver", "undecoded")
 
-    def __init__(self, deliver: Target, undecoded: Callable[[Arrival], None]) -> None:
+    def __init__(self, deliver: Target, undecoded: Callable[[LazyMessage], None]) -> None:
         self._deliver = deliver
         self.undecoded = undecoded
 

@@ -9,7 +9,7 @@ from actors.interfaces.rosbag2_interfaces import srv
 from actors.time.values import nanoseconds_of
 
 if TYPE_CHECKING:
-    from actors.bag.playing import Player
+    from actors.bag.player import Player
 
 
 def serve_player(player: Player) -> None:

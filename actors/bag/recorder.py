@@ -1,250 +1,320 @@
-"""The flight recorder: it keeps the last seconds of everything that happens in a system, and writes them to a file on request.
-
-::
-
-    recorder = FlightRecorder(seconds=30.0)
-    async with run(tree, observers=(recorder,)) as system:
-        ...
-        recorder.dump("flight.mcap")
-
-It only observes: a run is the same with and without it. The file is in MCAP format, as written by rosbag2.
-"""
+"""`Recorder`: a node that records topics, services and actions into a bag, from this process and others."""
 
 from __future__ import annotations
 
+import asyncio
 import os
-from collections.abc import Callable, Mapping
-from functools import partial
-from heapq import merge
+from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Final, TypeVar
 
-from actors.bag.events import SUPERVISOR_EVENTS, event_message
-from actors.bag.mcap_file import McapFile
-from actors.bag.offers import known_type
+from actors.bag.capture import Capture, fitting
+from actors.bag.offers import Offer, offers
+from actors.bag.options import RecordOptions
+from actors.bag.recorder_services import serve_recorder
+from actors.bag.remote_types import RemoteTypes
 from actors.bag.ring import Channel, Entry, Ring, Source, placed
 from actors.bag.weight import weight_of
-from actors.checks import NoPublicConstructor, create
-from actors.errors import NotStarted
-from actors.interfaces.cdr import encode
-from actors.interfaces.errors import CdrError
-from actors.logs import log_message
-from actors.qos import DEFAULT
-from actors.qos import ROSOUT as ROSOUT_QOS
-from actors.runtime.standard import ROSOUT
+from actors.bag.write_queue import Taken, WriteQueue
+from actors.bag.writer import BagWriter, Split
+from actors.contracts.contracts import Topic
+from actors.interfaces.rosbag2_interfaces.msg import WriteSplitEvent
+from actors.runtime.declarations import background, publishes
+from actors.runtime.incarnation import incarnation_of
+from actors.runtime.node import Node
+from actors.topics.lazy_message import LazyMessage
 
 if TYPE_CHECKING:
-    from typing import Self
-
     from actors.interfaces.message import Message
-    from actors.logs import LogRecord
-    from actors.qos.policies import QoS
-    from actors.supervision.report import Report
-    from actors.system import System
+    from actors.supervision.reasons import ExitReason
     from actors.topics.peers import PublisherPeer
 
-SECONDS: Final = 30.0
-MAX_BYTES: Final = 64 * 1024 * 1024
-PROCESS_BYTES: Final = 8 * 1024 * 1024
-"""The most memory of a recorder in a process of its own: its record is written before the process ends, which takes time."""
-LINES_SHARE: Final = 8
-"""One part in `LINES_SHARE` of the memory is reserved for log lines and events, so that large messages cannot displace them."""
+T = TypeVar("T")
+
+CADENCE: Final = 0.05
+"""How often what waits is written, in seconds."""
+
+SPLIT: Final = Topic(WriteSplitEvent, "events/write_split")
 
 
-_new: Any = cast("Any", tuple).__new__  # creates an `Entry` in half the time
+class Recorder(Node):
+    """Records what `options` say into a new bag at `path`, from its start until its stop.
 
+    It subscribes to each topic as soon as there is a publisher, with what fits the offers, so that what is published only while somebody
+    listens is recorded, too. A type that is not known here is asked of the nodes that use it, by `get_type_description`; a type that
+    nobody describes is named in the log. Each message has the time at which it was sent and that of its arrival here; with `use_sim_time` that of
+    arrival is the time of `/clock`, and nothing is recorded before the first one. Encoding, compression and writing are done in a thread;
+    on the virtual clock in the event loop, so that the run waits for the disk.
 
-class FlightRecorder:
-    """Keeps the last `seconds` of all topics, log lines and supervisor events, in at most `max_bytes` of memory.
+    No message is lost without being counted in `dropped`. When the bag cannot be written any further, that is logged, `failure` is set,
+    recording ends, and the node goes on; what was written is readable. Raises `BagError` at its start if the bag cannot be begun.
 
-    If there is not enough room, the oldest entries are dropped early and counted in `lost`; an eighth of the memory is reserved for log
-    lines and events. The current messages of latched topics (a map, a robot description) are kept however old they are. Messages are kept
-    by reference and encoded only when the record is written. Topics that exist only while they are used (the feedback and status of an
-    action, /parameter_events) are recorded only then.
+    The services are those of `ros2 bag record`: `~/pause`, `~/resume`, `~/toggle_paused`, `~/is_paused`, `~/split_bagfile`, `~/snapshot`,
+    `~/stop`, `~/is_discovery_running`, `~/start_discovery`, `~/stop_discovery`.
     """
 
-    def __init__(self, *, seconds: float = SECONDS, max_bytes: int = MAX_BYTES) -> None:
-        if not seconds > 0.0:
-            raise ValueError(f"FlightRecorder(seconds={seconds}): give a positive number of seconds")
-        self.seconds = seconds
-        self._max_bytes = max_bytes
-        self._system: System | None = None
+    # Invariants:
+    # * `_captures` holds the subscription of each channel that is recorded, and none once recording is over.
+    # * Messages go through `_outbox`, or with `snapshot` wait in `_ring`. the thread that uses the writer holds `_lock`.
+
+    node_name = "rosbag2_recorder"
+    no_replay = "writes files, which no journal carries"
+    splits = publishes(SPLIT)
+
+    def __init__(self, path: str | os.PathLike[str], options: RecordOptions | None = None) -> None:
+        self.path = Path(path)
+        self.options = options or RecordOptions()
+        self.paused = self.options.paused
+        self._discovery = self.options.discovery
+        self.failure: OSError | None = None
+        """Why recording has ended, if the bag could not be written."""
+        self._writer = BagWriter(self.path, self.options.writer)
+        self._outbox = WriteQueue(self._writer, self.options.max_cache_bytes)
+        self._ring = Ring(self.options.max_cache_bytes)
+        self._captures: dict[Channel, Capture] = {}
+        self._channels: dict[tuple[str, str], Channel] = {}
+        self._remote_types = RemoteTypes()
+        self._unknown: set[str] = set()
+        """The types that cannot be recorded, because nobody describes them. Each has been told of once."""
+        self._lost = 0
+        """What was lost by captures that have been closed."""
+        self._listening = True
+        """Whether topics are subscribed to; False for good when recording ends."""
         self._order = count()
-        self._messages = Ring(max_bytes - max_bytes // LINES_SHARE)
-        self._lines = Ring(max_bytes // LINES_SHARE)
-        self._channels: dict[tuple[str, type[Message]], Channel] = {}
+        self._lock = asyncio.Lock()
+        self._changed = asyncio.Event()
+        self._over = asyncio.Event()
 
-    def __repr__(self) -> str:
-        held = len(self._messages.entries) + len(self._lines.entries)
-        return f"<flight recorder of the last {self.seconds:g} s: {held} entries, {self.bytes} bytes, {self.lost} lost>"
+    async def on_start(self) -> None:
+        serve_recorder(self)
+        self._discover()
 
-    @property
-    def bytes(self) -> int:
-        """The approximate memory that the recording takes, in bytes."""
-        return self._messages.bytes + self._lines.bytes
+    async def on_stop(self, reason: ExitReason) -> None:
+        await self.finish()
 
-    @property
-    def lost(self) -> int:
-        """The number of entries dropped early because there was no room for them."""
-        return self._messages.lost + self._lines.lost
-
-    def attach(self, system: System) -> Self:
-        """Record `system` from now on: from the first message if it has not started yet, otherwise beginning with its latched messages."""
-        if self._system is not None:
-            raise RuntimeError("this recorder records a system already: make another recorder")
-        self._system = system
-        system.graph.tap(self._tap)
-        system.observe(lines=self._log, reports=self._report)
-        return self
-
-    def for_process(self) -> Callable[[], FlightRecorder]:
-        """A function that makes the recorder of another process of the recorded tree, for which less memory suffices.
-
-        When the child of that process fails, its record is written to a file, which is named in the log.
-        """
-        return partial(FlightRecorder, seconds=self.seconds, max_bytes=min(self._max_bytes, PROCESS_BYTES))
-
-    def freeze(self) -> FlightRecord:
-        """Return the present contents as a value that does not change. Only references are copied."""
-        newest = max((ring.entries[-1].at for ring in self._rings if ring.entries), default=0.0)
-        for ring in self._rings:
-            ring.trim(newest - self.seconds)
-        latched = sorted(entry for channel in self._channels.values() for entry in channel.held())
-        entries = tuple(merge(*(ring.entries for ring in self._rings)))
-        return create(FlightRecord, self.system, entries, tuple(latched), self)
-
-    def dump(self, path: str | os.PathLike[str], *, notes: Mapping[str, str] | None = None) -> Path:
-        """Write the present contents to an MCAP file and return its path. `notes` are stored in the file. Raises `OSError`.
-
-        To avoid blocking the loop, use ``await asyncio.to_thread(recorder.freeze().write, path)``.
-        """
-        return self.freeze().write(path, notes=notes)
+    # -- for users ----------------------------------------------------------------------------------------------------------
 
     @property
-    def system(self) -> System:
-        """The recorded system. Raises `NotStarted` if there is none yet."""
-        if self._system is None:
-            raise NotStarted("this recorder records no system yet: recorder.attach(system)")
-        return self._system
+    def recorded(self) -> int:
+        """The number of messages given to the bag so far, without those that it has lost."""
+        return self._writer.given - self._writer.lost
 
     @property
-    def _rings(self) -> tuple[Ring, Ring]:
-        return self._lines, self._messages
+    def over(self) -> bool:
+        """Whether recording has ended."""
+        return self._over.is_set()
 
-    def _channel(self, topic: str, type: type[Message]) -> Channel:
-        channel = self._channels.get((topic, type))
+    @property
+    def discovery(self) -> bool:
+        """Whether topics that appear are recorded, too. Set to True again, what has appeared meanwhile is."""
+        return self._discovery
+
+    @discovery.setter
+    def discovery(self, wanted: bool) -> None:
+        self._discovery = wanted
+        self._changed.set()
+
+    @property
+    def dropped(self) -> int:
+        """The number of messages of recorded topics that are not in the bag: lost on their way here, for want of room, or by an error."""
+        arriving = sum(capture.dropped for capture in self._captures.values())
+        outbox = self._outbox
+        return self._lost + arriving + outbox.dropped + outbox.unencodable + self._ring.lost + self._writer.lost
+
+    @property
+    def topics(self) -> list[str]:
+        """The topics that are recorded now."""
+        return sorted(channel.topic for channel in self._captures)
+
+    @property
+    def size(self) -> int:
+        """The size of the bag so far, in bytes."""
+        return self._writer.size
+
+    def pause(self) -> None:
+        """Record nothing until `unpause`. Messages of that time are not counted as lost."""
+        self.paused = True
+
+    def unpause(self) -> None:
+        """Record again after `pause`."""
+        self.paused = False
+
+    async def wait(self) -> None:
+        """Wait until recording has ended: by `finish`, by the service `~/stop`, or because of a `failure`."""
+        await self._over.wait()
+
+    async def snapshot(self) -> bool:
+        """Write what is kept in memory to a file of its own. False without `RecordOptions.snapshot`, and after the end."""
+        if not self.options.snapshot or self._over.is_set():
+            return False
+        async with self._lock:
+            if self._writer.given:
+                await self._do(self._writer.split)
+            for taken in self._kept():
+                self._outbox.add(taken)
+            await self._drain()
+            await self._do(self._writer.flush)
+        return self.failure is None
+
+    async def split(self) -> None:
+        """Close the present file of the bag and begin the next one."""
+        async with self._lock:
+            await self._drain()
+            split = await self._do(self._writer.split)
+            if split is not None:
+                self._tell(split)
+
+    async def finish(self) -> None:
+        """Write what waits, close the bag and record no more. Calling it twice is harmless."""
+        self._release()
+        async with self._lock:
+            await self._drain()
+            await self._do(self._outbox.note)
+            await self._do(self._writer.close)
+        self._over.set()
+
+    # -- what is recorded ---------------------------------------------------------------------------------------------------
+
+    @background
+    async def follow(self) -> None:
+        """Subscribe to what appears."""
+        leave = incarnation_of(self).runtime.graph.on_change(self._changed.set)
+        try:
+            while self._listening:
+                if self._discovery:
+                    self._discover()
+                await self._changed.wait()
+                self._changed.clear()
+        finally:
+            leave()
+
+    def _discover(self) -> None:
+        life = incarnation_of(self)
+        for offer in offers(life.runtime.graph, life, unpublished=self.options.unpublished):
+            if self._wanted(offer):
+                self._follow(offer)
+
+    def _wanted(self, offer: Offer) -> bool:
+        if not self.options.selection.takes(offer.entry.name, offer.type_name):
+            return False
+        if not self.options.leaf_topics and not offer.used:
+            return False
+        if offer.type is None and (owners := self._remote_types.owners(offer)):
+            self.create_task(self._learn(offer, owners))
+        return offer.type is not None
+
+    async def _learn(self, offer: Offer, owners: list[str]) -> None:
+        """Fetch a type that is not known here from the nodes that use it, and subscribe to its topics."""
+        life = incarnation_of(self)
+        graph = life.runtime.graph
+        if await self._remote_types.fetch(self, graph, offer, owners):
+            for known in offers(graph, life, unpublished=self.options.unpublished):
+                if self._listening and known.type_name == offer.type_name and self._wanted(known):
+                    self._follow(known)
+        elif offer.type_name not in self._unknown:
+            self._unknown.add(offer.type_name)
+            self.log.warning(
+                "not recorded: its type is not known here", topic=offer.entry.name, type=offer.type_name,
+                remedy="load the folder of its definition: --interfaces DIR, or actors.interfaces.load_folder",
+            )  # fmt: skip
+
+    def _follow(self, offer: Offer) -> None:
+        """Subscribe to a topic, or again with less if what is requested now is more than is offered."""
+        assert offer.type is not None
+        name, life = offer.entry.name, incarnation_of(self)
+        channel = self._channels.get((name, offer.type_name))
         if channel is None:
-            channel = self._channels[topic, type] = Channel(topic, type)
-        return channel
+            channel = self._channels[name, offer.type_name] = Channel(name, offer.type)
+            self._outbox.channels.append(channel)
+        for qos in offer.offered:
+            channel.offer(qos)
+        requested = self.options.qos.get(name) or fitting(offer.offered)
+        present = self._captures.get(channel)
+        if present is not None:
+            less = (requested.reliable, requested.transient_local)
+            if less >= (present.qos.reliable, present.qos.transient_local):
+                return
+            self._lost += present.dropped
+            present.close()
+        self._captures[channel] = Capture(
+            life, offer.entry, channel, requested, self._take, decoded=self.options.snapshot
+        )
 
-    def _tap(self, publisher: PublisherPeer) -> Callable[[Any], None]:
-        qos, topic = publisher.qos, publisher.entry.name
-        if topic == ROSOUT:  # log lines are recorded by the sink
-            return _nothing
-        kind = known_type(publisher.type)
-        if kind is None:  # a publisher of another process, whose messages cannot be read here
-            return _nothing
-        channel = self._channel(topic, kind)
-        channel.offer(qos)
+    def _take(self, channel: Channel, publisher: PublisherPeer, arrival: LazyMessage) -> None:
+        # Runs for every recorded message, while it is published.
+        if self.paused:
+            return
+        clock = self.clock
+        received_ns = clock.wall_ns()
+        if received_ns == 0 and incarnation_of(self).sim is not None:
+            return  # simulated time has not begun
+        sent_ns = received_ns if arrival.sent_ns is None else arrival.sent_ns
+        if self.options.snapshot:
+            self._keep(channel, publisher, arrival.message, sent_ns)
+        else:
+            weight = weight_of(channel.type)(arrival.message) if arrival.size is None else arrival.size
+            self._outbox.add(Taken(channel, arrival, received_ns, sent_ns, weight))
+
+    def _keep(self, channel: Channel, publisher: PublisherPeer, message: Message, sent_ns: int) -> None:
+        """Hold a message in memory, until it is too old or a snapshot is taken."""
+        qos, at = publisher.qos, incarnation_of(self).runtime.clock.now()
         source = Source(channel, publisher.node.fqn, qos.limit if qos.transient_local else 0)
-        weigh, order, seconds, now = weight_of(channel.type), self._order, self.seconds, self.system.clock.now
-        ring = self._messages
-        entries, max_bytes = ring.entries, ring.max_bytes
+        entry = Entry(next(self._order), at, source, message, weight_of(channel.type)(message), sent_ns)
+        self._ring.append(entry, at - self.options.snapshot_seconds)
 
-        # `Ring.append`, inlined: this runs for every message of the system.
-        def deliver(message: Message) -> None:
-            at = now()
-            weight = weigh(message)
-            entries.append(_new(Entry, (next(order), at, source, message, weight, None)))
-            ring.bytes += weight
-            if ring.bytes > max_bytes or entries[0].at < at - seconds:
-                ring.trim(at - seconds)
+    def _kept(self) -> Iterator[Taken]:
+        """What is held in memory, which it leaves, but for the latched messages."""
+        clock, ring = incarnation_of(self).runtime.clock, self._ring
+        ring.trim(clock.now() - self.options.snapshot_seconds)
+        latched = sorted(entry for channel in self._channels.values() for entry in channel.held())
+        for one, at in placed(latched, ring.release()):
+            sent_ns = clock.wall_ns_at(one.at) if one.sent_ns is None else one.sent_ns
+            yield Taken(one.source.channel, LazyMessage(one.message), clock.wall_ns_at(at), sent_ns)
 
-        for message in publisher.latched:
-            deliver(message)
-        return deliver
+    # -- what is written ----------------------------------------------------------------------------------------------------
 
-    def _log(self, record: LogRecord) -> None:
-        message = log_message(record, self.system.clock.wall_ns_at(record.time))
-        self._line(ROSOUT, message, record.time, ROSOUT_QOS)
+    @background
+    async def write(self) -> None:
+        """Write what waits, again and again."""
+        clock = incarnation_of(self).runtime.clock
+        while not self._over.is_set():
+            await clock.sleep(CADENCE)
+            async with self._lock:
+                await self._drain()
 
-    def _report(self, report: Report) -> None:
-        clock = self.system.clock
-        now = clock.now()
-        self._line(SUPERVISOR_EVENTS, event_message(report, clock.wall_ns_at(now)), now, DEFAULT)
+    async def _drain(self) -> None:
+        if self._outbox.take():
+            for split in await self._do(self._outbox.write) or ():
+                self._tell(split)
 
-    def _line(self, topic: str, message: Message, at: float, qos: QoS) -> None:
-        """Record a log line or event as a message at once: what it refers to may change, and must not be kept alive."""
-        channel = self._channel(topic, type(message))
-        channel.offer(qos)
-        entry = Entry(next(self._order), at, Source(channel), message, weight_of(channel.type)(message))
-        self._lines.append(entry, at - self.seconds)
+    async def _do(self, function: Callable[[], T]) -> T | None:
+        """Use the writer, in a thread. Its error ends the recording."""
+        if self.failure is not None:
+            return None
+        try:
+            return await self.offload(function, thread=True)
+        except OSError as error:
+            self.failure = error
+            self._release()
+            self.log.error(
+                "recording has ended: the bag cannot be written", bag=str(self.path), because=error.strerror or str(error),
+                remedy="make room on the disk, and record into another folder",
+            )  # fmt: skip
+            try:
+                await self.offload(self._writer.close, thread=True)
+            except OSError:
+                self.log.warning("the index of the bag could not be written", bag=str(self.path), remedy="bag reindex")
+            self._over.set()
+            return None
 
+    def _release(self) -> None:
+        """Leave all topics, for good."""
+        self._listening = False
+        for capture in self._captures.values():
+            self._lost += capture.dropped
+            capture.close()
+        self._captures.clear()
 
-class FlightRecord(metaclass=NoPublicConstructor):
-    """The contents of a recorder at one instant: `entries` in order, and `latched`, older messages that were still valid.
-
-    It has no public constructor: `FlightRecorder.freeze` gives one.
-    """
-
-    __slots__ = ("entries", "latched", "lost", "seconds", "system")
-
-    def __init__(
-        self, system: System, entries: tuple[Entry, ...], latched: tuple[Entry, ...], recorder: FlightRecorder
-    ) -> None:
-        self.system = system
-        self.entries = entries
-        self.latched = latched
-        self.seconds = recorder.seconds
-        self.lost = recorder.lost
-
-    def __repr__(self) -> str:
-        return f"<flight record of {len(self.entries)} entries and {len(self.latched)} latched messages>"
-
-    def write(self, path: str | os.PathLike[str], *, notes: Mapping[str, str] | None = None) -> Path:
-        """Write an MCAP file and return its path. Callable from any thread. `notes` are added to the metadata record `flight_record`.
-
-        Log lines are on /rosout, supervisor events on /supervisor_events. Times are those of publication; a latched message from before the
-        recorded period keeps its own as `publish_time` and has the start of the period as `log_time`. A file cannot hold times before 1970:
-        if the clock showed any, all times are increased by the nanoseconds stored as `shifted_ns` in the metadata. Messages that cannot be
-        encoded are left out and counted in the metadata. Raises `OSError`.
-        """
-        clock = self.system.clock
-        first = min((entry.at for entry in (*self.latched, *self.entries)), default=0.0)
-        shift = max(0, -clock.wall_ns_at(first))
-
-        def wall(at: float) -> int:
-            return clock.wall_ns_at(at) + shift
-
-        numbers: dict[Channel, int] = {}
-        unencodable = 0
-        with McapFile(path) as file:
-            for entry, at in placed(self.latched, self.entries):
-                channel = entry.source.channel
-                if channel not in numbers:
-                    numbers[channel] = file.channel(channel.topic, channel.type, channel.offered)
-                try:
-                    data = encode(entry.message)
-                except CdrError:
-                    unencodable += 1
-                    continue
-                file.write(numbers[channel], data, received_ns=wall(at), published_ns=wall(entry.at))
-            file.metadata("flight_record", self._facts(unencodable, shift) | dict(notes or {}))
-        return file.path
-
-    def _facts(self, unencodable: int, shift: int) -> dict[str, str]:
-        return {
-            "clock": "virtual" if self.system.clock.virtual else "real",
-            "seed": str(self.system.seed),
-            "seconds": f"{self.seconds:g}",
-            "entries": str(len(self.entries)),
-            "latched": str(len(self.latched)),
-            "lost": str(self.lost),
-            "unencodable": str(unencodable),
-            **({"shifted_ns": str(shift)} if shift else {}),
-        }
-
-
-def _nothing(message: object) -> None:
-    """Ignore a message that is recorded elsewhere."""
+    def _tell(self, split: Split) -> None:
+        self.splits(WriteSplitEvent(closed_file=split.closed, opened_file=split.opened, node_name=self.fqn))

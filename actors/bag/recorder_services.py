@@ -9,7 +9,7 @@ from actors.interfaces.rosbag2_interfaces import srv
 from actors.time.values import nanoseconds_of
 
 if TYPE_CHECKING:
-    from actors.bag.recording import Recorder
+    from actors.bag.recorder import Recorder
 
 LATER = "this recorder {} at once: leave {} zero"
 OVER = "recording has ended already"

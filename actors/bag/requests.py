@@ -78,7 +78,7 @@ class Requests:
                 return False
             if event.info.event_type == self._wanted and event.request:
                 name = f"request of {topic.name}"
-                task = self._node.spawn(self._tried(topic.name, send(event.request[0])), name=name)
+                task = self._node.create_task(self._tried(topic.name, send(event.request[0])), name=name)
                 self._open.add(task)
                 task.add_done_callback(self._open.discard)
             return True

@@ -4,7 +4,7 @@ A child on another machine is a child in a process of its own (`actors.processes
 where otherwise the tree does it itself. So strategies, intensity, backoff, order, reports, log lines and checkpoints are the same.
 
 * `messages`: what a tree and an agent tell each other, over a `Wire`, which keeps the order and loses nothing while it lasts;
-* `runs`: the count of the runs of a tree, so that what a machine still does for an earlier one is known as older;
+* `run_counter`: the count of the runs of a tree, so that what a machine still does for an earlier one is known as older;
 * `lease`: for how long an agent may let run what it was given, and when the tree may give it to somebody else. Read it first;
 * `agent`: what runs on the other machine; `remote`: one process there, as its supervisor sees it; `host`: the connection with one agent;
   `placing`: the hosts of one tree, and which of them a child is given to;

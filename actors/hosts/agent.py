@@ -10,15 +10,15 @@ from typing import Final, Protocol
 from actors.errors import ProcessDied
 from actors.hosts.lease import ASKING, Holding
 from actors.hosts.messages import (
-    Asked,
-    Ended,
-    Granted,
     Hello,
     Launch,
     Launched,
+    LeaseGrant,
+    LeaseRequest,
     Leaving,
-    Renew,
-    Said,
+    ProcessEnded,
+    ProcessEvent,
+    ProcessRequest,
     Signaled,
     ToAgent,
     Watched,
@@ -131,7 +131,7 @@ class Session:
         if isinstance(message, Hello):
             self._lease = lease = Holding(message.lease)
             self._ask(lease)
-        elif isinstance(message, Granted):
+        elif isinstance(message, LeaseGrant):
             self._granted(message.number)
         elif isinstance(message, Launch):
             self._launch(message)
@@ -165,7 +165,7 @@ class Session:
         if self._asking is not None:
             self._asking.cancel()
         now = self._loop.time()
-        self._wire.send(Renew(lease.ask(now), now, lease.left(now)))
+        self._wire.send(LeaseRequest(lease.ask(now), now, lease.left(now)))
         self._asking = self._loop.call_later(ASKING * lease.seconds, self._ask, lease)
 
     def _granted(self, number: int) -> None:
@@ -183,7 +183,7 @@ class Session:
 
     def _launch(self, message: Launch) -> None:
         if self._ending or self._lease is None or not self._lease.left(self._loop.time()):
-            self._wire.send(Ended(message.number, ProcessDied(0, "its agent takes no more processes")))
+            self._wire.send(ProcessEnded(message.number, ProcessDied(0, "its agent takes no more processes")))
             return
         task = self._loop.create_task(self._run(message), name=f"process {message.number} of {self._owner}")
         self._tasks.add(task)
@@ -195,7 +195,7 @@ class Session:
         try:
             process = await self._agent.launch(message, partial(self._tell, message))
         except OSError as error:
-            self._wire.send(Ended(number, error))
+            self._wire.send(ProcessEnded(number, error))
             return
         self._processes[number] = process
         self._wire.send(Launched(number, process.id))
@@ -206,7 +206,7 @@ class Session:
             process.send(StopAsked("the session ends"))
         how = await process.ended
         del self._processes[number]
-        self._wire.send(Ended(number, how))
+        self._wire.send(ProcessEnded(number, how))
 
     def _tell(self, message: Launch, event: Event | Opaque) -> None:
         """Send what a process tells. Lines that come faster than the wire takes them are counted instead: the lease goes by the same wire."""
@@ -218,8 +218,8 @@ class Session:
             lost, self._lost_lines = self._lost_lines, 0
             fields = {"lines": lost, "because": "they came faster than they could be sent"}
             line = Line(self._loop.time(), WARN, "/".join(message.path), 1, "log lines were lost", fields)
-            self._wire.send(Said(message.number, pack(line)))
-        self._wire.send(Said(message.number, event.data if isinstance(event, Opaque) else pack(event)))
+            self._wire.send(ProcessEvent(message.number, pack(line)))
+        self._wire.send(ProcessEvent(message.number, event.data if isinstance(event, Opaque) else pack(event)))
 
     def _done(self, task: asyncio.Task[None]) -> None:
         self._tasks.discard(task)
@@ -243,8 +243,8 @@ class Session:
         self._agent.over(self)
 
 
-def _pass_on(process: Running, message: Asked | Signaled | Watched) -> None:
-    if isinstance(message, Asked):
+def _pass_on(process: Running, message: ProcessRequest | Signaled | Watched) -> None:
+    if isinstance(message, ProcessRequest):
         process.send(Opaque(message.request))
     elif isinstance(message, Watched):
         (process.watch if message.on else process.unwatch)()

@@ -16,14 +16,14 @@ from actors.hosts.errors import HostLost
 from actors.hosts.events import UnreadableEvent, read_event
 from actors.hosts.lease import Granting
 from actors.hosts.messages import (
-    Ended,
     FromAgent,
-    Granted,
     Hello,
     Launch,
     Launched,
-    Renew,
-    Said,
+    LeaseGrant,
+    LeaseRequest,
+    ProcessEnded,
+    ProcessEvent,
     Wire,
 )
 from actors.hosts.remote import Place, RemoteProcess
@@ -171,27 +171,27 @@ class Host:
     def _take(self, connection: asyncio.Future[bool], message: FromAgent) -> None:
         if self._spoken is not connection:  # it is over, whatever still comes from there
             return
-        if isinstance(message, Renew):
+        if isinstance(message, LeaseRequest):
             self._renew(message)
             if message.left > 0.0:
                 wake(connection, True)
-        elif isinstance(message, (Launched, Said, Ended)):
+        elif isinstance(message, (Launched, ProcessEvent, ProcessEnded)):
             if (process := self._processes.get(message.number)) is not None:
                 self._about(process, message)
         else:
             self._leaving = True
 
-    def _renew(self, message: Renew) -> None:
+    def _renew(self, message: LeaseRequest) -> None:
         """Grant the lease, before it is told: the agent counts from an instant that is earlier still."""
         now = self._loop.time()
         self._ahead = min(self._ahead, now - message.at)
         self._granting.grant(now, message.left)
-        self._send(Granted(message.number))
+        self._send(LeaseGrant(message.number))
 
-    def _about(self, process: RemoteProcess, message: Launched | Said | Ended) -> None:
+    def _about(self, process: RemoteProcess, message: Launched | ProcessEvent | ProcessEnded) -> None:
         if isinstance(message, Launched):
             process.id = message.process
-        elif isinstance(message, Ended):
+        elif isinstance(message, ProcessEnded):
             del self._processes[message.number]
             process.end(message.how)
         else:

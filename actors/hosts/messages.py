@@ -36,7 +36,7 @@ class Hello(msgspec.Struct, frozen=True, tag=True):
     lease: float
 
 
-class Granted(msgspec.Struct, frozen=True, tag=True):
+class LeaseGrant(msgspec.Struct, frozen=True, tag=True):
     """The lease that was asked for with this number."""
 
     number: int
@@ -51,7 +51,7 @@ class Launch(msgspec.Struct, frozen=True, tag=True):
     order: bytes
 
 
-class Asked(msgspec.Struct, frozen=True, tag=True):
+class ProcessRequest(msgspec.Struct, frozen=True, tag=True):
     """Pass a request on to a process; it is packed."""
 
     number: int
@@ -72,7 +72,7 @@ class Watched(msgspec.Struct, frozen=True, tag=True):
     on: bool
 
 
-class Renew(msgspec.Struct, frozen=True, tag=True):
+class LeaseRequest(msgspec.Struct, frozen=True, tag=True):
     """The agent asks for the lease; `at` is the time on its clock, and `left` what it has left of the last lease, seconds."""
 
     number: int
@@ -87,14 +87,14 @@ class Launched(msgspec.Struct, frozen=True, tag=True):
     process: int
 
 
-class Said(msgspec.Struct, frozen=True, tag=True):
+class ProcessEvent(msgspec.Struct, frozen=True, tag=True):
     """An event of a process; it is packed."""
 
     number: int
     event: bytes
 
 
-class Ended(msgspec.Struct, frozen=True, tag=True):
+class ProcessEnded(msgspec.Struct, frozen=True, tag=True):
     """A process has ended, or could not be launched."""
 
     number: int
@@ -105,8 +105,8 @@ class Leaving(msgspec.Struct, frozen=True, tag=True):
     """The agent ends: it takes nothing more, and what it runs is about to stop."""
 
 
-ToAgent: TypeAlias = Hello | Granted | Launch | Asked | Signaled | Watched
-FromAgent: TypeAlias = Renew | Launched | Said | Ended | Leaving
+ToAgent: TypeAlias = Hello | LeaseGrant | Launch | ProcessRequest | Signaled | Watched
+FromAgent: TypeAlias = LeaseRequest | Launched | ProcessEvent | ProcessEnded | Leaving
 
 
 def written(message: ToAgent | FromAgent) -> bytes:
@@ -142,5 +142,7 @@ def _understood(kind: type, told: Any) -> Exception:
     return ProcessHung(process, seconds, text) if how == "hung" else OSError(text)
 
 
-_FOR_AGENT: Final = msgspec.msgpack.Decoder(Hello | Granted | Launch | Asked | Signaled | Watched)
-_FROM_AGENT: Final = msgspec.msgpack.Decoder(Renew | Launched | Said | Ended | Leaving, dec_hook=_understood)
+_FOR_AGENT: Final = msgspec.msgpack.Decoder(Hello | LeaseGrant | Launch | ProcessRequest | Signaled | Watched)
+_FROM_AGENT: Final = msgspec.msgpack.Decoder(
+    LeaseRequest | Launched | ProcessEvent | ProcessEnded | Leaving, dec_hook=_understood
+)

@@ -11,9 +11,9 @@ from msgspec import structs
 
 from actors.errors import DeclarationError
 from actors.hosts.host import Host
+from actors.hosts.launcher import transport_here
 from actors.hosts.messages import Wire
 from actors.hosts.remote import RemoteProcess
-from actors.hosts.there import transport_here
 from actors.logs import NodeLog
 from actors.processes.messages import Event, Order, Over
 from actors.runtime.placement import Placement

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 
 from actors.errors import ProcessDied
-from actors.hosts.messages import Asked, Signaled, Watched
+from actors.hosts.messages import ProcessRequest, Signaled, Watched
 from actors.processes.messages import Event, Order, Over, Request, StopAsked
 from actors.processes.pickling import pack
 from actors.supervision.reasons import Stopped
@@ -20,7 +20,7 @@ class Place:
         self._send = send
 
     def send(self, request: Request) -> None:
-        self._send(Asked(self._number, pack(request)))
+        self._send(ProcessRequest(self._number, pack(request)))
 
     def watch(self, on: bool) -> None:
         self._send(Watched(self._number, on))

@@ -13,7 +13,7 @@ from actors.checks import NoPublicConstructor, create
 from actors.hosts.agent import Agent, Running, Session
 from actors.hosts.lease import LEASE_SECONDS
 from actors.hosts.messages import Launch, Wire, for_agent, from_agent, written
-from actors.processes.maker import simulate
+from actors.processes.child_processes import simulate
 from actors.processes.messages import Event, Opaque
 from actors.processes.pickling import unpack
 from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor

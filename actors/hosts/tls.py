@@ -14,10 +14,10 @@ from typing import Any, Final, cast
 from actors.checks import is_number
 from actors.errors import DeclarationError
 from actors.hosts.agent import Agent, Session
+from actors.hosts.launcher import Launcher
 from actors.hosts.lease import LEASE_SECONDS
 from actors.hosts.messages import ToAgent, Wire, for_agent, from_agent, written
-from actors.hosts.runs import count_run
-from actors.hosts.there import Launcher
+from actors.hosts.run_counter import count_run
 from actors.processes.channel import Channel
 from actors.transport.security import Security, SecurityError
 

@@ -8,8 +8,9 @@ from typing import cast
 from actors.errors import ProgramExit
 
 
-class Unwinding(BaseException):
-    """Base of the exceptions that the framework throws through a node's code. They are not a handler's fault, and answer no caller."""
+class NodeExit(BaseException):
+    """Base of the exceptions that the framework throws through a node's code to end its incarnation. They are not a handler's fault, and
+    answer no caller."""
 
 
 class Failure:
@@ -26,7 +27,7 @@ class Failure:
         raise self.error
 
 
-class StopServing(Unwinding):
+class StopServing(NodeExit):
     """Ends `Inbox.serve` in order. It is not an `Exception`, so that `except Exception` in user code does not catch it."""
 
     def __init__(self, reason: str) -> None:
@@ -73,7 +74,7 @@ def blame(error: BaseException, label: str) -> BaseException | None:
         return ProgramExit(label, exits[0])
     if isinstance(error, GeneratorExit):  # thrown into an abandoned coroutine, or raised by its own code
         return RuntimeError(f"{label} raised GeneratorExit") if in_task() else None
-    return None if isinstance(error, Unwinding) else error
+    return None if isinstance(error, NodeExit) else error
 
 
 def _exits_in(error: BaseException) -> list[SystemExit | KeyboardInterrupt]:

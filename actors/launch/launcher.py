@@ -149,7 +149,7 @@ class Launcher(Node):
             self._end_if_done()
 
         self._pending += 1
-        self.spawn(done(), name=name)
+        self.create_task(done(), name=name)
 
     async def _fire(self, timer: Timer, place: tuple[str, ...]) -> None:
         await self.clock.sleep(timer.period)
@@ -182,7 +182,7 @@ class Launcher(Node):
         job.action.process_details = running.details()
         self._running[job.label] = running
         if isinstance(job.action, LifecycleNode) and job.action.node_name:
-            self.spawn(follow(self, job.action, self.emit), name=f"transitions of {job.label}")
+            self.create_task(follow(self, job.action, self.emit), name=f"transitions of {job.label}")
         self._later(self._run(running, place), job.label)
 
     async def _run(self, running: Running, place: tuple[str, ...]) -> None:
@@ -204,7 +204,7 @@ class Launcher(Node):
                     return
                 await self.clock.sleep(max(job.respawn_delay, RETRY_SECONDS))
         assert ref is not None  # a supervisor never declines to start
-        self.spawn(self._watch(running, place, ref), name=f"watch {job.label}")
+        self.create_task(self._watch(running, place, ref), name=f"watch {job.label}")
         life = self._supervisor(running.path)
         if not any(child.ref for child in life.children()):  # all of its nodes have declined to start
             await self._terminate(running)

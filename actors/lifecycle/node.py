@@ -227,7 +227,7 @@ async def _ask(life: Incarnation, node: LifecycleNode, label: str) -> bool:
         if not answer.done():
             answer.set_exception(life.absent())
 
-    life.spawn(asyncio.wait([answer]), name=label).add_done_callback(ended)  # this task ends with the node, too
+    life.create_task(asyncio.wait([answer]), name=label).add_done_callback(ended)  # this task ends with the node, too
     life.inbox.put_control(_Change(node, label, answer))
     return await answer
 

@@ -91,7 +91,7 @@ class InputAligner:
         self._newest = 0
         self._last_out = 0
         if node is not None:
-            node.spawn(self._watch(node, update_rate), name="input aligner")
+            node.create_task(self._watch(node, update_rate), name="input aligner")
 
     def __repr__(self) -> str:
         return f"<InputAligner of {len(self._queues)} inputs: {', '.join(str(len(one.waiting)) for one in self._queues)} wait>"

@@ -62,7 +62,7 @@ class Subscriber(SimpleFilter[T]):
         super().__init__()
         self.topic = topic
         self._messages = node.subscribe(topic, qos=qos)
-        node.spawn(self._pass_on(), name=f"filter of {topic.name}")
+        node.create_task(self._pass_on(), name=f"filter of {topic.name}")
 
     def __repr__(self) -> str:
         return f"<Subscriber of {self.topic.name}>"

@@ -50,7 +50,7 @@ class TimeSequencer(PassThrough[M]):
         self._last = 0
         self.dropped = 0
         """The number of messages that came too late, or left the full queue."""
-        node.spawn(self._watch(), name="time sequencer")
+        node.create_task(self._watch(), name="time sequencer")
 
     def __repr__(self) -> str:
         return f"<TimeSequencer of {self._node.fqn}: {len(self._waiting)} wait>"

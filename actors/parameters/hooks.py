@@ -59,7 +59,7 @@ class ParameterHook(Declaration):
         if inspect.iscoroutinefunction(self.function) or positional(self.function) != 2:
             raise DeclarationError(
                 f"{where} is {self!r}: make it a plain `def {self.attribute}(self, {argument})`, which must not wait; "
-                "self.spawn(...) runs what has to"
+                "self.create_task(...) runs what has to"
             )
 
 

@@ -22,6 +22,7 @@ from actors.parameters.callbacks import (
     PostSetCallback,
     PreSetCallback,
 )
+from actors.parameters.checks import DYNAMIC, UNDESCRIBED, checked, invalid, objection, planned, refused, unpacked
 from actors.parameters.declare import NO_PARAMETERS, ParameterTable
 from actors.parameters.descriptor import ParameterDescriptor, redescribed_type
 from actors.parameters.errors import (
@@ -32,7 +33,6 @@ from actors.parameters.errors import (
     ParameterUninitialized,
 )
 from actors.parameters.listing import SEPARATOR, listed
-from actors.parameters.planning import DYNAMIC, UNDESCRIBED, checked, invalid, objection, planned, refused, unpacked
 from actors.parameters.values import Parameter, ParameterChange, ParameterNames, ParameterType, SetResult, widened
 
 NO_OVERRIDES: Final[Mapping[str, Any]] = {}

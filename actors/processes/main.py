@@ -1,4 +1,4 @@
-"""The program of a process of a tree: ``python -m actors.processes.main CHANNEL NOTES NAME [fenced]``, started by `spawned.start`."""
+"""The program of a process of a tree: ``python -m actors.processes.main CHANNEL NOTES NAME [fenced]``, started by `os_process.start`."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from msgspec import structs
 from actors.logs import WARN
 from actors.places import line_of
 from actors.processes.channel import HEAD, Channel, framed
-from actors.processes.hosted import HostedTree
-from actors.processes.maker import Processes
+from actors.processes.child_processes import ChildProcesses
+from actors.processes.child_tree import ChildTree
 from actors.processes.messages import (
     BEAT,
     MOST_BEAT_SECONDS,
@@ -109,8 +109,8 @@ class Served:
         self._closed = asyncio.Event()
         self._channel = Channel(self._asked, self._left)
         transport = order.transport()
-        self._hosted = HostedTree(
-            order, transport, self.tell, lambda runtime: Processes(runtime, transport, order.recorders)
+        self._hosted = ChildTree(
+            order, transport, self.tell, lambda runtime: ChildProcesses(runtime, transport, order.recorders)
         )
         self._watchdog = Watchdog(channel.fileno(), notes, self.where, orphan_seconds=0.0 if fenced else ORPHAN_SECONDS)
 

@@ -15,7 +15,7 @@ from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
 
 if TYPE_CHECKING:
-    from actors.processes.flights import Recorder
+    from actors.processes.flight_records import Recorder
     from actors.runtime.options import RunOptions
     from actors.transport.protocol import Transport
 

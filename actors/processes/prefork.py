@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 from msgspec import structs
 
 from actors.processes.channel import framed
+from actors.processes.os_process import Started, discard, prepared, still_waiting
 from actors.processes.preparation import preparation
-from actors.processes.spawned import Started, discard, prepared, still_waiting
 from actors.supervision.child import Child
 from actors.supervision.declarations import Supervisor
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from actors.services.client import Client
     from actors.services.peers import Answering, Caller, OpenCall, Requester, ServiceCall, ServicePeer, Submit
     from actors.services.server import Request, Server, Take
-    from actors.supervision.seam import Life
+    from actors.supervision.peers import Life
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 T = TypeVar("T")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from actors.runtime.runtime import NodeRecord
-    from actors.supervision.seam import Life
+    from actors.supervision.peers import Life
     from actors.system import System
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.runtime import NodeRecord
     from actors.supervision.child import Child
-    from actors.supervision.seam import Life
+    from actors.supervision.peers import Life
     from actors.system import System
 
 OFTEN = Intensity(1_000_000, within=1.0)

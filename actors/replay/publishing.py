@@ -73,7 +73,7 @@ class JournalPublisher(Node):
     def keep(self, nodes: Sequence[str]) -> None:
         """Begin the journals that are not kept yet."""
         for name in self._asked:
-            self.spawn(self._begin(name))
+            self.create_task(self._begin(name))
 
     async def _begin(self, name: str) -> None:
         try:

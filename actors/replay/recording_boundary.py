@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from actors.replay.recording import Entry, Start
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.runtime import NodeRecord
-    from actors.supervision.seam import Life
+    from actors.supervision.peers import Life
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 T = TypeVar("T")

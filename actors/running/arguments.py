@@ -4,6 +4,7 @@
 """
 
 import re
+import sys
 import warnings
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
@@ -134,6 +135,14 @@ class _Parser:
         warnings.warn(text, DeprecationWarning, stacklevel=4)
         self.result = self.result._replace(remap_rules=(*self.result.remap_rules, rule))
         return True
+
+
+def remove_ros_args(argv: Sequence[str] | None = None) -> list[str]:
+    """The arguments that are not for ROS, by default those of `sys.argv`: for a program with arguments of its own, before it makes its tree.
+
+    As in rclpy the program's name, if there is one, stays first. Raises `ValueError` for a ROS argument that is wrong.
+    """
+    return list(parse(sys.argv if argv is None else argv).user_args)
 
 
 def _remap(result: RosArguments, text: str) -> RosArguments:

@@ -60,16 +60,6 @@ def spin(tree: Runnable, *more: Spec | type[Node], argv: Sequence[str] | None = 
         raise SystemExit(code)
 
 
-def remove_ros_args(argv: Sequence[str] | None = None) -> list[str]:
-    """The arguments that are not for ROS, by default those of `sys.argv`: for a program with arguments of its own, before it makes its tree.
-
-    As in rclpy the program's name, if there is one, stays first. Raises `ValueError` for a ROS argument that is wrong.
-    """
-    from actors.running.arguments import parse
-
-    return list(parse(sys.argv if argv is None else argv).user_args)
-
-
 async def live(trees: Sequence[Spec | type[Node]], argv: Sequence[str], *, signal_is_failure: bool = True) -> int:
     """Run the trees side by side until they end, and return the exit code. Raises what `run` and `System.wait` raise.
 

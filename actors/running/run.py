@@ -212,15 +212,15 @@ class Run(metaclass=NoPublicConstructor):
                 raise exit from None
 
     def _processes(self, runtime: Runtime) -> OtherProcesses:
-        from actors.processes.flights import makers  # late: few trees have other processes
-        from actors.processes.maker import Processes
+        from actors.processes.child_processes import ChildProcesses
+        from actors.processes.flight_records import makers  # late: few trees have other processes
 
         launch = None
         if self._hosts is not None:
             from actors.hosts.placing import elsewhere
 
             launch = elsewhere(self._hosts, runtime)
-        return Processes(runtime, self._transport, makers(self._observers), launch)
+        return ChildProcesses(runtime, self._transport, makers(self._observers), launch)
 
     def _signaled(self, number: signal.Signals) -> bool:
         """Stop the tree; if it has ended already, interrupt the block, once. Returns False if neither is possible any more."""

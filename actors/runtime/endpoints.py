@@ -200,7 +200,7 @@ class Endpoints:
                 life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter
             )
             if life.serving:
-                subscription.start(life.spawn)
+                subscription.start(life.create_task)
         else:
             subscription = HandlerSubscription(
                 life, entry, topic.type, qos, life.inbox, label, handler, patience, filter
@@ -408,7 +408,7 @@ class Endpoints:
         life = self._life
         for subscription in life.record.subscriptions:
             if isinstance(subscription, ConcurrentSubscription):
-                subscription.start(life.spawn)
+                subscription.start(life.create_task)
         for server in life.record.services.values():
             server.begin()
 

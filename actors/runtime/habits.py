@@ -137,4 +137,8 @@ class Habits:
 
 for _name, _remedy in _REMEDIES.items():
     setattr(Habits, _name, Missing(_name, f", which is rclpy's: {_remedy}; see docs/start/from-rclpy.md"))
-setattr(Habits, "start", Missing("start", ": a goal is sent by `async with self.send_goal(ACTION, goal) as goal`"))  # noqa: B010
+for _name, _remedy in {
+    "spawn": ": a task of the node is made by `self.create_task(work())`",
+    "start": ": a goal is sent by `async with self.send_goal(ACTION, goal) as goal`",
+}.items():
+    setattr(Habits, _name, Missing(_name, _remedy))

@@ -70,7 +70,7 @@ class Incarnation:
     Invariants:
 
     - It is the `life` of its record from its making until `release`. `release` sets `ended`, once and for good: from then on it publishes
-      nothing, receives nothing and spawns no task.
+      nothing, receives nothing and creates no task.
     - `phase` only moves forwards: new, on_start, begin (the framework's own part of the start), running. It stays as it is in the clean-up.
     - `serving` turns true once, after the node has become ready. Concurrent handlers begin to run then.
     - The failure of one of `tasks` ends the incarnation, and an orderly clean-up ends all of them.
@@ -523,7 +523,7 @@ class Incarnation:
         task = self.inbox.task
         lost = 0 if self._timers is None else sum(one.record.missed - one.record.blocked for one in self._timers)
         waits = (
-            "run what waits by self.spawn()"
+            "run what waits by self.create_task()"
             if isinstance(item, NodeTimer)
             else "declare it concurrent=n, make it an action"
         )
@@ -540,19 +540,19 @@ class Incarnation:
 
     # -- tasks --------------------------------------------------------------------------------------------------------------
 
-    def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
+    def create_task(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
         """Run `work` in a task that the node owns: its failure is the node's failure, and the node's end cancels it. Raises `Ended`."""
         if self.ended:
             work.close()
             raise self._over()
         for each in self.runtime.interceptors:
-            work = each.spawning(self, work, name)
+            work = each.creating_task(self, work, name)
         task = self.runtime.loop.create_task(work, name=f"{self.fqn} {name or getattr(work, '__qualname__', work)}")
         self.tasks.add(task)
         return task
 
     def own(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
-        """As `spawn`, for user code: an exception of any kind ends the node, and never the event loop."""
+        """As `create_task`, for user code: an exception of any kind ends the node, and never the event loop."""
         if self.ended:
             work.close()
             raise self._over()
@@ -560,7 +560,7 @@ class Incarnation:
         name = name or called or str(work)
         guarded: Any = contained(work, f"{self.fqn} {name}")
         guarded.__qualname__ = called or name  # so that reports name the user's code
-        task = self.spawn(guarded, name=name)
+        task = self.create_task(guarded, name=name)
         task.add_done_callback(lambda _: work.close())  # for a task that was canceled before its first step
         return task
 

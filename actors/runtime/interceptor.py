@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from actors.services.client import Client
     from actors.services.peers import Caller, Submit
     from actors.services.server import Handle, Server, Take
-    from actors.supervision.seam import Life
+    from actors.supervision.peers import Life
 
 
 class Interceptor(TopicInterceptor):
@@ -30,7 +30,7 @@ class Interceptor(TopicInterceptor):
         """Return the next life of the node at `path` for its supervisor. `make()` makes it. Raises what `make` raises."""
         return make()
 
-    def spawning(self, node: Caller, work: Coroutine[Any, Any, Any], name: str) -> Coroutine[Any, Any, Any]:
+    def creating_task(self, node: Caller, work: Coroutine[Any, Any, Any], name: str) -> Coroutine[Any, Any, Any]:
         """Return the coroutine that a new task of a node runs instead of `work`."""
         return work
 

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from actors.supervision.child import Child
     from actors.supervision.child_task import ChildTask
     from actors.supervision.executor import Caller
+    from actors.supervision.peers import Life
     from actors.supervision.report import Report
     from actors.supervision.running import RunningSupervisor
-    from actors.supervision.seam import Life
 
 _PATH: Final = ("/unsupervised",)
 """The path of the supervisor. No tree has it, because a name has no '/'."""
@@ -75,7 +75,7 @@ class JoinedNode(metaclass=NoPublicConstructor):
 class JoinedNodes:
     """The nodes beside the tree of one system, in the order in which they joined.
 
-    It is the `supervision.seam.Runtime` of their supervisor, of which they are temporary children. It runs from the start of the tree on, or from the
+    It is the `supervision.peers.Runtime` of their supervisor, of which they are temporary children. It runs from the start of the tree on, or from the
     first join on.
 
     Invariants:

@@ -12,7 +12,7 @@ from actors.shield import see_through
 
 if TYPE_CHECKING:
     from actors.runtime.runtime import Runtime
-    from actors.supervision import seam
+    from actors.supervision import peers
     from actors.supervision.declarations import DynamicSupervisor, Supervisor
 
 
@@ -63,7 +63,7 @@ class ApplicationMaster:
             raise NotRunning(f"{self._runtime!r} was stopped while it started: {self._tree.stop_reason}")
         top.task.add_done_callback(self._tree_ended)
 
-    def begin(self, spec: Supervisor | DynamicSupervisor, runtime: seam.Runtime, path: tuple[str, ...]) -> Top:
+    def begin(self, spec: Supervisor | DynamicSupervisor, runtime: peers.Runtime, path: tuple[str, ...]) -> Top:
         """Begin to run a supervisor at the top of the system."""
         top = Top(spec, runtime, path, self._loop)
         top.task.add_done_callback(lambda _: self._next_end())

@@ -337,7 +337,7 @@ class Node(Habits):
         life = _life_of(self)
         return create(Rate, lambda: life.clock, hz)
 
-    def spawn(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
+    def create_task(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
         """Run `work` in a task of this node: canceled when the node stops; if it fails, the node fails."""
         try:
             _life_of(self).check_use()

@@ -46,9 +46,9 @@ if TYPE_CHECKING:
     from actors.runtime.options import RunOptions
     from actors.runtime.timers import TimerRecord
     from actors.services.server import Server
+    from actors.supervision.peers import Life
     from actors.supervision.refs import ChildState
     from actors.supervision.report import Report
-    from actors.supervision.seam import Life
 
 
 KEPT_RESTARTS: Final = 100
@@ -130,7 +130,7 @@ class OtherProcesses(Protocol):
     """The source of lives in processes of their own."""
 
     def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
-        """Make a new life of a child with ``process=True``, as `supervision.seam.Runtime.life` does."""
+        """Make a new life of a child with ``process=True``, as `supervision.peers.Runtime.life` does."""
         ...
 
     def crash(self, path: tuple[str, ...], error: Exception, /) -> None:
@@ -445,7 +445,7 @@ def _introduced(record: NodeRecord) -> str:
 
 
 class Runtime:
-    """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.seam.Runtime`.
+    """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.peers.Runtime`.
 
     `options` are those of the run. `processes` makes the source of lives in other processes, at its first use; without it the system has
     none. `placement` is that of this system in the tree of which it is a part. `make_graph` makes the graph.

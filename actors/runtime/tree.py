@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import signal
 
     from actors.errors import ProgramExit
-    from actors.supervision import seam
+    from actors.supervision import peers
     from actors.supervision.child_task import ChildTask
     from actors.supervision.declarations import DynamicSupervisor, Supervisor
     from actors.supervision.refs import ChildState
@@ -28,7 +28,7 @@ class Top:
     def __init__(
         self,
         spec: Supervisor | DynamicSupervisor,
-        runtime: seam.Runtime,
+        runtime: peers.Runtime,
         path: tuple[str, ...],
         loop: asyncio.AbstractEventLoop,
     ) -> None:

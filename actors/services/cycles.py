@@ -1,7 +1,7 @@
 """Detection of call cycles that could not be refused in advance. It runs only when a call has timed out.
 
 When a handler awaits a call itself, its node records that (`Caller.waits_for`), and a cycle of such handlers is refused at once. When a
-handler waits through another task (`gather`, a task group, `create_task`, `shield`, `spawn`), or is concurrent, nothing is recorded:
+handler waits through another task (`gather`, a task group, `create_task`, `shield`), or is concurrent, nothing is recorded:
 whether a task will be awaited cannot be known in advance. Once a call is late, the callbacks of the awaited futures show who waits for
 them.
 """

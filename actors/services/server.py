@@ -112,7 +112,7 @@ class Server:
         assert self.waiting is not None
         self.active[request] = None
         if self.node.serving and len(self.active) - len(self.waiting) <= self.concurrent:
-            self.node.spawn(self._work(request), name=self.label)
+            self.node.create_task(self._work(request), name=self.label)
         else:
             self.waiting.append(request)
         return request
@@ -121,7 +121,7 @@ class Server:
         """Start to handle the requests that wait, because the node has started."""
         if self.waiting:
             for _ in range(min(self.concurrent, len(self.waiting))):
-                self.node.spawn(self._work(self.waiting.popleft()), name=self.label)
+                self.node.create_task(self._work(self.waiting.popleft()), name=self.label)
 
     def fail_all(self, error: Callable[[], Exception]) -> None:
         """Fail every unanswered request with `error()`, because the node has ended."""

@@ -2,7 +2,7 @@
 
 Users write trees with `child` and `declarations` and the options in `policy`, and get the values in `reasons`, `refs`, `report` and
 `errors`. What trees are made of are names of `actors`; the names here are the reasons of an end, and the options of `auto_shutdown`. A
-system runs trees with `running`, and provides what `seam` asks for.
+system runs trees with `running`, and provides what `peers` asks for.
 
 How it works: an event (`events`) is first recorded in the state of the supervisor (`children`, with `entry` and `steps`).
 `decide` then says what follows from the event (for requests: `administer`), as a sequence of `acts`, and `executor` carries them out.

@@ -19,9 +19,9 @@ from actors.checks import (
     shown,
 )
 from actors.errors import DeclarationError
-from actors.supervision.crossing import HANG_SECONDS, check_crossing, check_process, checked_hosts, why_crossing
 from actors.supervision.declaration import Declaration
 from actors.supervision.policy import Backoff, Kind, Restart, StopTimeout, permanent
+from actors.supervision.process_options import HANG_SECONDS, check_crossing, check_process, checked_hosts, why_crossing
 
 
 class Child(Declaration):

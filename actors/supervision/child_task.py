@@ -8,10 +8,10 @@ from collections.abc import Callable
 from typing import Any, Literal, Protocol
 
 from actors.supervision.errors import SupervisorGaveUp
+from actors.supervision.peers import Declared, Life
 from actors.supervision.policy import StopTimeout
 from actors.supervision.reasons import ExitReason, Failed, Killed, Leaked, Returned, Skip, Stop, Stopped
 from actors.supervision.refs import ChildRef, Down
-from actors.supervision.seam import Declared, Life
 
 GRACE = 1.0
 """Seconds from the kill of a task to its abandonment, which is reported as `Leaked`."""

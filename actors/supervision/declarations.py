@@ -22,7 +22,6 @@ from actors.checks import (
 )
 from actors.errors import DeclarationError
 from actors.supervision.child import Child, check_policy
-from actors.supervision.crossing import HANG_SECONDS, check_crossing, check_process, checked_hosts, why_crossing
 from actors.supervision.declaration import Declaration
 from actors.supervision.policy import (
     AutoShutdown,
@@ -36,6 +35,7 @@ from actors.supervision.policy import (
     one_for_one,
     permanent,
 )
+from actors.supervision.process_options import HANG_SECONDS, check_crossing, check_process, checked_hosts, why_crossing
 
 
 class Supervisor(Declaration):

@@ -21,11 +21,11 @@ from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.entry import Entry
 from actors.supervision.errors import StartFailed
 from actors.supervision.events import AllReady, Ended, Event, KillAsked, Ready, Request, StopAsked
+from actors.supervision.peers import Life, Runtime
 from actors.supervision.policy import Backoff
 from actors.supervision.reasons import ExitReason
 from actors.supervision.refs import ChildRef, Down
 from actors.supervision.report import Context, Report
-from actors.supervision.seam import Life, Runtime
 
 Args = TypeVarTuple("Args")
 

@@ -24,10 +24,10 @@ from actors.supervision.events import (
     TerminateChild,
 )
 from actors.supervision.executor import Caller, Executor
+from actors.supervision.monitors import complete_on_end, share_fate
+from actors.supervision.peers import Life, Runtime, is_subtree
 from actors.supervision.reasons import Gone
 from actors.supervision.refs import ChildInfo, ChildRef, ChildState, Counts, Down
-from actors.supervision.seam import Life, Runtime, is_subtree
-from actors.supervision.watching import complete_on_end, share_fate
 
 Path: TypeAlias = str | Sequence[str]
 """The path from a supervisor down to a descendant: "gaits/walk", or ("gaits", "walk")."""

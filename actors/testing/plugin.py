@@ -130,7 +130,7 @@ def pytest_runtest_makereport(
     """Add the log of the system and the flight record to the report of a failed test, whether it failed itself or at its clean-up."""
     report = yield
     if report.failed and (rig := item.stash.get(_RIG, None)) is not None:
-        from actors.testing.flights import save_flight
+        from actors.testing.flight_records import save_flight
 
         report.sections.append(("rig", rig.timeline()))
         if report.when == "call" and (findings := rig.findings()):

@@ -133,14 +133,14 @@ class Rig:
             transport = None if self._hosts is None else self._hosts.transport()
 
         def processes(runtime: Runtime) -> OtherProcesses:
-            from actors.processes.maker import Processes  # late: few trees have other processes
+            from actors.processes.child_processes import ChildProcesses  # late: few trees have other processes
 
             launch = None
             if hosts is not None:
                 from actors.hosts.placing import elsewhere
 
                 launch = elsewhere(hosts, runtime)
-            return Processes(runtime, transport, elsewhere=launch)
+            return ChildProcesses(runtime, transport, elsewhere=launch)
 
         system = self._make_system(
             seed=seed, sinks=(self.logs.append,), level=DEBUG, options=options, processes=processes,

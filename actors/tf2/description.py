@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from actors.tf2.track import Track
+from actors.tf2.time_cache import TimeCache
 
 SHORTEST = 1e-4
 """The rate of transforms is counted over at least this interval, seconds."""
@@ -29,7 +29,7 @@ class Frame(NamedTuple):
         return self.length / max(self.newest - self.oldest, SHORTEST)
 
 
-def frames(tracks: Mapping[str, Track]) -> dict[str, Frame]:
+def frames(tracks: Mapping[str, TimeCache]) -> dict[str, Frame]:
     """Each frame that has a parent now."""
     found: dict[str, Frame] = {}
     for name, track in tracks.items():

@@ -16,7 +16,7 @@ from actors.tf2.errors import (
     LookupException,
     TransformException,
 )
-from actors.tf2.track import Track, seconds
+from actors.tf2.time_cache import TimeCache, seconds
 from actors.tf2.transform import Transform
 
 IDENTITY = Transform()
@@ -34,11 +34,11 @@ class FrameTree:
 
     def __init__(self, keep: int) -> None:
         self._keep = keep
-        self._tracks: dict[str, Track] = {}
+        self._tracks: dict[str, TimeCache] = {}
         self.names: set[str] = set()
 
     @property
-    def tracks(self) -> Mapping[str, Track]:
+    def tracks(self) -> Mapping[str, TimeCache]:
         """The transforms of each frame to its parent."""
         return MappingProxyType(self._tracks)
 
@@ -58,7 +58,7 @@ class FrameTree:
         if track is None or track.parent != parent:
             self._refuse_loop(parent, child)
         if track is None or track.static != static:
-            track = self._tracks[child] = Track(child, self._keep, static=static)
+            track = self._tracks[child] = TimeCache(child, self._keep, static=static)
             self.names |= {parent, child}
         elif track.parent != parent:
             self.names.add(parent)

@@ -46,11 +46,11 @@ class TransformListener:
         self._node = node
         self._complained: set[tuple[str, str]] = set()
         static = node.subscribe(Topic(TFMessage, tf_static_topic, TF_STATIC.qos), qos=static_qos)
-        node.spawn(self._hear(static, static=True), name="tf_static")
+        node.create_task(self._hear(static, static=True), name="tf_static")
         self._streams = [static]
         if not static_only:
             moving = node.subscribe(Topic(TFMessage, tf_topic, TF.qos), qos=qos)
-            node.spawn(self._hear(moving, static=False), name="tf")
+            node.create_task(self._hear(moving, static=False), name="tf")
             self._streams.append(moving)
         backwards = JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1))
         self._jumps = node.on_jump(backwards, post=self._jumped)

@@ -22,8 +22,8 @@ from actors.time.deadlines import check_timeout
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
-    from actors.qos.events import DeadlineWatch, LeaseWatch
     from actors.qos.policies import QoS
+    from actors.qos.watches import DeadlineWatch, LeaseWatch
     from actors.topics.peers import Participant, TopicRegistry
 
 E = TypeVar("E")

@@ -145,7 +145,7 @@ class HandlerSubscription(Subscription[M]):
         return self.handler(message)
 
 
-class Spawn(Protocol):
+class CreateTask(Protocol):
     """Starts a named task of the node."""
 
     def __call__(self, work: Coroutine[Any, Any, None], /, *, name: str) -> object: ...
@@ -160,7 +160,7 @@ class ConcurrentSubscription(HandlerSubscription[M]):
     #   `concurrent`.
     # * It is never an item of the inbox.
 
-    __slots__ = ("_spawn", "active", "concurrent")
+    __slots__ = ("_create_task", "active", "concurrent")
 
     def __init__(
         self,
@@ -178,7 +178,7 @@ class ConcurrentSubscription(HandlerSubscription[M]):
         super().__init__(node, entry, type, qos, inbox, label, handler, patience, filter)
         self.concurrent = concurrent
         self.active = 0
-        self._spawn: Spawn | None = None
+        self._create_task: CreateTask | None = None
 
     def deliver(self, message: M) -> None:
         self.received += 1
@@ -191,15 +191,15 @@ class ConcurrentSubscription(HandlerSubscription[M]):
     def _announce(self, count: int) -> None:
         """Do nothing: `start` handles the messages that wait."""
 
-    def start(self, spawn: Spawn) -> None:
-        """Start tasks with `spawn` from now on, because the node has started. Messages that wait already are handled first."""
-        self._spawn = spawn
+    def start(self, create_task: CreateTask) -> None:
+        """Start tasks with `create_task` from now on, because the node has started. Messages that wait already are handled first."""
+        self._create_task = create_task
         self.active = 0
         self.work()
 
     def pause(self) -> None:
         """Start no more tasks until the next `start`, because the node has ended."""
-        self._spawn = None
+        self._create_task = None
 
     def work(self) -> None:
         """Start a task for each waiting message, up to the limit of `concurrent`."""
@@ -207,15 +207,15 @@ class ConcurrentSubscription(HandlerSubscription[M]):
             self._begin_one()
 
     def _begin_one(self) -> None:
-        spawn = self._spawn
-        if self.messages and self.active < self.concurrent and spawn is not None:
+        create_task = self._create_task
+        if self.messages and self.active < self.concurrent and create_task is not None:
             self.active += 1
-            spawn(self._work(spawn), name=self.label)
+            create_task(self._work(create_task), name=self.label)
 
-    async def _work(self, spawn: Spawn) -> None:
-        """Handle messages in one task until none waits or the incarnation that `spawn` belongs to has ended. An error ends the task."""
+    async def _work(self, create_task: CreateTask) -> None:
+        """Handle messages in one task until none waits or the incarnation that `create_task` belongs to has ended. An error ends the task."""
         try:
-            while self.messages and self._spawn is spawn:
+            while self.messages and self._create_task is create_task:
                 begun = self.inbox.loop.time()
                 pending = self.run()
                 if pending is not None:
@@ -227,5 +227,5 @@ class ConcurrentSubscription(HandlerSubscription[M]):
                 raise
             raise failure from error
         finally:
-            if self._spawn is spawn:
+            if self._create_task is create_task:
                 self.active -= 1

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
-    from actors.topics.arrival import Arrival
+    from actors.topics.lazy_message import LazyMessage
 
 Target: TypeAlias = Callable[[Any], None]
 """Receives each message of a publisher, immediately and in order. It never blocks and never raises.
@@ -103,7 +103,7 @@ class PublisherPeer(Peer, Protocol):
         ...
 
     @property
-    def arrival(self) -> Arrival | None:
+    def arrival(self) -> LazyMessage | None:
         """While a message of another process is delivered: that message, as it was received."""
         ...
 

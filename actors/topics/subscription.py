@@ -72,7 +72,7 @@ class Subscription(Endpoint, Generic[M]):
         """The tasks that wait in `room`; None until the first one does."""
         self.must_unwrap = False
         if (period := nanoseconds(qos.deadline)) is not None:
-            from actors.qos.events import DeadlineWatch
+            from actors.qos.watches import DeadlineWatch
 
             self.keep_events().deadline = DeadlineWatch(period)
 

@@ -49,7 +49,7 @@ class TimedPublisher(Publisher[M]):
     __slots__ = ("_lifespan_ns", "_loop")
 
     def __init__(self, node: Participant, entry: TopicRegistry, type: type[M], qos: QoS) -> None:
-        from actors.qos.events import DeadlineWatch, LeaseWatch
+        from actors.qos.watches import DeadlineWatch, LeaseWatch
 
         super().__init__(node, entry, type, qos)
         self._loop = asyncio.get_running_loop()

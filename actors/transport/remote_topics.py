@@ -12,9 +12,9 @@ from actors.interfaces.cdr import decoder
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.qos.policies import Liveliness
-from actors.topics.arrival import Arrival, UndecodedTarget
 from actors.topics.endpoint import nanoseconds
-from actors.transport.numbers import Numbers
+from actors.topics.lazy_message import LazyMessage, UndecodedTarget
+from actors.transport.sequence_numbers import SequenceNumbers
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
@@ -41,7 +41,7 @@ class _Match:
 
     def __init__(self, subscription: SubscriptionPeer, target: Target, last: int | None) -> None:
         self.subscription = subscription
-        self.numbers = Numbers(last)
+        self.numbers = SequenceNumbers(last)
         """Those of the messages that it has received."""
         self.target = target
         self.undecoded = target.undecoded if isinstance(target, UndecodedTarget) else None
@@ -85,13 +85,13 @@ class RemotePublisher:
         self.qos = qos
         self.checks_qos = checks_qos
         self._judged = judged
-        self._numbers = Numbers()
+        self._numbers = SequenceNumbers()
         self._known = known or {}
         self.carried_bytes = 0
         self.missed = 0
-        self._passing: Arrival | tuple[bytes, MessageType, int, float | None, Any] | None = None
+        self._passing: LazyMessage | tuple[bytes, MessageType, int, float | None, Any] | None = None
         """What is being passed on: its object, or what it is made of."""
-        self.kept: dict[int, Arrival] = {}
+        self.kept: dict[int, LazyMessage] = {}
         self._order: list[int] = []
         """The numbers of `kept`, ascending."""
         self.type: Any = type
@@ -205,11 +205,11 @@ class RemotePublisher:
         return match
 
     @property
-    def arrival(self) -> Arrival | None:
+    def arrival(self) -> LazyMessage | None:
         passing = self._passing
         if isinstance(passing, tuple):
             payload, kind, sent_ns, since, message = passing
-            passing = self._passing = Arrival.received(payload, kind, sent_ns, since)
+            passing = self._passing = LazyMessage.received(payload, kind, sent_ns, since)
             passing.decoded_as(message)
         return passing
 
@@ -236,10 +236,12 @@ class RemotePublisher:
             match = self._matched[subscription] = _Match(subscription, target, self._known.get(subscription))
         return match
 
-    def _arrival(self, number: int, payload: bytes, kind: MessageType, sent_ns: int, since: float | None) -> Arrival:
+    def _arrival(
+        self, number: int, payload: bytes, kind: MessageType, sent_ns: int, since: float | None
+    ) -> LazyMessage:
         arrival = self.kept.get(number)
         if arrival is None or arrival.cdr != payload:
-            arrival = Arrival.received(payload, kind, sent_ns, since)
+            arrival = LazyMessage.received(payload, kind, sent_ns, since)
             if self._keeps == 1:
                 self.kept.clear()
                 self._order.clear()

@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 
 from actors.errors import DeclarationError
-from actors.hosts.there import CONNECT, LISTEN, transport_here
+from actors.hosts.launcher import CONNECT, LISTEN, transport_here
 from actors.hosts.tls import PORT, address_of, serve
 from actors.running.signals import listen
 from actors.transport.environment import SECURITY, security_from_environment

@@ -6,7 +6,7 @@ import os
 from contextlib import suppress
 from typing import Final, Literal
 
-from robot.link.turns import short_turns
+from robot.link.time_slices import short_turns
 
 PRIORITY: Final = {"body": 20, "control": 10}
 """Of real-time scheduling. The body is hardware: it goes before its controllers."""

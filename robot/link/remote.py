@@ -50,10 +50,10 @@ from robot.link.segment import CALL, Segment, attached
 from robot.model.arm import check_angles
 from robot.model.robot import SPOT, RobotModel
 from robot.scenes.scene import Obstacle, Scene, Thing
+from robot.sim.depth_rays import sight
+from robot.sim.lidar_rays import cast
 from robot.sim.mjcf import obstacle_names
 from robot.sim.noise import LidarNoise
-from robot.sim.rays import cast
-from robot.sim.sight import sight
 from robot.sim.simulation import SimulationArm, Truth
 from robot.sim.spin import beam_directions
 

@@ -135,8 +135,8 @@ class Calibration(Node):
             turns.append(twist.angular.z)
 
         listening = [
-            self.spawn(_each(self.subscribe(IMU_RAW, qos=IMU_RAW.qos.replace(depth=50)), imu), name="imu"),
-            self.spawn(_each(self.subscribe(ODOMETRY), odometry), name="odom"),
+            self.create_task(_each(self.subscribe(IMU_RAW, qos=IMU_RAW.qos.replace(depth=50)), imu), name="imu"),
+            self.create_task(_each(self.subscribe(ODOMETRY), odometry), name="odom"),
         ]
         try:
             await self.clock.sleep(AT_REST)

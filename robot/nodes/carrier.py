@@ -16,7 +16,7 @@ from robot.geometry.vectors import Triple
 from robot.interfaces.robactor_msgs.action import FetchAndCarry
 from robot.interfaces.robactor_msgs.msg import GoalReport
 from robot.interfaces.tutorials.proposed_interfaces.action import NavigateAndGrab
-from robot.nodes.story import CANCELED
+from robot.nodes.task_feedback import CANCELED
 from robot.planning.errors import ErrorCode
 
 TRIES = 3

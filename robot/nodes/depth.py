@@ -31,7 +31,7 @@ class DepthCameras(Node):
         """Take a picture; it is delivered `latency` later."""
         picture = self._picture() if self.points.subscription_count else None
         if picture is not None:
-            self.spawn(self._deliver(picture), name="deliver")
+            self.create_task(self._deliver(picture), name="deliver")
 
     async def _deliver(self, picture: PointCloud2) -> None:
         await self.clock.sleep(self._cameras.latency)

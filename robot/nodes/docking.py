@@ -261,7 +261,7 @@ class Docking(Node):
             if self._stage in (Stage.APPROACHING, Stage.LEAVING):
                 self.cmd(STANDSTILL)
                 if outcome != "preempted":
-                    self.spawn(self._rest())
+                    self.create_task(self._rest())
             self._stage, self._outcome = None, outcome
             self._report()
         result = Dock.Result(success=success, outcome=outcome, message=message)

@@ -36,7 +36,7 @@ from robot.interfaces.tutorials.proposed_interfaces.action import (
 )
 from robot.model.arm import MOUNT, OutOfReach, forward
 from robot.nodes.skills import Skills, TaskFailed
-from robot.nodes.story import CANCELED, Story, Told
+from robot.nodes.task_feedback import CANCELED, TaskFeedback, Told
 from robot.planning.grasp import Spot, approach, stands
 from robot.planning.reach import GRASP_DISTANCE
 from robot.scenes.objects import Look
@@ -91,7 +91,7 @@ class Fetch(Node):
     @NAVIGATE_AND_GRAB.serve()
     async def grab(self, goal: NavigateAndGrab_Goal) -> Steps[NavigateAndGrab_Feedback, NavigateAndGrab_Result]:
         target = from_pose(goal.target_pose.pose)
-        story = Story(GRAB, hypot(target.x - self._skills.here.x, target.y - self._skills.here.y))
+        story = TaskFeedback(GRAB, hypot(target.x - self._skills.here.x, target.y - self._skills.here.y))
         name = goal.object_name
         parts = (self._take(name, target, story),)
         async with aclosing(self._work("navigate_and_grab", NavigateAndGrab, name, parts, f"{name} grabbed")) as steps:
@@ -108,7 +108,7 @@ class Fetch(Node):
     @FETCH_AND_CARRY.serve()
     async def carry(self, goal: FetchAndCarry_Goal) -> Steps[FetchAndCarry_Feedback, FetchAndCarry_Result]:
         target, place = from_pose(goal.target_pose.pose), goal.place_pose.pose.position
-        story = Story(
+        story = TaskFeedback(
             CARRY,
             hypot(target.x - self._skills.here.x, target.y - self._skills.here.y)
             + hypot(place.x - target.x, place.y - target.y),
@@ -152,7 +152,7 @@ class Fetch(Node):
     # -- the parts -----------------------------------------------------------------------------------------------------------
 
     async def _take(
-        self, name: str, expected: Pose2, story: Story, onward: Spot | None = None
+        self, name: str, expected: Pose2, story: TaskFeedback, onward: Spot | None = None
     ) -> AsyncGenerator[Told, None]:
         """Until the object is in the gripper and the arm is stowed. With `onward`, the distance told includes the way from there to that place."""
         yield story.tell("calibrate")
@@ -212,7 +212,7 @@ class Fetch(Node):
         if not self._skills.gripping:
             raise Missed(f"{name} was lost on the way")
 
-    async def _put(self, name: str, place: Spot, story: Story) -> AsyncGenerator[Told, None]:
+    async def _put(self, name: str, place: Spot, story: TaskFeedback) -> AsyncGenerator[Told, None]:
         """Carry what is held to where it shall stand, and put it down."""
         middle = Spot(place.x, place.y, place.z + self._looks[name].height / 2)
         base, length = await self._base("carry", middle, [])

@@ -223,7 +223,7 @@ class GoalWalk:
                 if self._shown is not None:
                     self._shown = None
                     self._plan(None)
-                self._node.spawn(self._rest())
+                self._node.create_task(self._rest())
 
     def _set_goal(self, goal: Pose2, *, straight: bool) -> None:
         """Raises `NotReached` where no way leads there from here: what was checked was the way from where the robot stood."""

@@ -16,8 +16,8 @@ from actors.interfaces.std_srvs.srv import Trigger, Trigger_Request, Trigger_Res
 from robot.contracts import GET_ROBOT_POSE, INITIAL_POSE, LOCALIZATION, ODOMETRY, POSE, RELOCALIZE, SCAN
 from robot.estimation.fit_watch import AMBIGUOUS, BLIND, LOST, TRACKING, FitWatch
 from robot.estimation.history import pose_history, started_over
+from robot.estimation.hypotheses import PoseHypotheses
 from robot.estimation.relocalize import CERTAIN, Found, Near, Relocalizer, apart
-from robot.estimation.rivals import Rivals
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
 from robot.geometry.messages import from_pose, pose_stamped, seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose, inverse
@@ -87,7 +87,7 @@ class Localizer(Node):
         """So many times odometry has started over."""
         self._near: Near | None = None
         """Where somebody has said that the robot is, until a search there has ended."""
-        self._rivals: Rivals | None = None
+        self._rivals: PoseHypotheses | None = None
 
     async def on_start(self) -> None:
         self._matcher = ScanMatcher(self._grid, bias_sd=self.range_bias)
@@ -150,7 +150,7 @@ class Localizer(Node):
             await self._weigh(self._rivals, ranges, moved)
         self._tell()
         if not self._searching and self._wants_search(stamp):
-            self.spawn(self._search_now())
+            self.create_task(self._search_now())
 
     def _wants_search(self, now: float) -> bool:
         """Whether to look now: scans do not fit, or somebody has said where the robot is, or a last life did not know which of several places it is."""
@@ -188,7 +188,7 @@ class Localizer(Node):
             self._offset = compose(pose, inverse(self._odom))
         self.log.info("initial pose set", x=round(pose.x, 2), y=round(pose.y, 2), yaw=round(pose.yaw, 2))
         if not self._searching:
-            self.spawn(self._search_now())
+            self.create_task(self._search_now())
 
     async def _search_now(self) -> None:
         await self._search()
@@ -239,11 +239,11 @@ class Localizer(Node):
         else:
             self._go(compose(best.pose, inverse(moved)), moved)
             return None
-        self._rivals = Rivals(relocalizer, places, moved)
+        self._rivals = PoseHypotheses(relocalizer, places, moved)
         self._tell()
         return f"the scan fits {len(places)} places alike"
 
-    async def _weigh(self, rivals: Rivals, ranges: Floats, moved: Pose2) -> None:
+    async def _weigh(self, rivals: PoseHypotheses, ranges: Floats, moved: Pose2) -> None:
         """Go where the robot is as soon as scans tell it. Other tasks of the event loop have a turn after each place."""
         for _ in rivals.weighing(ranges, moved):
             await self.clock.sleep(0.0)

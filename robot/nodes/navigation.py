@@ -8,7 +8,8 @@ from contextlib import aclosing, suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
-from actors import Aborted, ActorError, Done, Node, Parameter, Reject, Steps, every, parallel, parameter, publishes
+from actors import Aborted, ActorError, Done, Node, Parameter, Reject, Steps, every, parameter, publishes
+from actors.actions import parallel
 from actors.interfaces.builtin_interfaces.msg import Duration
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.nav_msgs.msg import OccupancyGrid, Odometry, Path
@@ -221,7 +222,7 @@ class Navigation(Node):
     @GOAL_POSE.on()
     def goal_pose(self, message: PoseStamped) -> None:
         """Walk there, as a client of navigate_to_pose would ask."""
-        self.spawn(self._walk_to(message))
+        self.create_task(self._walk_to(message))
 
     async def _walk_to(self, pose: PoseStamped) -> None:
         try:

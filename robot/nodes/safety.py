@@ -209,7 +209,7 @@ class SafetyMonitor(Node):
 
     def _ask(self, posture: Service[Trigger_Request, Trigger_Response]) -> None:
         self._asking = True
-        self.spawn(self._asked(posture))
+        self.create_task(self._asked(posture))
 
     async def _asked(self, posture: Service[Trigger_Request, Trigger_Response]) -> None:
         try:

@@ -9,7 +9,8 @@ from math import hypot, isfinite
 
 import numpy as np
 
-from actors import Aborted, ActorError, Done, Node, Reject, Steps, parallel
+from actors import Aborted, ActorError, Done, Node, Reject, Steps
+from actors.actions import parallel
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from robot.contracts import (
     HUMANOID_NAVIGATE,

@@ -39,7 +39,7 @@ def _make(options: Options) -> int:
         check()
     robot = _robot(options)
     from actors import StartFailed, SupervisorGaveUp
-    from robot.picture.record import record
+    from robot.picture.watched_run import record
     from robot.png import encode
 
     try:

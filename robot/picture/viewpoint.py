@@ -11,7 +11,7 @@ from robot.geometry.angles import wrap
 from robot.geometry.planar import Pose2
 from robot.picture.camera import Camera
 from robot.scenes.scene import Scene, Thing
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 
 DISTANCE = 2.8
 """From the robot to the eye on the floor, m, where there is room."""

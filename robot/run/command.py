@@ -14,7 +14,7 @@ from cli.command import UsageError
 from cli.starting import interruptible
 from robot.geometry.planar import turned
 from robot.run.crashes import check_crashes, crash, with_hangs
-from robot.run.hardships import Push
+from robot.run.disturbances import Push
 from robot.run.options import Options, parse
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from actors.transport import Transport
     from robot.assembly import Robot
     from robot.planning.grid import Grid
-    from robot.run.flight import Flight
     from robot.run.judge import Score
+    from robot.run.recordings import Recordings
     from robot.run.web import ServeWeb
     from robot.scenes.scene import Scene
     from robot.sim.simulation import Simulation
@@ -65,7 +65,7 @@ class Session:
     def run(self) -> int:
         from actors import DeclarationError, StartFailed, SupervisorGaveUp, execute
         from robot.hardware.body import BodySilent
-        from robot.link.turns import short_turns
+        from robot.link.time_slices import short_turns
 
         if self.options.clock == "real" and not self.options.processes:
             short_turns()  # its control loop shares this process
@@ -136,7 +136,7 @@ class Session:
             return None
         from actors.parameters.files import InvalidParams
         from actors.running.options import parameters_by_node
-        from robot.run.choice import nodes_of
+        from robot.run.tree_nodes import nodes_of
 
         try:
             taken = parameters_by_node("--params", self.robot.tree, self.options.params)
@@ -171,9 +171,9 @@ class Session:
         from actors import Child, run
         from actors.logs import Level, console_sink, json_sink
         from robot.hardware.body import BodySilent
-        from robot.run.flight import Flight
         from robot.run.judge import Judge, Score
         from robot.run.mission import failure
+        from robot.run.recordings import Recordings
         from robot.run.report import last_sample, make_report
         from robot.run.status import Part, Status, StatusLine, final_parts
         from robot.run.web import start
@@ -181,7 +181,7 @@ class Session:
         options, began = self.options, time.monotonic()
         line, score = StatusLine(), Score()
         transport = self._transport()
-        flight = Flight(options, score, reachable=transport is not None)
+        flight = Recordings(options, score, reachable=transport is not None)
         sink = json_sink() if options.log_format == "json" else console_sink()
         line.live = line.live and options.log_format == "console"
         tree = self._chosen(self.robot.tree)
@@ -227,7 +227,7 @@ class Session:
 
     def _chosen(self, tree: Supervisor) -> Supervisor:
         """The tree, or what `--only` leaves of it."""
-        from robot.run.choice import UnknownNode, nodes_of, only
+        from robot.run.tree_nodes import UnknownNode, nodes_of, only
 
         names = self.options.only
         if not names:
@@ -247,7 +247,7 @@ class Session:
             raise UsageError("--fetch: it is the carrier who fetches, and --only leaves it out")
         return chosen
 
-    async def _until_over(self, system: System, flight: Flight, score: Score, web: asyncio.Future[None]) -> None:
+    async def _until_over(self, system: System, flight: Recordings, score: Score, web: asyncio.Future[None]) -> None:
         """Let the time pass: crashes that were ordered, the end of the mission, the end of the duration, or the end of the tree.
 
         Raises what `web`, the start of the web server, raises.
@@ -375,7 +375,7 @@ def _grid(path: str | None, scene: Scene) -> Grid | None:
 
 def _check_replay(tree: Supervisor, names: Sequence[str]) -> None:
     """Refuse to keep journals of what is not there. Raises `UsageError`."""
-    from robot.run.choice import UnknownNode, check_journals
+    from robot.run.tree_nodes import UnknownNode, check_journals
 
     try:
         check_journals(tree, names)

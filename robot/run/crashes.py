@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def check_crashes(tree: Supervisor, crashes: Sequence[Crash | Hang], option: str = "--crash") -> None:
     """Refuse to let fail what is not there. Raises `UsageError`."""
-    from robot.run.choice import UnknownNode, only
+    from robot.run.tree_nodes import UnknownNode, only
 
     for crash in crashes:
         try:
@@ -28,7 +28,7 @@ def with_hangs(tree: Supervisor, hangs: Sequence[Hang]) -> Supervisor:
     """The tree of a run that begins now, in which the processes of these nodes hang. Raises `UsageError` for one on another machine."""
     from actors import Supervisor
     from robot.nodes import process_care
-    from robot.run.choice import changed, nodes_of
+    from robot.run.tree_nodes import changed, nodes_of
 
     now = time.monotonic()
     concerns = {

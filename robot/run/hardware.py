@@ -49,9 +49,9 @@ async def _main(which: RealRobot, options: Options, serve_web: ServeWeb | None) 
     from robot.hardware.devices import Equipment
     from robot.hardware.unitree import Go2Battery
     from robot.hardware.unitree_link import command_go2, config_of
-    from robot.link.turns import short_turns
+    from robot.link.time_slices import short_turns
     from robot.model.bodies import GO2
-    from robot.run.choice import nodes_of, only
+    from robot.run.tree_nodes import nodes_of, only
     from robot.run.web import start
     from robot.tree import tree_of
 

@@ -12,10 +12,10 @@ from typing import Literal
 from cli.command import UsageError
 from cli.parsing import Parser
 from robot.hardware.sensors import SensorKind
-from robot.run.hardships import Push, parse_ground, parse_push
+from robot.run.disturbances import Push, parse_ground, parse_push
 from robot.run.machines import Machines, parse_machines
+from robot.run.parser import declare
 from robot.run.tasks import Crash, Fetch, Goal, Hang, checked, parse_fault, parse_fetch, parse_goal
-from robot.run.words import declare
 from robot.sim.ground import Ground
 
 VIRTUAL_DURATION = 120.0

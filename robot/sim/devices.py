@@ -17,7 +17,7 @@ from robot.hardware.depth import PATTERNS
 from robot.hardware.devices import BatteryDevice, Equipment, Frame
 from robot.sim.camera_columns import Eye
 from robot.sim.camera_view import View
-from robot.sim.depth import LATENCY, DepthNoise, look, seen
+from robot.sim.depth_noise import LATENCY, DepthNoise, look, seen
 from robot.sim.simulation import Simulation
 
 if TYPE_CHECKING:

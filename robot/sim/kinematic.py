@@ -33,11 +33,11 @@ from robot.model.power import typical_motor_power
 from robot.model.robot import SPOT, RobotModel
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Obstacle, Scene
+from robot.sim.base_body import LOST_COMMAND_TICKS, TICK, BaseBody
+from robot.sim.depth_rays import sight
 from robot.sim.following import chase, pushed_body
 from robot.sim.kinematic_arm import KinematicArm
-from robot.sim.rays import cast
-from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
-from robot.sim.sight import sight
+from robot.sim.lidar_rays import cast
 from robot.sim.simulation import Truth
 from robot.sim.stepping import Footwork
 from robot.sim.touch import Outline
@@ -72,7 +72,7 @@ class NotAchievable:
     """How many steps were not achievable so far, this one included."""
 
 
-class KinematicBody(BodyShell):
+class KinematicBody(BaseBody):
     """One robot in one scene, without dynamics; implements `Simulation`, and `drive` besides.
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `sensors` says how wrong the sensors are, `noise=False`

@@ -26,6 +26,7 @@ from robot.model.robot import SPOT, RobotModel
 from robot.model.stance import nominal_feet
 from robot.scenes.scene import Obstacle, Scene
 from robot.sim.actuators import Actuators
+from robot.sim.base_body import LOST_COMMAND_TICKS, TICK, BaseBody
 from robot.sim.ground import Ground
 from robot.sim.mjcf import (
     FLOOR_GROUP,
@@ -37,7 +38,6 @@ from robot.sim.mjcf import (
     write_model,
 )
 from robot.sim.physics_arm import PhysicsArm
-from robot.sim.shell import LOST_COMMAND_TICKS, TICK, BodyShell
 from robot.sim.simulation import Truth
 from robot.sim.spin import beam_directions
 from robot.sim.walkers import Walkers
@@ -60,7 +60,7 @@ class BackendMissing(RuntimeError):
     """The physics engine is not installed."""
 
 
-class PhysicsBody(BodyShell):
+class PhysicsBody(BaseBody):
     """One robot in one scene, in MuJoCo; implements `Simulation`.
 
     Same seed, same calls: same run, bit for bit. Instants are whole ticks of 0.5 ms. `delay` (s) is how long motor targets

@@ -67,7 +67,7 @@ class NavigationClient(Job):
         try:
             async with self.send_goal(NAVIGATE_TO_GOAL, Fibonacci.Goal(order=self.order)) as goal:
                 self.log.info("Goal accepted")
-                canceling = self.spawn(self._cancel_later(goal)) if self.cancel_after else None
+                canceling = self.create_task(self._cancel_later(goal)) if self.cancel_after else None
                 async for feedback in goal:
                     self.log.info(f"Received feedback: {feedback.sequence.tolist()}")
                 outcome = await goal.ended()

@@ -32,7 +32,7 @@ from actors.typing import Spec
 from cli.command import UsageError
 from cli.parsing import Parser
 from robot.run.arguments import LEVELS, seconds
-from robot.run.choice import UnknownNode, only
+from robot.run.tree_nodes import UnknownNode, only
 
 if TYPE_CHECKING:
     from actors.transport import Transport

@@ -101,7 +101,7 @@ class _Streaming(Node):
         self.reading = reading
 
     async def on_start(self) -> None:
-        self.spawn(self.read())
+        self.create_task(self.read())
 
     async def read(self) -> None:
         async for message in self.subscribe(NUMBERS):

@@ -35,7 +35,7 @@ from actors.hosts.messages import Wire
 from actors.hosts.placing import elsewhere
 from actors.hosts.simulated import SimulatedHosts
 from actors.interfaces.std_msgs.msg import UInt64MultiArray
-from actors.processes.maker import Processes
+from actors.processes.child_processes import ChildProcesses
 from actors.runtime.placement import Placement
 from actors.system import System
 from actors.time.virtual_loop import VirtualLoop
@@ -183,7 +183,7 @@ class Owner:
             System,
             seed=self._seed,
             sinks=(),
-            processes=lambda runtime: Processes(runtime, transport, elsewhere=elsewhere(hosts, runtime)),
+            processes=lambda runtime: ChildProcesses(runtime, transport, elsewhere=elsewhere(hosts, runtime)),
             placement=Placement(hosts.count_run()),
         )
         connect(system.runtime, transport)

@@ -189,9 +189,9 @@ async def test_a_recorder_that_fails_ends_the_command_with_the_count_and_the_rea
     system: System, environment: dict[str, str], tmp_path: Path
 ) -> None:
     failing = (
-        "import sys, actors.bag.recording as r; take = r.Outbox.take\n"
+        "import sys, actors.bag.recorder as r; take = r.WriteQueue.take\n"
         "def fail(self, left=[0]): return 1 / left.pop() if left and self._writer.given > 9 else take(self)\n"
-        "r.Outbox.take = fail; from cli.entry import main; sys.exit(main(sys.argv[1:]))"
+        "r.WriteQueue.take = fail; from cli.entry import main; sys.exit(main(sys.argv[1:]))"
     )
     bag = tmp_path / "walk"
     words = ("bag", "record", "--topics", "/chatter", "-o", str(bag))

@@ -14,7 +14,7 @@ from robot.contracts import CALIBRATE_SENSOR, IMU_CALIBRATION, STAND
 from robot.geometry.vectors import Vector
 from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from robot.model.modes import Mode
-from robot.run.choice import only
+from robot.run.tree_nodes import only
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.physics import PhysicsBody

@@ -14,7 +14,7 @@ from robot.geometry.messages import from_pose
 from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.msg import GaitStatus
 from robot.model.modes import Mode
-from robot.run.choice import only
+from robot.run.tree_nodes import only
 from robot.sim.battery import Pack
 from robot.sim.physics import PhysicsBody
 from robot.sim.simulation import Simulation

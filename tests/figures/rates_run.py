@@ -16,8 +16,8 @@ from actors.interfaces.std_srvs.srv import Trigger
 from actors.typing import Stream
 from robot import contracts
 from robot.interfaces.robactor_msgs.msg import BodyDrive, MotorTargets
-from robot.link.turns import short_turns
-from robot.run.choice import changed, only
+from robot.link.time_slices import short_turns
+from robot.run.tree_nodes import changed, only
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.simulation import Simulation

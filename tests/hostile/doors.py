@@ -164,8 +164,8 @@ def doors(folder: Path) -> dict[str, Door]:
     agent = [
         hosts.written(one)
         for one in (
-            hosts.Renew(1, 2.0, 3.0), hosts.Launched(1, 2), hosts.Said(1, failed), hosts.Ended(1, OSError("x")), hosts.Leaving(),
-            hosts.Granted(1), hosts.Watched(1, True), hosts.Signaled(1, False),
+            hosts.LeaseRequest(1, 2.0, 3.0), hosts.Launched(1, 2), hosts.ProcessEvent(1, failed), hosts.ProcessEnded(1, OSError("x")), hosts.Leaving(),
+            hosts.LeaseGrant(1), hosts.Watched(1, True), hosts.Signaled(1, False),
         )
     ]  # fmt: skip
     node, topic = (

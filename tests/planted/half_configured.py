@@ -23,7 +23,7 @@ class Planner(LifecycleNode):
         self.map: list[int] | None = None
 
     async def on_configure(self, previous: LifecycleState) -> HookResult | None:
-        self.loading: asyncio.Task[None] = self.spawn(self.load(), name="load")
+        self.loading: asyncio.Task[None] = self.create_task(self.load(), name="load")
         return None
 
     async def load(self) -> None:

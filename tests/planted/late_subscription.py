@@ -18,7 +18,7 @@ class Sensor(Node):
 
     @MEASURE.serve()
     async def measure(self, request: Trigger.Request) -> Trigger.Response:
-        self.spawn(self.work(), name="work")
+        self.create_task(self.work(), name="work")
         return ok()
 
     async def work(self) -> None:

@@ -27,7 +27,7 @@ class Station(Node):
         if message.data != self.number:
             return
         if self.free:
-            self.spawn(self.ask(), name="ask")
+            self.create_task(self.ask(), name="ask")
         else:
             await self.ask()
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from actors import Action, ActorError, Child, Done, GoalRejected, Node, Steps, Supervisor, every, queue
+from actors import Action, ActorError, Child, Done, GoalRejected, Node, Steps, Supervisor, every
+from actors.actions import queue
 from actors.interfaces.example_interfaces.action import Fibonacci
 
 LIFT = Action(Fibonacci, "lift")

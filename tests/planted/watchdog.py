@@ -16,7 +16,7 @@ class Docker(Node):
 
     @DOCK.serve(arrivals="preempt")
     async def dock(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
-        watchdog = self.spawn(self.watch(), name="watch")
+        watchdog = self.create_task(self.watch(), name="watch")
         if self.careful:
             try:
                 await self.clock.sleep(1.0)
@@ -37,7 +37,7 @@ class Boss(Node):
 
     @every(hz=0.5)
     async def dock(self) -> None:
-        self.spawn(self.one_goal(), name="one_goal")
+        self.create_task(self.one_goal(), name="one_goal")
 
     async def one_goal(self) -> None:
         try:

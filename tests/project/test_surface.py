@@ -29,6 +29,7 @@ ROOT = Path(__file__).parents[2]
 
 FACES = (
     "actors",
+    "actors.actions",
     "actors.bag",
     "actors.blocking",
     "actors.diagnostics",
@@ -50,6 +51,7 @@ FACES = (
     "actors.parameters.messages",
     "actors.qos",
     "actors.replay",
+    "actors.running",
     "actors.supervision",
     "actors.testing",
     "actors.testing.faults",
@@ -128,7 +130,7 @@ def test_a_name_that_has_left_the_front_door_says_where_it_is() -> None:
                 ImportError, match=f"^{name} is not a name of actors any more: from {module} import {name}$"
             ):
                 getattr(actors, name)
-    assert len(actors.__all__) <= 60
+    assert len(actors.__all__) <= 57
 
 
 def test_a_room_that_is_no_face_exports_nothing(surface: Surface) -> None:

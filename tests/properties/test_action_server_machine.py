@@ -25,9 +25,8 @@ from actors import (
     Service,
     Steps,
     Supervisor,
-    parallel,
-    queue,
 )
+from actors.actions import parallel, queue
 from actors.contracts.contracts import Arrivals
 from actors.errors import NodeRestarting
 from actors.interfaces.derived import get_result_service

@@ -188,7 +188,7 @@ async def lingers(node: Node) -> None:
 
 async def has_a_node_of_its_own(rig: Rig) -> None:
     async with open_node("guest", system=rig.system) as node:
-        node.spawn(lingers(node))
+        node.create_task(lingers(node))
         async with node.subscribe(COUNTS) as stream:
             await stream.next(timeout=1.0)
         await node.call(PLAIN, two(1, 2))
@@ -197,7 +197,7 @@ async def has_a_node_of_its_own(rig: Rig) -> None:
 
 
 async def awaits_a_task_of_its_node(rig: Rig) -> None:
-    await rig.me.spawn(calls(rig))
+    await rig.me.create_task(calls(rig))
 
 
 CLIENTS: dict[str, Client] = {

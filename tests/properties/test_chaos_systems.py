@@ -31,15 +31,14 @@ from actors import (
     one_for_all,
     one_for_one,
     open_node,
-    parallel,
     permanent,
     publishes,
     qos,
-    queue,
     rest_for_one,
     run,
     transient,
 )
+from actors.actions import parallel, queue
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32

@@ -115,7 +115,7 @@ class Faulty(Node):
         self.diary.append(f"begin {self.incarnation}")
         incarnation_of(self).parameters.add_on_set_callback(self.check)
         self.fail_at("on_start")
-        self.spawn(self.spawned())
+        self.create_task(self.spawned())
         asyncio.get_running_loop().call_later(0.1, self.fail_at, "callback")
 
     def check(self, changes: Sequence[Parameter]) -> SetResult:

@@ -54,7 +54,7 @@ from robot.nodes.map_server import MapServer
 from robot.nodes.navigation import Navigation
 from robot.nodes.tutorial_walks import TutorialWalks
 from robot.planning.grid import Grid
-from robot.run.choice import changed
+from robot.run.tree_nodes import changed
 from robot.scenes.dock import has_station, station
 from robot.scenes.scene import Obstacle, Scene
 from robot.scenes.worlds import get_world

@@ -11,7 +11,7 @@ from robot.contracts import CONTACTS, JOINT_STATES
 from robot.geometry.planar import Pose2
 from robot.hardware.body import Capabilities
 from robot.hardware.devices import Equipment
-from robot.run.choice import nodes_of
+from robot.run.tree_nodes import nodes_of
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.devices import simulated

@@ -27,7 +27,7 @@ from cli.web.server.server import WebServer
 from cli.web.server.settings import WebSettings
 from robot import Robot
 from robot.contracts import EMERGENCY_STOP, ENABLE, SIT, STAND, WALK
-from robot.run.choice import changed
+from robot.run.tree_nodes import changed
 from tests.tools.web_load import PICTURE
 
 DOCS: Final = Path(__file__).parents[2] / "docs"

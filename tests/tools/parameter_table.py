@@ -5,7 +5,7 @@ from __future__ import annotations
 from actors import Node
 from actors.parameters import ParameterDeclaration, ParameterDescriptor
 from robot.nodes.carrier import Carrier
-from robot.run.choice import nodes_of
+from robot.run.tree_nodes import nodes_of
 from tests.robot.stage import whole
 
 

@@ -52,7 +52,7 @@ class Peer(Node):
 
     async def on_start(self) -> None:
         for using in (self._publish, self._listen, self._call, self._send):
-            self.spawn(using())
+            self.create_task(using())
 
     @Service(AddTwoInts, "add").serve()
     async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:

@@ -27,14 +27,14 @@ from tests.tools import numbers_table, parameter_table
 PAGE = Path(__file__).parents[2] / "build" / "reference.md"
 
 GROUPS: Mapping[str, Sequence[str]] = {
-    "Running": ("spin", "run", "execute", "open_node", "remove_ros_args", "System", "system_of", "graph_of"),
+    "Running": ("spin", "run", "execute", "open_node", "System", "system_of", "graph_of"),
     "Contracts": ("Topic", "Service", "Action"),
     "Nodes": (
         "Node", "publishes", "subscribes", "parameter", "every", "Tick", "background", "LifecycleNode",
     ),
     "Parameters": ("Parameter", "SetResult"),
     "Topics": ("ContentFilter", "QoS", "qos"),
-    "Actions": ("Steps", "Done", "Aborted", "GoalStatus", "parallel", "queue", "retry"),
+    "Actions": ("Steps", "Done", "Aborted", "GoalStatus", "retry"),
     "Supervision": (
         "Supervisor", "DynamicSupervisor", "Child", "Intensity", "Backoff", "one_for_one", "one_for_all", "rest_for_one", "permanent",
         "transient", "temporary", "Stop", "Skip", "ExitReason",
@@ -51,6 +51,8 @@ GROUPS: Mapping[str, Sequence[str]] = {
 SECTIONS: Mapping[str, str] = {
     "Errors that say more": "actors.errors",
     "Lifecycle": "actors.lifecycle",
+    "Goals that arrive while one runs": "actors.actions",
+    "Arguments of programs": "actors.running",
     "Reasons of an end": "actors.supervision",
     "Types for annotations": "actors.typing",
     "Instants and durations": "actors.time",

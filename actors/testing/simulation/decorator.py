@@ -21,7 +21,7 @@ from typing import Any
 import pytest
 
 from actors.testing.faults import Possible
-from actors.testing.flights import save_flight
+from actors.testing.flight_records import save_flight
 from actors.testing.simulation.invariants import PATIENCE, Invariant
 from actors.testing.simulation.known import names_nothing
 from actors.testing.simulation.search import Finding, search

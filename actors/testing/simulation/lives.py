@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from actors.services.client import Client
     from actors.services.peers import Caller, OpenCall, ServiceCall, ServicePeer, Submit
     from actors.services.server import Server
+    from actors.supervision.peers import Life
     from actors.supervision.report import Report
-    from actors.supervision.seam import Life
     from actors.time.virtual_loop import VirtualLoop
     from actors.topics.handler import HandlerSubscription
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
@@ -86,7 +86,7 @@ class Simulation(Interceptor):
         simulated = self._lives[record.life] = _SimulatedLife(self, record.life, life)
         return simulated
 
-    def spawning(self, node: Caller, work: Coroutine[Any, Any, Any], name: str) -> Coroutine[Any, Any, Any]:
+    def creating_task(self, node: Caller, work: Coroutine[Any, Any, Any], name: str) -> Coroutine[Any, Any, Any]:
         life = self._lives.get(node)
         if life is None:
             return work

@@ -7,13 +7,13 @@ import re
 from collections.abc import Callable, Coroutine, Generator, Sequence
 from typing import Any, cast
 
-from actors.inbox.control import Unwinding
+from actors.inbox.control import NodeExit
 from actors.testing.faults import Fault
 
 _AWKWARD = re.compile(r"[^\w./:-]+")
 
 
-class Death(Unwinding):
+class Death(NodeExit):
     """Thrown into a node that ends without clean-up. Code that catches errors must not catch it."""
 
 

@@ -15,7 +15,7 @@ from actors.transport.protocol import Failed, Handle
 from actors.transport.simulated.endpoints import Announcement, Declared, Outlet, Server, Subscription
 from actors.transport.simulated.keys import matcher
 from actors.transport.simulated.link import Message, Stream
-from actors.transport.simulated.questions import IncomingQuestion, Question
+from actors.transport.simulated.queries import IncomingQuestion, Question
 
 _CONTROL, _DATA, _FAREWELL = 0, 5, 8
 """Priorities: of declarations, of questions and answers, and of the farewell of a process, before which all else leaves."""

@@ -25,10 +25,10 @@ from actors.transport.zenoh.heartbeat import Heartbeat
 from actors.transport.zenoh.history import ask_history, declare_publishers, declare_subscriber
 from actors.transport.zenoh.library import direct, import_zenoh
 from actors.transport.zenoh.memory import give_back
+from actors.transport.zenoh.outgoing_queries import Question
 from actors.transport.zenoh.outlets import Outlet
 from actors.transport.zenoh.presence import Presence, Process, scope_of
-from actors.transport.zenoh.queries import Server
-from actors.transport.zenoh.questions import Question
+from actors.transport.zenoh.queryables import Server
 from actors.transport.zenoh.subscriptions import Subscription
 from actors.transport.zenoh.traffic import Traffic
 

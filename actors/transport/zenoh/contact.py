@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from actors.transport.numbers import Numbers
+from actors.transport.sequence_numbers import SequenceNumbers
 from actors.transport.zenoh import objects
 
 Source = tuple[str, int]
@@ -34,7 +34,7 @@ class Contacts:
         self._own = own
         self._ask = ask
         self._deliver = deliver
-        self._last: dict[Source, Numbers] = {}
+        self._last: dict[Source, SequenceNumbers] = {}
         self._waiting: dict[Source, dict[int, objects.Sample]] = {}
 
     def take(self, sample: objects.Sample) -> None:
@@ -68,7 +68,7 @@ class Contacts:
             self._pass(source, number, sample)
 
     def _pass(self, source: Source, number: int, sample: objects.Sample) -> None:
-        numbers = self._last.pop(source, None) or Numbers()
+        numbers = self._last.pop(source, None) or SequenceNumbers()
         self._last[source] = numbers  # the last one heard of is the last one in the order of the dict
         if len(self._last) > _KNOWN:
             del self._last[next(iter(self._last))]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 from actors.bag.capture import Capture, fitting
 from actors.bag.ring import Channel
 from actors.runtime.incarnation import incarnation_of
-from actors.topics.arrival import Arrival
+from actors.topics.lazy_message import LazyMessage
 from actors.transport.protocol import PATIENCE
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class Outgoing:
 
     __slots__ = ("_arrival", "_encodings", "at_ns")
 
-    def __init__(self, arrival: Arrival, at_ns: int) -> None:
+    def __init__(self, arrival: LazyMessage, at_ns: int) -> None:
         self._arrival = arrival
         self.at_ns = at_ns
         """When it arrived, in nanoseconds since 1970 on the system's clock."""
@@ -110,7 +110,7 @@ class Feed:
     def _subscribed(self) -> Capture:
         return Capture(self._life, self._entry, self._channel, self._qos, self._take, patience=PATIENCE)
 
-    def _take(self, channel: Channel, publisher: PublisherPeer, arrival: Arrival) -> None:
+    def _take(self, channel: Channel, publisher: PublisherPeer, arrival: LazyMessage) -> None:
         # Called while the message is published, or when it has come from another process.
         clock, since = self._clock, arrival.since
         at_ns = clock.wall_ns() if since is None else clock.wall_ns_at(since - clock.origin)

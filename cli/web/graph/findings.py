@@ -17,7 +17,7 @@ from cli.verbs.doctor.inside import Inside
 
 if TYPE_CHECKING:
     from actors import Node, System
-    from actors.topics.arrival import Arrival
+    from actors.topics.lazy_message import LazyMessage
     from actors.topics.peers import PublisherPeer
     from cli.verbs.doctor.observation import Told
 
@@ -32,7 +32,7 @@ class Examination:
         self._system = system
         self._inside = Inside(system)
 
-    def take(self, channel: Channel, publisher: PublisherPeer, arrival: Arrival) -> None:
+    def take(self, channel: Channel, publisher: PublisherPeer, arrival: LazyMessage) -> None:
         """The `ProcessFigures` of another process; none have come from this one, whatever is published under that name."""
         if arrival.sent_ns is not None:
             self._inside.take(arrival.message, (self._system.clock.wall_ns() - arrival.sent_ns) / 1e9)

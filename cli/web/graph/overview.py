@@ -180,7 +180,7 @@ class Told:
         self._tree = _Tree()
         self.figures = Figures()
         self._crashes = node.publisher(Topic(String, f"/{teller}/crash"))
-        node.spawn(self._listen(node.subscribe(Topic(String, f"/{teller}/tree", qos.STATE))), name="web tree")
+        node.create_task(self._listen(node.subscribe(Topic(String, f"/{teller}/tree", qos.STATE))), name="web tree")
 
     @property
     def can_kill(self) -> bool:

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
-from actors.topics.arrival import Arrival
+from actors.topics.lazy_message import LazyMessage
 from cli.web.clients.errors import Refused
 from cli.web.graph.feeds import Outgoing, Taker
 
@@ -179,7 +179,7 @@ class RecordedFeeds:
                 return  # what the nodes here say themselves is no part of the recording
             self._playback.look()  # so that a seek is sent before what it shows
             self._forget_after_seek()
-            shown = Outgoing(Arrival(message), player.message_ns)
+            shown = Outgoing(LazyMessage(message), player.message_ns)
             kept = self._kept.get(key)
             if kept is None:
                 kept = self._kept[key] = deque(maxlen=player.counts[name])

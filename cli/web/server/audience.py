@@ -75,7 +75,7 @@ class Audience:
                     )
                 await asyncio.sleep(min(AGAIN * 2.0 ** min(failures, 16), LATEST))
 
-        self.hub.node.spawn(again_and_again(), name=f"web: {what}")
+        self.hub.node.create_task(again_and_again(), name=f"web: {what}")
 
     async def serve(self, client: Client) -> None:
         """Serve a client until it leaves, or has to."""

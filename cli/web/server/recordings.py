@@ -57,7 +57,7 @@ class Recordings:
             if len(self._shown) >= MOST:
                 raise Refused(f"{MOST} recordings are open: close one of them, and wait half a minute")
             shown = self._shown[path] = _Shown()
-            self._node.spawn(self._play(path, shown), name=f"recording {path.name}")
+            self._node.create_task(self._play(path, shown), name=f"recording {path.name}")
         shown.watchers += 1
         shown.changed.set()
         try:

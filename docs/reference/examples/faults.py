@@ -71,7 +71,7 @@ class Forgetful(Node):
 async def test_a_task_that_outlives_its_node_is_found(rig: Rig) -> None:
     own = Rig()
     await own.start(Forgetful)
-    task = own.node(Forgetful).task  # self.spawn(...) would have ended it with the node
+    task = own.node(Forgetful).task  # self.create_task(...) would have ended it with the node
     try:
         await own.close()
     except Leak as leak:

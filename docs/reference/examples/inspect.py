@@ -23,16 +23,15 @@ from actors import (
     one_for_all,
     one_for_one,
     open_node,
-    parallel,
     permanent,
     publishes,
-    queue,
     run,
     subscribes,
     system_of,
     temporary,
     transient,
 )
+from actors.actions import parallel, queue
 from actors.lifecycle import HookResult, LifecycleState, TransitionRefused, bring_down, bring_up
 from actors.supervision import Failed, Killed, Leaked, Returned, Stopped, all_significant, any_significant, never
 from actors.typing import Goal, Outcome, Publisher, Stream

@@ -30,16 +30,15 @@ from actors import (
     Stop,
     every,
     open_node,
-    parallel,
-    queue,
     run,
     temporary,
     transient,
 )
+from actors.actions import parallel, queue
 from actors.actions.client import Goal
 from actors.contracts.contracts import Arrivals
 from actors.errors import NodeRestarting, NotRunning, NotStarted, WrongType
-from actors.inbox.control import Unwinding
+from actors.inbox.control import NodeExit
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.tf2_msgs.action import LookupTransform
@@ -411,7 +410,7 @@ async def test_a_node_that_cancels_its_own_goal_has_its_turn_already(rig: Rig) -
         canceled = False
 
         async def on_start(self) -> None:
-            self.spawn(self.begin())
+            self.create_task(self.begin())
 
         async def begin(self) -> None:
             self.goal = self.send_goal(COUNT, order(9))
@@ -947,7 +946,7 @@ async def test_D2_a_canceled_body_that_goes_on_is_canceled_again_after_a_thousan
 
 
 async def test_a_canceled_body_that_the_framework_unwinds_is_aborted_with_its_node(rig: Rig) -> None:
-    class Death(Unwinding):
+    class Death(NodeExit):
         """What ends a node at once, as in a simulation that loses its power."""
 
     async def body(self: Node, goal: Fibonacci.Goal) -> Body:

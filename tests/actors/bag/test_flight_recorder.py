@@ -173,7 +173,7 @@ async def test_a_file_is_whole_or_not_there(rig: Rig, tmp_path: Path, monkeypatc
     await rig.start(Robot)
     path = tmp_path / "flight.mcap"
     path.write_bytes(b"an earlier one")
-    monkeypatch.setattr("actors.bag.recorder.encode", lambda message: 1 / 0)
+    monkeypatch.setattr("actors.bag.flight_recorder.encode", lambda message: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         recorder.dump(path)
     assert path.read_bytes() == b"an earlier one"

@@ -13,8 +13,8 @@ import pytest
 
 from actors import Child, Node, StartFailed, Topic, every, publishes, qos, run, temporary
 from actors.bag import BagError, BagReader, BagWriter, Recorder, RecordOptions, Selection, WriterOptions, type_of
-from actors.bag.outbox import Outbox, Taken
 from actors.bag.ring import Channel
+from actors.bag.write_queue import Taken, WriteQueue
 from actors.checks import create
 from actors.interfaces import decode
 from actors.interfaces.rosbag2_interfaces import srv
@@ -28,7 +28,7 @@ from actors.qos.policies import Reliability
 from actors.system import System
 from actors.testing import Rig
 from actors.time.values import stamp_of
-from actors.topics.arrival import Arrival
+from actors.topics.lazy_message import LazyMessage
 from actors.transport.bridge import connect
 from tests.actors.bag.bags import by_rosbags, largest_file
 from tests.actors.transport.memory import Network
@@ -303,11 +303,11 @@ async def test_what_finds_no_room_to_wait_is_counted(rig: Rig, tmp_path: Path) -
 
 def test_everything_that_is_handed_over_is_in_the_bag_or_counted(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "walk", WriterOptions(compression="none"))
-    outbox, channel = Outbox(writer, 10**9), Channel("/words", String)
+    outbox, channel = WriteQueue(writer, 10**9), Channel("/words", String)
     with largest_file(1_000_000):
         for second in range(5):
             for _ in range(300):
-                outbox.add(Taken(channel, Arrival(word("x" * 1000)), second * 10**9, second * 10**9, 1000))
+                outbox.add(Taken(channel, LazyMessage(word("x" * 1000)), second * 10**9, second * 10**9, 1000))
             outbox.take()
             with contextlib.suppress(OSError):
                 outbox.write()

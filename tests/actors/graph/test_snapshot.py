@@ -56,7 +56,7 @@ async def test_what_is_asked_for_and_served_by_nobody_is_shown_as_that(rig: Rig)
 
 async def test_what_somebody_only_waits_for_is_not_there_yet(rig: Rig) -> None:
     system = await rig.start(Counter)
-    waits = [rig.me.spawn(rig.me.wait_for(contract)) for contract in (RESET, ELSEWHERE)]
+    waits = [rig.me.create_task(rig.me.wait_for(contract)) for contract in (RESET, ELSEWHERE)]
     await rig.quiet()
     assert [view.name for view in system.snapshot().services] == ["/count"]
     for task in waits:

@@ -10,15 +10,15 @@ from actors.errors import ProcessDied
 from actors.hosts import agent as agents
 from actors.hosts.agent import Agent
 from actors.hosts.messages import (
-    Asked,
-    Ended,
-    Granted,
     Hello,
     Launch,
     Launched,
+    LeaseGrant,
+    LeaseRequest,
     Leaving,
-    Renew,
-    Said,
+    ProcessEnded,
+    ProcessEvent,
+    ProcessRequest,
     Signaled,
     Watched,
 )
@@ -99,7 +99,7 @@ class Stage:
         self.grant()
 
     def grant(self) -> None:
-        self.session.take(Granted(self.tree.of(Renew)[-1].number))
+        self.session.take(LeaseGrant(self.tree.of(LeaseRequest)[-1].number))
 
     async def launch(self, number: int = 1) -> None:
         self.session.take(Launch(number, ("top", "away"), 5.0, b"order"))
@@ -113,7 +113,7 @@ async def test_a_session_asks_for_its_lease_at_once_and_eight_times_while_it_las
     stage.hello()
     await asyncio.sleep(2.2)
 
-    asked = [(round(one.at - begun, 3), one.left) for one in stage.tree.of(Renew)]
+    asked = [(round(one.at - begun, 3), one.left) for one in stage.tree.of(LeaseRequest)]
 
     assert asked[:3] == [(0.0, 0.0), (0.0, 3.0), (0.5, 2.5)]
     assert [at for at, _ in asked[2:]] == [0.5, 1.0, 1.5, 2.0]
@@ -131,7 +131,7 @@ async def test_without_a_new_lease_everything_is_killed_three_quarters_of_a_leas
     await asyncio.sleep(0.02)
 
     assert stage.processes[1].asked == ["kill"]
-    assert [str(one.how) for one in stage.tree.of(Ended)] == ["process 101 has ended: killed"]
+    assert [str(one.how) for one in stage.tree.of(ProcessEnded)] == ["process 101 has ended: killed"]
     assert stage.tree.closed
     assert stage.session.ended.done()
     assert stage.alarms[-1] is None
@@ -172,7 +172,7 @@ async def test_nothing_is_launched_without_a_lease() -> None:
     stage.session.take(Hello(4.0))
     await stage.launch(2)
 
-    refused = [str(one.how) for one in stage.tree.of(Ended)]
+    refused = [str(one.how) for one in stage.tree.of(ProcessEnded)]
     assert refused == ["process 0 has ended: its agent takes no more processes"] * 2
     assert stage.processes == {}
 
@@ -183,7 +183,13 @@ async def test_requests_and_signals_reach_their_process_and_events_the_tree() ->
     stage.hello()
     await stage.launch()
     crash = pack(CrashAsked(("top", "away"), OSError("x")))
-    for message in (Asked(1, crash), Watched(1, True), Watched(1, False), Signaled(1, False), Asked(7, b"nobody")):
+    for message in (
+        ProcessRequest(1, crash),
+        Watched(1, True),
+        Watched(1, False),
+        Signaled(1, False),
+        ProcessRequest(7, b"nobody"),
+    ):
         stage.session.take(message)
     stage.takes[1](Ready())
     stage.takes[1](Opaque(b"as it was packed"))
@@ -192,7 +198,7 @@ async def test_requests_and_signals_reach_their_process_and_events_the_tree() ->
 
     assert stage.processes[1].asked == [Opaque(crash), "watch", "unwatch", "terminate", "kill"]
     assert stage.tree.of(Launched) == [Launched(1, 101)]
-    assert [one.event for one in stage.tree.of(Said)] == [pack(Ready()), b"as it was packed"]
+    assert [one.event for one in stage.tree.of(ProcessEvent)] == [pack(Ready()), b"as it was packed"]
 
 
 @virtual
@@ -202,7 +208,7 @@ async def test_a_process_that_cannot_be_launched_has_ended() -> None:
     stage.hello()
     await stage.launch()
 
-    assert [str(one.how) for one in stage.tree.of(Ended)] == ["no more processes"]
+    assert [str(one.how) for one in stage.tree.of(ProcessEnded)] == ["no more processes"]
 
 
 @virtual
@@ -248,7 +254,7 @@ async def test_an_agent_that_ends_says_so_and_waits_for_its_processes() -> None:
     await stopping
 
     assert stage.tree.of(Leaving) == [Leaving()]
-    assert [one.number for one in stage.tree.of(Ended)] == [2, 1]
+    assert [one.number for one in stage.tree.of(ProcessEnded)] == [2, 1]
     stage.session.leave()
     assert stage.tree.of(Leaving) == [Leaving()]
 
@@ -287,7 +293,7 @@ async def test_log_lines_that_a_slow_network_does_not_take_are_counted_and_nothi
     stage.tree.unsent = 0
     stage.takes[1](line)
 
-    events = [unpack(one.event) for one in stage.tree.of(Said)]
+    events = [unpack(one.event) for one in stage.tree.of(ProcessEvent)]
     assert events[0] == Ready()
     assert (events[1].event, events[1].node, events[1].fields["lines"]) == ("log lines were lost", "top/away", 2)
     assert events[2].event == "hello"

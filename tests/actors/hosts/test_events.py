@@ -15,7 +15,7 @@ from actors import Child, Node
 from actors.errors import ProcessDied, ProcessHung, RemoteError
 from actors.hosts.errors import HostLost
 from actors.hosts.events import UnreadableEvent, read_event
-from actors.hosts.messages import Ended, Launched, from_agent, written
+from actors.hosts.messages import Launched, ProcessEnded, from_agent, written
 from actors.logs.levels import Level
 from actors.processes.messages import Event, Line, NodeFacts, Nodes, Over, Ready, Told
 from actors.processes.pickling import pack
@@ -171,10 +171,10 @@ def test_bytes_that_are_no_pickle_are_refused() -> None:
 
 def test_how_a_process_has_ended_arrives() -> None:
     for how in (ProcessDied(7, "exit code 0"), ProcessHung(7, 5.0, "in spin")):
-        told = from_agent(written(Ended(1, how)))
-        assert isinstance(told, Ended)
+        told = from_agent(written(ProcessEnded(1, how)))
+        assert isinstance(told, ProcessEnded)
         assert (type(told.how), str(told.how)) == (type(how), str(how))
-    failed = from_agent(written(Ended(2, FileNotFoundError(2, "none", "python"))))
-    assert isinstance(failed, Ended)
+    failed = from_agent(written(ProcessEnded(2, FileNotFoundError(2, "none", "python"))))
+    assert isinstance(failed, ProcessEnded)
     assert str(failed.how) == "FileNotFoundError: [Errno 2] none: 'python'"
     assert from_agent(written(Launched(1, 2))) == Launched(1, 2)

@@ -12,22 +12,22 @@ from actors import Child, Node
 from actors.errors import ProcessDied
 from actors.hosts.errors import HostLost
 from actors.hosts.host import Host
+from actors.hosts.launcher import transport_here
 from actors.hosts.messages import (
-    Asked,
-    Ended,
-    Granted,
     Hello,
     Launch,
     Launched,
+    LeaseGrant,
+    LeaseRequest,
     Leaving,
-    Renew,
-    Said,
+    ProcessEnded,
+    ProcessEvent,
+    ProcessRequest,
     Signaled,
     Watched,
 )
 from actors.hosts.placing import Placing
 from actors.hosts.remote import RemoteProcess
-from actors.hosts.there import transport_here
 from actors.processes.messages import CrashAsked, Event, Line, NodeFacts, Nodes, Order, Over, Ready, StopAsked
 from actors.processes.pickling import pack, unpack
 from actors.supervision.reasons import Failed, Stopped
@@ -73,7 +73,7 @@ class Wire:
         return [value for value in self.sent if isinstance(value, kind)]
 
     def renew(self, number: int = 1, at: float = 0.0, left: float = 3.0) -> None:
-        self.take(Renew(number, at, left))
+        self.take(LeaseRequest(number, at, left))
 
 
 class Stage:
@@ -124,7 +124,7 @@ async def test_a_host_is_usable_once_its_agent_holds_a_lease_and_as_long_as_it_i
     wire.renew(2)
     await settle()
     assert (host.tried, host.usable) == (True, True)
-    assert wire.of(Granted) == [Granted(1), Granted(2)]
+    assert wire.of(LeaseGrant) == [LeaseGrant(1), LeaseGrant(2)]
     assert stage.log.lines == [("a host is connected", {"host": "base"})]
 
     await asyncio.sleep(2.1)
@@ -213,10 +213,10 @@ async def test_what_still_comes_from_a_connection_that_was_given_up_is_ignored()
     await settle()
 
     old.renew(2)
-    old.take(Said(1, pack(Ready())))
+    old.take(ProcessEvent(1, pack(Ready())))
     old.lost()
 
-    assert old.of(Granted) == [Granted(1)]
+    assert old.of(LeaseGrant) == [LeaseGrant(1)]
     assert stage.events == []
     assert host.usable
     await host.close()
@@ -234,9 +234,9 @@ async def test_an_agent_that_leaves_gets_nothing_more_and_is_not_mourned() -> No
 
     wire.take(Leaving())
     assert not host.usable
-    wire.take(Ended(1, ProcessDied(7, "exit code 0")))
+    wire.take(ProcessEnded(1, ProcessDied(7, "exit code 0")))
     assert str(process.ended.result()) == "process 7 has ended: exit code 0"
-    wire.take(Said(1, pack(Ready())))
+    wire.take(ProcessEvent(1, pack(Ready())))
     wire.lost()
     await asyncio.sleep(LEASE + 0.1)
 
@@ -263,9 +263,9 @@ async def test_times_are_those_of_each_machine() -> None:
 
     order = unpack(wire.of(Launch)[0].order)
     assert order.nodes[0].restarts == ((now - 1010.0, "it failed"),)
-    wire.take(Said(1, pack(Line(now - 1000.0, 20, "/idle", 1, "hello", {}))))
-    wire.take(Said(1, pack(Nodes(order.nodes))))
-    wire.take(Said(1, pack(Ready())))
+    wire.take(ProcessEvent(1, pack(Line(now - 1000.0, 20, "/idle", 1, "hello", {}))))
+    wire.take(ProcessEvent(1, pack(Nodes(order.nodes))))
+    wire.take(ProcessEvent(1, pack(Ready())))
 
     line, nodes, ready = stage.events
     assert isinstance(line, Line)
@@ -295,7 +295,7 @@ async def test_what_is_asked_of_a_process_goes_to_its_agent() -> None:
 
     assert wire.sent[-6:-1] == [
         Watched(1, True),
-        Asked(1, pack(StopAsked("enough"))),
+        ProcessRequest(1, pack(StopAsked("enough"))),
         Watched(1, False),
         Signaled(1, False),
         Signaled(1, True),

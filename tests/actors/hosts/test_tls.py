@@ -18,10 +18,20 @@ from actors import Child, DeclarationError, Node
 from actors.hosts import TlsHosts
 from actors.hosts import there as theres
 from actors.hosts.agent import Agent
-from actors.hosts.messages import Asked, Ended, Granted, Hello, Launch, Launched, Leaving, Renew, Said
-from actors.hosts.there import Launcher, transport_here
+from actors.hosts.launcher import Launcher, transport_here
+from actors.hosts.messages import (
+    Hello,
+    Launch,
+    Launched,
+    LeaseGrant,
+    LeaseRequest,
+    Leaving,
+    ProcessEnded,
+    ProcessEvent,
+    ProcessRequest,
+)
 from actors.hosts.tls import _Caller, address_of, serve
-from actors.processes import spawned
+from actors.processes import os_process
 from actors.processes.channel import Channel, framed
 from actors.processes.messages import Line, Opaque, Order, Over, Ready, StopAsked
 from actors.processes.pickling import pack, unpack
@@ -84,23 +94,23 @@ async def test_an_agent_launches_an_order_passes_on_what_is_said_and_stops_with_
     async with agent(tmp_path, said) as (_, hosts):
         wire = await tree.dial(hosts())
         wire.send(Hello(LEASE))
-        await until(lambda: tree.of(Renew))
-        wire.send(Granted(1))
+        await until(lambda: tree.of(LeaseRequest))
+        wire.send(LeaseGrant(1))
         assert signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
         for number in (1, 2):  # the first one gets the interpreter that was ready, the second one waits for its own
             wire.send(Launch(number, ("top", "quiet"), 5.0, pack(order())))
-        await until(lambda: sum(unpack(one.event) == Ready() for one in tree.of(Said)) == 2)
+        await until(lambda: sum(unpack(one.event) == Ready() for one in tree.of(ProcessEvent)) == 2)
         assert 0.5 * LEASE < signal.getitimer(signal.ITIMER_REAL)[0] <= 0.75 * LEASE + 0.2
         assert {one.number for one in tree.of(Launched)} == {1, 2}
-        lines = [event for one in tree.of(Said) if isinstance(event := unpack(one.event), Line)]
+        lines = [event for one in tree.of(ProcessEvent) if isinstance(event := unpack(one.event), Line)]
         assert "is quiet" in [line.event for line in lines]
-        wire.send(Asked(1, pack(StopAsked("enough"))))
-        await until(lambda: tree.of(Ended))
+        wire.send(ProcessRequest(1, pack(StopAsked("enough"))))
+        await until(lambda: tree.of(ProcessEnded))
     await asyncio.wait_for(tree.gone.wait(), 30.0)
 
     assert tree.of(Leaving) == [Leaving()]
-    assert [one.number for one in tree.of(Ended)] == [1, 2]
-    overs = [event for one in tree.of(Said) if isinstance(event := unpack(one.event), Over)]
+    assert [one.number for one in tree.of(ProcessEnded)] == [1, 2]
+    overs = [event for one in tree.of(ProcessEvent) if isinstance(event := unpack(one.event), Over)]
     assert [str(over.reason) for over in overs] == ["it stopped: enough", "it stopped: the agent of its machine ends"]
     assert signal.getitimer(signal.ITIMER_REAL)[0] == 0.0
     assert said[0] == "a tree of robot is connected"
@@ -182,7 +192,7 @@ async def test_bytes_that_are_no_message_end_the_connection(tmp_path: Path, data
         await asyncio.wait_for(tree.gone.wait(), 30.0)
         again = Tree()
         (await again.dial(hosts())).send(Hello(LEASE))
-        await until(lambda: again.of(Renew))
+        await until(lambda: again.of(LeaseRequest))
 
 
 async def test_what_is_sent_by_who_was_refused_is_not_taken() -> None:
@@ -270,7 +280,7 @@ async def test_a_machine_that_can_start_nothing_says_so_to_the_child(monkeypatch
     def refuse(name: str, *, fenced: bool) -> Any:
         raise OSError("no more processes")
 
-    monkeypatch.setattr(spawned, "start", refuse)
+    monkeypatch.setattr(os_process, "start", refuse)
     launcher = Launcher()
     await asyncio.sleep(0)
 

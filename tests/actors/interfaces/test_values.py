@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from actors import DeclarationError, Node, parallel, queue
+from actors import DeclarationError, Node
+from actors.actions import parallel, queue
 from actors.testing import Rig
 from tests.stage import ADD, COUNT, NUMBERS, order
 

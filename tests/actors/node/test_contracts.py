@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from actors import Aborted, Action, DeclarationError, Done, Service, Topic, parallel, qos, queue
+from actors import Aborted, Action, DeclarationError, Done, Service, Topic, qos
+from actors.actions import parallel, queue
 from actors.contracts.contracts import ActionHandler, GoalHook, ServiceHandler, TopicHandler
 from actors.contracts.declaration import declarations_of
 from actors.interfaces.example_interfaces.action import Fibonacci

@@ -301,7 +301,7 @@ async def test_a_rate_keeps_a_loop_on_its_grid_and_leaves_out_what_has_passed(ri
     await rig.start(Looping)
     node = rig.node(Looping)
     await rig.advance(0.03)
-    node.spawn(node.loop(10, [0.0, 0.05, 0.0, 0.25, 0.0, 0.1]))
+    node.create_task(node.loop(10, [0.0, 0.05, 0.0, 0.25, 0.0, 0.1]))
     await rig.advance(2.0)
     assert node.at == [0.13, 0.23, 0.33, 0.63, 0.73, 0.93]
     assert repr(node.create_rate(4)) == "<rate of 4 Hz>" and node.create_rate(4).period == 0.25
@@ -311,7 +311,7 @@ async def test_a_rate_keeps_a_loop_on_its_grid_and_leaves_out_what_has_passed(ri
 async def test_a_rate_that_is_no_round_number_has_neither_double_nor_lost_instants(rig: Rig, hz: float) -> None:
     await rig.start(Looping)
     node = rig.node(Looping)
-    node.spawn(node.loop(hz, [0.0] * 200))
+    node.create_task(node.loop(hz, [0.0] * 200))
     await rig.advance(201 / hz)
     assert node.at == [pytest.approx(k / hz, abs=1e-6) for k in range(1, 201)]
 

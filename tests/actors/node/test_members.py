@@ -38,7 +38,12 @@ def make(name: str, value: object, base: type = Node) -> type:
             Node,
             "Pilot.stop would take the place of Node.stop (\"Ask for this node's own orderly end.",
         ),
-        ("spawn", every(hz=1)(lambda self: None), Node, "Pilot.spawn would take the place of Node.spawn"),
+        (
+            "create_task",
+            every(hz=1)(lambda self: None),
+            Node,
+            "Pilot.create_task would take the place of Node.create_task",
+        ),
         ("clock", 5, Node, "Pilot.clock would take the place of Node.clock"),
         ("name", parameter("x"), Node, "Pilot.name would take the place of Node.name"),
         ("state", publishes(NUMBERS), LifecycleNode, "Pilot.state would take the place of LifecycleNode.state"),
@@ -185,7 +190,7 @@ def test_C5_a_method_that_the_class_itself_uses_is_its_own() -> None:
     class Stepper(Node):
         async def on_start(self) -> None:
             self.on(NUMBERS, self.on_step)
-            self.spawn(self.on_started())
+            self.create_task(self.on_started())
 
         async def on_step(self, message: Int32) -> None: ...
 

@@ -128,7 +128,7 @@ async def test_four_workers_that_increment_ten_thousand_times_each_lose_nothing(
         out = publishes(NUMBERS)
 
         async def on_start(self) -> None:
-            self.spawn(self.work())
+            self.create_task(self.work())
 
         async def work(self) -> None:
             for value in range(10_000):
@@ -182,7 +182,7 @@ async def test_a_flood_in_one_node_does_not_starve_the_others(rig: Rig) -> None:
         rounds_seen: ClassVar[list[int]] = []
 
         async def on_start(self) -> None:
-            self.spawn(self.watch())
+            self.create_task(self.watch())
 
         async def watch(self) -> None:
             while not self.rounds_seen or self.rounds_seen[-1] < 2_000:
@@ -235,7 +235,7 @@ async def test_a_timer_that_holds_the_inbox_is_told_what_a_timer_can_do(rig: Rig
     rig.publish(NUMBERS, number(1))
     await rig.advance(2.0)
     (report,) = events(rig.logs, "holds the inbox")
-    assert report.fields["remedy"] == "run what waits by self.spawn(), or self.offload() its work"
+    assert report.fields["remedy"] == "run what waits by self.create_task(), or self.offload() its work"
 
 
 async def test_a_handler_that_outlasts_the_shortest_timer_period_is_reported_with_the_ticks_it_costs(rig: Rig) -> None:
@@ -377,7 +377,7 @@ async def test_a_factory_that_makes_no_node_is_a_failed_start(rig: Rig) -> None:
 async def test_Skip_in_on_start_declines_and_the_siblings_start_as_usual(rig: Rig) -> None:
     class Optional(Node):
         async def on_start(self) -> None:
-            self.spawn(self.clock.sleep(60.0))
+            self.create_task(self.clock.sleep(60.0))
             raise Skip("no arm mounted")
 
         async def on_stop(self, reason: ExitReason) -> None:
@@ -515,7 +515,7 @@ async def test_a_handler_that_awaits_something_canceled_is_a_failure_with_its_cl
     class Careless(Node):
         @NUMBERS.on()
         async def take(self, message: Int32) -> None:
-            task = self.spawn(self.clock.sleep(5.0))
+            task = self.create_task(self.clock.sleep(5.0))
             task.cancel()
             await task
 
@@ -543,7 +543,7 @@ async def test_a_background_or_spawned_task_that_fails_ends_the_incarnation(rig:
 
     class Spawner(Node):
         async def on_start(self) -> None:
-            self.spawn(self.work(), name="worker")
+            self.create_task(self.work(), name="worker")
 
         async def work(self) -> None:
             await self.clock.sleep(1.5)
@@ -564,7 +564,7 @@ async def test_a_task_failure_waits_for_the_present_handler_and_on_error_may_for
             return "continue"
 
         async def on_start(self) -> None:
-            self.spawn(self.work(), name="worker")
+            self.create_task(self.work(), name="worker")
 
         async def work(self) -> None:
             raise OSError("disk full")
@@ -579,7 +579,7 @@ async def test_a_task_that_fails_in_its_own_clean_up_does_not_hurt_the_next_inca
     class Messy(Node):
         async def on_start(self) -> None:
             if self.incarnation == 1:
-                self.spawn(self.work())
+                self.create_task(self.work())
 
         async def work(self) -> None:
             try:
@@ -601,7 +601,7 @@ async def test_a_task_that_fails_in_its_own_clean_up_does_not_hurt_the_next_inca
 async def test_what_a_node_that_has_not_started_spawns_is_refused(rig: Rig) -> None:
     await rig.start(Node)
     with pytest.raises(NotStarted, match="Exclusive has not been started yet"):
-        Exclusive().spawn(rig.me.clock.sleep(1.0))
+        Exclusive().create_task(rig.me.clock.sleep(1.0))
 
 
 async def test_what_a_node_that_has_ended_spawns_is_refused(rig: Rig) -> None:
@@ -611,9 +611,9 @@ async def test_what_a_node_that_has_ended_spawns_is_refused(rig: Rig) -> None:
     await rig.settled()
     work = old.clock.sleep(1.0)
     with pytest.raises(Ended, match="/exclusive, incarnation 1, has ended: ask its successor, if there is one"):
-        old.spawn(work)
+        old.create_task(work)
     with pytest.raises(Ended):
-        incarnation_of(old).spawn(old.clock.sleep(1.0))
+        incarnation_of(old).create_task(old.clock.sleep(1.0))
     with pytest.raises(Ended):
         old.stop()
 
@@ -629,8 +629,8 @@ class Orderly(Node):
 
     async def on_start(self) -> None:
         self.story.clear()
-        self.spawn(self.work("older"))
-        self.spawn(self.work("newer"))
+        self.create_task(self.work("older"))
+        self.create_task(self.work("newer"))
 
     async def work(self, name: str) -> None:
         try:
@@ -737,7 +737,7 @@ async def test_a_node_may_end_itself_in_order_and_a_transient_one_stays_away(rig
             elif how == "raise Stop":
                 raise Stop("mission accomplished")
             else:
-                self.spawn(self.end())
+                self.create_task(self.end())
                 await self.clock.sleep(1.0)
 
         async def end(self) -> None:
@@ -872,7 +872,7 @@ async def test_a_stop_while_on_start_runs_breaks_it_off_and_cleans_up(rig: Rig) 
 
     class Slow(Node):
         async def on_start(self) -> None:
-            self.spawn(self.work())
+            self.create_task(self.work())
             try:
                 await self.clock.sleep(60.0)
             finally:

@@ -71,7 +71,7 @@ class Scripted(Node):
         if lives <= plan.get("refuse", 0):
             raise OSError(f"{self.name} refuses")
         if "after" in plan and lives <= plan.get("lives", 1_000_000):
-            self.spawn(self.end(plan["after"]))
+            self.create_task(self.end(plan["after"]))
         self.write("ready")
 
     async def end(self, after: float) -> None:

@@ -19,12 +19,12 @@ from actors.supervision.child import Child
 from actors.supervision.child_task import ChildTask
 from actors.supervision.declarations import Supervisor
 from actors.supervision.errors import StartFailed
+from actors.supervision.peers import Life
 from actors.supervision.policy import Intensity, any_significant, temporary
 from actors.supervision.reasons import ExitReason, Stopped
 from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
 from actors.supervision.running import RunningSupervisor
-from actors.supervision.seam import Life
 from tests.actors.supervision.kit import World
 
 _numbers = count(1)
@@ -82,7 +82,7 @@ class SupervisorsHome:
 
 
 class ScriptedHost:
-    """What runs in the process: the script, below a supervisor of its own, as `HostedTree` runs a node."""
+    """What runs in the process: the script, below a supervisor of its own, as `ChildTree` runs a node."""
 
     def __init__(
         self, world: World, child: Child, path: tuple[str, ...], incarnation: int, tell: Callable[[Event], None]

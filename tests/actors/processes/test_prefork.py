@@ -8,8 +8,8 @@ import signal
 import pytest
 
 from actors import Child, DynamicSupervisor, StartFailed, Supervisor, run
-from actors.processes import spawned
-from actors.processes.spawned import Started
+from actors.processes import os_process
+from actors.processes.os_process import Started
 from tests.actors.processes.kit import Diary, Scripted, in_order, running, until
 
 
@@ -17,14 +17,14 @@ from tests.actors.processes.kit import Diary, Scripted, in_order, running, until
 def started(monkeypatch: pytest.MonkeyPatch) -> dict[str, Started]:
     """The last interpreter that was started for each child, by its path, in order."""
     found: dict[str, Started] = {}
-    start = spawned.start
+    start = os_process.start
 
     def noted(name: str, *, fenced: bool) -> Started:
         found.pop(name, None)
         found[name] = start(name, fenced=fenced)
         return found[name]
 
-    monkeypatch.setattr(spawned, "start", noted)
+    monkeypatch.setattr(os_process, "start", noted)
     return found
 
 

@@ -87,7 +87,7 @@ class Doer(Node):
     @DO.serve()
     async def do(self, request: Any) -> Any:
         if self.what == "stop":
-            self.spawn(self._stop())
+            self.create_task(self._stop())
         elif self.what == "exit":
             raise SystemExit(4)
         elif self.what == "odd checkpoint":
@@ -455,7 +455,7 @@ class Foreman(Node):
 
         supervisor = system_of(self).supervisor
         assert supervisor is not None
-        self.spawn(self._hire(supervisor))
+        self.create_task(self._hire(supervisor))
 
     async def _hire(self, supervisor: Any) -> None:
         await supervisor.life("inner").start_child(Child(lambda: Counter(), name="hired"))
@@ -483,7 +483,7 @@ class Gatherer(Node):
     """Lets an instance of a template come and go in its own process."""
 
     async def on_start(self) -> None:
-        self.spawn(self._gather())
+        self.create_task(self._gather())
 
     async def _gather(self) -> None:
         from actors import system_of

@@ -1,4 +1,4 @@
-"""QoS events: what statuses say of each other, and the watches over deadlines and leases."""
+"""QoS events: the changes between two statuses, and the watches over deadlines and leases."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ from hypothesis import strategies as st
 
 from actors.qos.events import (
     DeadlineMissed,
-    DeadlineWatch,
     IncompatibleQoS,
     IncompatibleType,
-    LeaseWatch,
     LivelinessChanged,
     LivelinessLost,
     Matched,
@@ -19,6 +17,7 @@ from actors.qos.events import (
     PublisherStatus,
     SubscriptionStatus,
 )
+from actors.qos.watches import DeadlineWatch, LeaseWatch
 
 
 def test_between_two_equal_statuses_nothing_has_happened() -> None:

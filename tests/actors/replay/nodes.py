@@ -119,7 +119,7 @@ class Interrupted(Node):
     told = publishes(TOLD)
 
     async def on_start(self) -> None:
-        SHARED.append(self.spawn(self.waits()))
+        SHARED.append(self.create_task(self.waits()))
 
     async def waits(self) -> None:
         try:

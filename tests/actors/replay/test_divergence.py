@@ -138,7 +138,7 @@ class Ringing(Node):
 
     async def on_start(self) -> None:
         self.told(String(data=self.word))
-        self.spawn(self.wait())
+        self.create_task(self.wait())
 
     async def wait(self) -> None:
         await BELL[0].wait()

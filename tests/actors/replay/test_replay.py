@@ -37,7 +37,7 @@ class Waiting(Node):
 
     async def on_start(self) -> None:
         BELL.append(asyncio.Event())
-        self.spawn(self.wait())
+        self.create_task(self.wait())
 
     async def wait(self) -> None:
         await BELL[0].wait()  # an object that it shares with others

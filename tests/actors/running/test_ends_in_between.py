@@ -94,7 +94,7 @@ def test_a_node_that_stops_its_system_does_not_wait_for_its_own_end(where: str) 
 def test_a_guest_that_stops_the_system_ends_with_it() -> None:
     async def program() -> float:
         async with quiet_run(Child(Node, name="one")), open_node("me") as me:
-            me.spawn(system_of(me).stop("enough"))
+            me.create_task(system_of(me).stop("enough"))
             await me.clock.sleep(0.1)
         return asyncio.get_running_loop().time()
 

@@ -96,7 +96,7 @@ async def lingers(node: Node) -> None:
 async def listens(name: str, slowly: bool) -> str:
     async with open_node(name) as node:
         if slowly:
-            node.spawn(lingers(node))
+            node.create_task(lingers(node))
         async for _ in node.subscribe(NUMBERS):
             pass
     return f"{name} has left"
@@ -187,7 +187,7 @@ async def test_D2_a_start_that_is_canceled_by_a_scope_is_taken_back_in_order() -
 
 async def visits(name: str) -> None:
     async with open_node(name) as node:
-        node.spawn(lingers(node))
+        node.create_task(lingers(node))
         await asyncio.sleep(3600.0)
 
 
@@ -425,7 +425,7 @@ class Menu(Node):
 
     async def on_start(self) -> None:
         if self.place == "spawned":
-            self.spawn(self.spawned())
+            self.create_task(self.spawned())
         self.choose("on_start")
 
     async def spawned(self) -> None:
@@ -553,7 +553,7 @@ def test_D6_a_script_without_a_tree_ends_with_the_exit_of_its_node() -> None:
     async def main() -> None:
         try:
             async with open_node("script") as node:
-                node.spawn(leave(node))
+                node.create_task(leave(node))
                 await asyncio.sleep(3600.0)
         except BaseException as error:
             left_by.append(type(error))

@@ -24,10 +24,10 @@ from actors import (
     background,
     every,
     parameter,
-    remove_ros_args,
     spin,
     temporary,
 )
+from actors.running import remove_ros_args
 from actors.supervision import never  # fmt: skip
 
 greetings: list[str] = []
@@ -166,7 +166,8 @@ def test_the_words_for_ros_are_taken_out() -> None:
 # -- as a program ---------------------------------------------------------------------------------------------------------------
 
 PROGRAM = """
-from actors import Child, Node, every, parameter, remove_ros_args, spin
+from actors import Child, Node, every, parameter, spin
+from actors.running import remove_ros_args
 
 class Greeter(Node):
     text = parameter("hello")

@@ -39,7 +39,7 @@ class Noting(Interceptor):
         self._story.append(("life", self._name))
         return make()
 
-    def spawning(self, node: Any, work: Any, name: str) -> Any:
+    def creating_task(self, node: Any, work: Any, name: str) -> Any:
         self._story.append(("task", self._name))
         return work
 

@@ -272,7 +272,7 @@ class Reader(Node):
 
     def begin(self) -> None:
         if self.incarnation == 1 and self.how == "spawned":
-            self.spawn(self.read())
+            self.create_task(self.read())
 
     async def on_start(self) -> None:
         self.begin()

@@ -217,7 +217,7 @@ async def test_what_blocks_after_an_await_or_in_a_task_is_caught_by_the_close_lo
                 await asyncio.sleep(0.05)
                 pause()
 
-        core.spawn(dig(), name="dig")
+        core.create_task(dig(), name="dig")
         await until(lambda: blocked(records))
         (line,) = blocked(records)
         assert (line.node, line.fields["handler"], line.fields["delayed"]) == ("/restless", "/restless dig", "/fast")

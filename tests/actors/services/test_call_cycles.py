@@ -76,7 +76,7 @@ async def in_group(node: Asker, asked: Awaitable[Any]) -> None:
         group.create_task(work())
 
 
-async def spawned(node: Asker) -> object:
+async def created(node: Asker) -> object:
     said: list[object] = []
 
     async def work() -> None:
@@ -85,7 +85,7 @@ async def spawned(node: Asker) -> object:
         except CallTimeout as late:  # else it would be the node's failure
             said.append(late)
 
-    await node.spawn(work())
+    await node.create_task(work())
     return said[0]
 
 
@@ -94,7 +94,7 @@ ITSELF: dict[str, Callable[[Asker], Awaitable[Any]]] = {
     "TaskGroup": lambda node: in_group(node, node.call(OWN, Request())),
     "create_task": lambda node: asyncio.create_task(node.call(OWN, Request())),
     "shield": lambda node: asyncio.shield(node.call(OWN, Request())),
-    "spawn": spawned,
+    "Node.create_task": created,
 }
 
 

@@ -208,7 +208,7 @@ async def test_waiting_in_slices_with_a_line_each_and_an_end(rig: Rig) -> None:
         outcome = ""
 
         async def on_start(self) -> None:
-            self.spawn(self.main())
+            self.create_task(self.main())
 
         async def main(self) -> None:
             for _ in range(3):

@@ -275,7 +275,7 @@ async def test_a_caller_hears_at_each_stage_what_became_of_its_server(rig: Rig) 
         @ADD.serve()
         async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
             if request.a < 0:
-                self.spawn(self.break_down())
+                self.create_task(self.break_down())
             await self.clock.sleep(0.1)
             return total(request.a + request.b)
 

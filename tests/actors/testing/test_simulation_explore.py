@@ -423,7 +423,7 @@ def test_a_record_that_cannot_be_written_does_not_hide_what_was_found(
     def fail(self: object, path: object, **more: object) -> None:
         raise error
 
-    monkeypatch.setattr("actors.bag.recorder.FlightRecorder.dump", fail)
+    monkeypatch.setattr("actors.bag.flight_recorder.FlightRecorder.dump", fail)
     code, found, _ = explored(capfd, "Blind", "--seeds", "1")
     assert code == 1
     assert "no camera" in found
@@ -438,7 +438,7 @@ def test_nor_does_it_where_processes_cannot_be_copied(
         raise ValueError("argument out of range")
 
     monkeypatch.setattr(multiprocessing, "get_all_start_methods", lambda: ["spawn"])
-    monkeypatch.setattr("actors.bag.recorder.FlightRecorder.dump", fail)
+    monkeypatch.setattr("actors.bag.flight_recorder.FlightRecorder.dump", fail)
     code, found, _ = explored(capfd, "Blind", "--seeds", "1")
     assert code == 1
     assert found.splitlines()[-1] == "flight record: none: it could not be written: ValueError: argument out of range"

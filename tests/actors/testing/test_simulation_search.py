@@ -716,7 +716,7 @@ def test_a_record_that_cannot_be_written_does_not_hide_why_a_scenario_failed(
     def fail(self: object, path: object, **more: object) -> None:
         raise ValueError("argument out of range")
 
-    monkeypatch.setattr("actors.bag.recorder.FlightRecord.write", fail)
+    monkeypatch.setattr("actors.bag.flight_recorder.FlightRecord.write", fail)
     pytester.makepyfile(test_it=TESTS)
     result = run_pytest(pytester, "-k", "hears")
     result.assert_outcomes(failed=1)

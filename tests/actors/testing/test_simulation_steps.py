@@ -34,7 +34,7 @@ class Worker(Node):
 
     async def on_start(self) -> None:
         Worker.seen = []
-        self.spawn(self.walk("spawned"), name="a walk, with blanks")
+        self.create_task(self.walk("spawned"), name="a walk, with blanks")
 
     async def walk(self, what: str) -> None:
         for _ in range(3):

@@ -187,7 +187,7 @@ async def test_what_has_no_meaning_under_simulated_time_says_so(rig: Rig) -> Non
     async def nap() -> None:
         await follower.clock.sleep(1e300)
 
-    sleeping = follower.spawn(nap())
+    sleeping = follower.create_task(nap())
     await show(rig, 2.0**31 - 1.0)
     assert not sleeping.done()
 
@@ -359,7 +359,7 @@ async def test_sleepers_wake_in_the_order_of_their_instants_and_wait_through_jum
         follower.heard.append((instant, await clock.sleep_until(instant)))
 
     await show(rig, 10.0)
-    naps = [follower.spawn(nap(instant)) for instant in (12.0, 11.0, 9.0, 30.0, 11.5)]
+    naps = [follower.create_task(nap(instant)) for instant in (12.0, 11.0, 9.0, 30.0, 11.5)]
     await show(rig, 10.5)
     assert follower.heard == [(9.0, True)]
     follower.heard.clear()
@@ -452,7 +452,7 @@ async def test_sleeps_under_simulated_time_end_when_it_is_switched_off(rig: Rig)
         follower.heard.append(await clock.sleep(seconds))
 
     for seconds in (1.0, 2.0, 3.0, 0.0, -1.0):
-        follower.spawn(nap(seconds))
+        follower.create_task(nap(seconds))
     await rig.quiet()
     await show(rig, 6.0)
     assert follower.heard == [True, True, True]

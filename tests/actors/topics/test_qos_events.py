@@ -196,7 +196,7 @@ async def test_a_heartbeat_that_stops_is_lost_and_a_word_brings_it_back(rig: Rig
             self.story: list[tuple[float, str]] = []
 
         async def on_start(self) -> None:
-            self.spawn(self.guard())
+            self.create_task(self.guard())
 
         async def guard(self) -> None:
             async for event in self.subscribe(HEARTBEAT).events():

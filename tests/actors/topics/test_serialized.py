@@ -54,7 +54,7 @@ async def test_what_is_forwarded_as_bytes_is_the_same_message(rig: Rig) -> None:
         async for data in stream:
             copy.publish_serialized(data)
 
-    rig.me.spawn(forward())
+    rig.me.create_task(forward())
     await rig.settled()
     rig.publish(NUMBERS, number(-7))
     await rig.settled()

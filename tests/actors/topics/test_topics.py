@@ -352,7 +352,7 @@ async def test_keep_all_holds_back_a_sender_that_awaits_and_loses_nothing(rig: R
 
         async def on_start(self) -> None:
             self.sent = []
-            self.spawn(self.send_all())
+            self.create_task(self.send_all())
 
         async def send_all(self) -> None:
             for value in range(8):
@@ -598,7 +598,7 @@ async def test_a_foreign_thread_is_refused_and_told_of_threadsafe(rig: Rig) -> N
         lambda: talker.publisher(NUMBERS),
         lambda: talker.subscribe(NUMBERS),
         lambda: talker.on(NUMBERS, print),
-        lambda: talker.spawn(asyncio.sleep(0)),
+        lambda: talker.create_task(asyncio.sleep(0)),
         lambda: talker.stop(),
     ):
         (error,) = from_a_thread(use)

@@ -15,8 +15,8 @@ from actors.interfaces import encode
 from actors.interfaces.std_msgs.msg import Int32
 from actors.runtime.incarnation import incarnation_of
 from actors.testing import Rig
-from actors.topics import arrival
-from actors.topics.arrival import Arrival
+from actors.topics import lazy_message
+from actors.topics.lazy_message import LazyMessage
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
 from actors.transport.keyed.protocol import Delivery, Sample
@@ -38,9 +38,9 @@ class Talker(Node):
 
 def capture(
     rig: Rig, topic: Topic[Int32] = NUMBERS, *, decoded: bool = False, patience: float = 0.0
-) -> tuple[list[Arrival], Capture]:
+) -> tuple[list[LazyMessage], Capture]:
     """What a capture of the rig's own node takes from now on."""
-    taken: list[Arrival] = []
+    taken: list[LazyMessage] = []
     channel, entry = Channel(f"/{topic.name}", Int32), rig.system.graph.topic(f"/{topic.name}")
     return taken, Capture(
         incarnation_of(rig.me), entry, channel, topic.qos, lambda channel, publisher, one: taken.append(one),
@@ -52,13 +52,13 @@ def capture(
 def decoded(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
     """What messages of topics are decoded from, in order."""
     found: list[bytes] = []
-    plain = arrival.decode
+    plain = lazy_message.decode
 
     def decode(kind: Any, data: bytes) -> Any:
         found.append(data)
         return plain(kind, data)
 
-    monkeypatch.setattr(arrival, "decode", decode)
+    monkeypatch.setattr(lazy_message, "decode", decode)
     return found
 
 

@@ -365,7 +365,7 @@ async def test_a_call_from_a_task_that_no_handler_waits_for_has_no_chain(hosts: 
         async def first(self, request: Trigger.Request) -> Trigger.Response:
             if not self.asking:
                 self.asking = True
-                self.spawn(self.ask())
+                self.create_task(self.ask())
             return Trigger.Response(message="soon")
 
         async def ask(self) -> None:

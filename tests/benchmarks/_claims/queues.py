@@ -41,7 +41,7 @@ class Reader(Node):
 
     async def on_start(self) -> None:
         self.stream = self.subscribe(SAMPLES, qos=self._depth)
-        self.spawn(self._read())
+        self.create_task(self._read())
 
     async def _read(self) -> None:
         async for message in self.stream:

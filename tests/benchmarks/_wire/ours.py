@@ -10,7 +10,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from actors import Action, Child, Done, Node, Service, Steps, System, Topic, parallel, qos, run
+from actors import Action, Child, Done, Node, Service, Steps, System, Topic, qos, run
+from actors.actions import parallel
 from actors.interfaces.example_interfaces.action import Fibonacci, Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import Int64, String

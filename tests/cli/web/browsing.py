@@ -19,7 +19,7 @@ from actors.runtime.runtime import NodeRecord
 from cli.web.server.server import WebServer
 from cli.web.server.settings import WebSettings
 from robot import Robot
-from robot.run.choice import changed
+from robot.run.tree_nodes import changed
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 AXE = Path(os.environ.get("ROBACTOR_AXE", "axe.min.js"))

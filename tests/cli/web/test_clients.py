@@ -17,7 +17,7 @@ from actors.bag.capture import Capture
 from actors.interfaces import encode
 from actors.interfaces.sensor_msgs.msg import Image
 from actors.interfaces.std_msgs.msg import String
-from actors.topics.arrival import Arrival
+from actors.topics.lazy_message import LazyMessage
 from actors.transport.protocol import PATIENCE, next_look
 from cli.web.clients.outbox import BEHIND, MOST_ANSWERS, MOST_BYTES, Outbox, OutboxFull, Spliced
 from cli.web.clients.writing import written
@@ -309,7 +309,7 @@ async def test_what_is_no_message_reaches_those_who_take_cdr_and_the_others_lose
         (capture,) = entry.subscriptions
         assert isinstance(capture, Capture)
         for payload in (garbage, garbage, good):  # as they come from another process
-            capture.take(capture.channel, entry.publishers[0], Arrival.received(payload, String, 0))
+            capture.take(capture.channel, entry.publishers[0], LazyMessage.received(payload, String, 0))
 
         assert (await reader.find("publish"))["msg"] == {"data": "good"}
         assert [(await viewer.binary())[13:] for _ in range(3)] == [garbage, garbage, good]
@@ -326,7 +326,7 @@ async def test_a_message_that_has_waited_for_others_has_the_time_of_its_arrival(
         (capture,) = entry.subscriptions
         assert isinstance(capture, Capture) and capture.patience == PATIENCE
         since = asyncio.get_running_loop().time() - 0.25
-        arrival = Arrival.received(encode(String(data="old")), String, 0, since)
+        arrival = LazyMessage.received(encode(String(data="old")), String, 0, since)
         capture.take(capture.channel, entry.publishers[0], arrival)
 
         at_ns = int.from_bytes((await viewer.binary())[5:13], "little")

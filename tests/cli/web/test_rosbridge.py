@@ -107,7 +107,7 @@ async def test_a_service_of_the_browser_is_called_by_a_node() -> None:
         double = Service(AddTwoInts, "/browser_add")
         await client.say("advertise_service", service="/browser_add", type="example_interfaces/AddTwoInts")
         await client.call("/rosapi/get_time")
-        call = stage.talker.spawn(_call(stage, double, AddTwoInts.Request(a=4, b=5)), name="caller")
+        call = stage.talker.create_task(_call(stage, double, AddTwoInts.Request(a=4, b=5)), name="caller")
         request = await client.find("call_service")
         assert (request["service"], request["args"]) == ("/browser_add", {"a": 4, "b": 5})
         await client.say("service_response", id=request["id"], service="/browser_add", values={"sum": 9}, result=True)

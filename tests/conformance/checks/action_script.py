@@ -17,7 +17,8 @@ import asyncio
 from collections.abc import AsyncGenerator
 from typing import Any, Final
 
-from actors import Aborted, Action, Done, Node, Reject, parallel, queue
+from actors import Aborted, Action, Done, Node, Reject
+from actors.actions import parallel, queue
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.runtime.incarnation import incarnation_of

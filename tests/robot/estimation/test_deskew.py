@@ -13,8 +13,8 @@ from robot.geometry.vectors import Floats, rotation_of
 from robot.hardware.beams import MAX_RANGE, beam_angles
 from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world
-from robot.sim.rays import cast
-from robot.sim.sight import sight
+from robot.sim.depth_rays import sight
+from robot.sim.lidar_rays import cast
 from robot.sim.spin import beam_directions
 
 ROOM = get_world("warehouse")

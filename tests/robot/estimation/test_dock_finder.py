@@ -15,7 +15,7 @@ from robot.geometry.planar import Pose2, compose
 from robot.geometry.vectors import Floats
 from robot.scenes.dock import FACE_AHEAD, FACE_WIDTH, station
 from robot.scenes.scene import Box, Obstacle, Scene
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 
 DOCK = Pose2(-1.0, 2.0, 2.2)
 AT_DOCK = Pose2(0.0, 0.0)

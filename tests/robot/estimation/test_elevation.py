@@ -13,8 +13,8 @@ from robot.hardware.beams import beam_angles
 from robot.hardware.depth import PATTERNS, eyes
 from robot.scenes.scene import Box, Cylinder, Obstacle, Pit, Scene
 from robot.scenes.terrain import Ramp
-from robot.sim.depth import DepthNoise, look, seen
-from robot.sim.rays import cast
+from robot.sim.depth_noise import DepthNoise, look, seen
+from robot.sim.lidar_rays import cast
 
 EYE_HEIGHT = 0.486
 LEVEL = np.eye(3)

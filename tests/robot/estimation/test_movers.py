@@ -15,7 +15,7 @@ from robot.navigation.navigator import Navigator
 from robot.planning.grid import Grid
 from robot.scenes.scene import Cylinder, Scene
 from robot.scenes.worlds import get_world
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 
 HERE = Pose2(0.0, 0.0)
 EMPTY = get_world("empty")

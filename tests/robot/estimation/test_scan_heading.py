@@ -18,7 +18,7 @@ from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE, beam_angles
 from robot.scenes.scene import Scene
 from robot.scenes.worlds import get_world
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 
 NOISE = 0.015
 """Of one range, m."""

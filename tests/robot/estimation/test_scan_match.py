@@ -15,7 +15,7 @@ from robot.geometry.planar import Pose2
 from robot.planning.grid import Grid
 from robot.scenes.scene import Box, Scene
 from robot.scenes.worlds import get_world
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 from tests.robot.stage import apart, floor
 
 Scan = np.ndarray

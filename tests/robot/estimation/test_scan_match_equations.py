@@ -16,7 +16,7 @@ from robot.geometry.vectors import Floats
 from robot.hardware.beams import beam_angles
 from robot.planning.grid import Grid
 from robot.scenes.scene import Box, Cylinder, Scene
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 
 SHAPES = (Cylinder(1.5, 1.0, 0.4), Box(-1.4, 0.8, 0.8, 0.5, yaw=0.4), Box(0.5, -1.8, 1.2, 0.4))
 WALLS = (Box(0, -3.05, 6.2, 0.1), Box(0, 3.05, 6.2, 0.1), Box(-3.05, 0, 0.1, 6.2), Box(3.05, 0, 0.1, 6.2))

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from robot.assembly import Robot
-from robot.run.choice import nodes_of
+from robot.run.tree_nodes import nodes_of
 from tests.figures import odometry, rates
 from tests.figures.__main__ import main
 from tests.figures.fidelity import IDEAL

@@ -17,7 +17,7 @@ from robot.geometry.planar import Pose2, Twist2
 from robot.navigation.motion import Motion, State
 from robot.navigation.navigator import Navigator
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 
 LENGTH, WIDTH = 1.1, 0.5
 LAG = 0.15

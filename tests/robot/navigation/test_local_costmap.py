@@ -17,7 +17,7 @@ from robot.model.footprint import Footprint
 from robot.navigation.local_costmap import MEMORY, LocalCostmap
 from robot.planning.grid import Grid
 from robot.scenes.scene import Box, Cylinder, Scene
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 
 WALL = Box(3.5, 0.0, 0.2, 6.0)
 SCENE = Scene("hall", (-4.0, -4.0, 4.0, 4.0), (WALL,), Pose2(0.0, 0.0), Pose2(0.0, 0.0))

@@ -13,7 +13,7 @@ from robot.navigation.local_costmap import LocalCostmap
 from robot.planning.grid import Grid
 from robot.scenes.scene import Box
 from robot.scenes.worlds import get_world
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 from tests.robot.navigation.navigation_sim import VelocityPlant
 
 

@@ -19,7 +19,7 @@ from robot.geometry.planar import Pose2, compose
 from robot.nodes.localizer import Localizer
 from robot.planning.grid import Grid
 from robot.scenes.scene import Box, Scene
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 
 WALLS = (
     *(Box(0.0, y, 12.2, 0.1, height=2.0) for y in (-2.05, 2.05)),

@@ -16,7 +16,7 @@ from robot import Robot
 from robot.contracts import BATTERY_STATE, GAIT_STATUS, GOAL_REPORT
 from robot.geometry.planar import Pose2
 from robot.nodes.carrier import Delivery
-from robot.run.choice import nodes_of
+from robot.run.tree_nodes import nodes_of
 from robot.scenes.worlds import UnknownWorld, get_world
 from tests.figures.load import family
 

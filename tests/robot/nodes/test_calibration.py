@@ -17,7 +17,7 @@ from robot.contracts import CALIBRATE_SENSOR, CMD_VEL, IMU, IMU_CALIBRATION, STA
 from robot.interfaces.tutorials.your_package.srv import SensorCalibration
 from robot.nodes.calibration import Calibration
 from robot.nodes.proprioception import Proprioception
-from robot.run.choice import only
+from robot.run.tree_nodes import only
 from robot.scenes.worlds import get_world
 from robot.sim.kinematic import KinematicBody
 from tests.robot.stage import done, robot_around, twist

@@ -18,7 +18,7 @@ from robot.interfaces.robactor_msgs.action import Dock
 from robot.scenes.dock import station
 from robot.scenes.worlds import get_world
 from robot.sim.kinematic import KinematicBody
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 from tests.robot.stage import Legs, apart, navigate, speed, standing_robot, take_station_away, true_pose
 
 

@@ -15,7 +15,7 @@ from actors.testing import Rig
 from robot import Robot
 from robot.contracts import CMD_VEL, GAIT_STATUS, GOAL_REPORT, IMU, JOINT_STATES, SAFETY_STATE, STAND, TELEOP_CMD
 from robot.geometry.planar import Pose2
-from robot.run.choice import UnknownNode, changed, nodes_of, only
+from robot.run.tree_nodes import UnknownNode, changed, nodes_of, only
 from tests.robot.stage import robot, twist, whole, without
 
 NAMES = [child.name for child in nodes_of(whole())]

@@ -13,7 +13,7 @@ from actors.tf2 import Transform
 from robot.geometry.planar import Pose2
 from robot.model.arm import MOUNT, OutOfReach, forward
 from robot.nodes.skills import Stalled
-from robot.nodes.story import Story
+from robot.nodes.task_feedback import TaskFeedback
 from robot.planning.grasp import ABOVE, STANDING, Spot, approach, stands
 from robot.scenes.objects import color_name, looks_of
 from robot.scenes.scene import Box, Cylinder, Thing
@@ -44,7 +44,7 @@ def test_what_is_too_high_has_no_place_and_what_is_too_far_is_out_of_reach() -> 
 
 @given(st.lists(st.tuples(st.sampled_from(["first", "second", "third"]), st.floats(-1.0, 2.0), st.floats(-1.0, 9.0))))
 def test_a_story_never_goes_back(steps: list[tuple[str, float, float]]) -> None:
-    story = Story(STAGES, 5.0)
+    story = TaskFeedback(STAGES, 5.0)
     told = [story.tell(*step) for step in steps]
     order = [[name for name, _ in STAGES].index(one.stage) for one in told]
     assert order == sorted(order)
@@ -53,7 +53,7 @@ def test_a_story_never_goes_back(steps: list[tuple[str, float, float]]) -> None:
 
 
 def test_a_story_tells_each_stage_from_its_beginning_to_its_end() -> None:
-    story = Story(STAGES, 5.0)
+    story = TaskFeedback(STAGES, 5.0)
     assert story.tell("first", 1.0) == ("first", 5.0, 10.0)
     assert story.tell("second", 0.5, 2.0) == ("second", 2.0, 35.0)
     assert story.tell("third", 1.0, 0.0) == ("third", 0.0, 100.0)

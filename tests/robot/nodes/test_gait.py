@@ -32,7 +32,7 @@ from robot.interfaces.robactor_msgs.msg import FootContacts, GaitStatus, SafetyS
 from robot.model.legs import leg_state
 from robot.model.parameters import GRAVITY
 from robot.nodes.gait import Gait
-from robot.run.choice import nodes_of, only
+from robot.run.tree_nodes import nodes_of, only
 from robot.sim.physics import PhysicsBody
 from robot.sim.simulation import Simulation
 from robot.testing import FLAT

@@ -18,9 +18,9 @@ from robot.contracts import HEADING_ERROR, ODOMETRY, SCAN
 from robot.geometry.messages import from_pose, to_pose
 from robot.geometry.planar import Pose2
 from robot.nodes.heading import Heading
-from robot.run.choice import only
+from robot.run.tree_nodes import only
 from robot.scenes.worlds import get_world
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 from tests.robot.stage import floor
 
 HERE = Pose2(0.0, 0.5)

@@ -32,7 +32,7 @@ from robot.nodes.localizer import Localizer
 from robot.planning.grid import Grid
 from robot.scenes.dock import BEFORE
 from robot.scenes.worlds import get_world
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 from tests.robot.stage import apart, twist
 
 WAREHOUSE = get_world("warehouse")

@@ -10,7 +10,7 @@ from actors.testing import Rig
 from robot import Robot
 from robot.contracts import POSE, TELEOP_CMD, WALK
 from robot.geometry.messages import from_pose
-from robot.run.choice import changed
+from robot.run.tree_nodes import changed
 from tests.robot.stage import twist, without
 
 

@@ -50,7 +50,7 @@ from robot.nodes.navigation import Navigation
 from robot.nodes.patrol import Patrol
 from robot.nodes.safety import SafetyMonitor
 from robot.planning.grid import Grid
-from robot.run.choice import only
+from robot.run.tree_nodes import only
 from robot.scenes.dock import BEFORE
 from robot.scenes.scene import Box
 from tests.robot.stage import (

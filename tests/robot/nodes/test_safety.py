@@ -52,7 +52,7 @@ from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.nodes.safety import SafetyMonitor
 from robot.nodes.twist_mux import RobotController
 from robot.planning.errors import ErrorCode
-from robot.run.choice import only
+from robot.run.tree_nodes import only
 from robot.scenes.worlds import get_world
 from tests.robot.stage import ahead, robot, robot_around, twist, warnings, without
 

@@ -17,7 +17,7 @@ from robot.contracts import ODOMETRY, SCAN, SCAN_RAW
 from robot.geometry.messages import seconds
 from robot.hardware.sensors import LidarErrors, Sensors
 from robot.nodes.scan_correction import ScanCorrection
-from robot.run.choice import nodes_of
+from robot.run.tree_nodes import nodes_of
 
 TURNING = Sensors(lidar=LidarErrors(sweep=0.1))
 

@@ -25,7 +25,7 @@ from robot.nodes.depth import DepthCameras
 from robot.nodes.elevation import Elevation
 from robot.nodes.point_clouds import pack_points, unpack_points
 from robot.scenes.scene import Box, Obstacle
-from robot.sim.depth import look, seen
+from robot.sim.depth_noise import look, seen
 from robot.sim.devices import SimulatedDepth
 from robot.sim.kinematic import KinematicBody
 from tests.robot.stage import ORIGIN, floor

@@ -101,7 +101,7 @@ def test_the_same_seed_draws_the_same_bytes(tmp_path: Path) -> None:
 
 def test_the_robot_is_caught_in_mid_stride_with_its_plan_and_its_trail() -> None:
     from robot import Robot
-    from robot.picture.record import record
+    from robot.picture.watched_run import record
 
     seen = record(Robot("warehouse", body="kinematic", mission="patrol", seed=1), seed=1, at=4.0)
     assert 4.0 <= seen.time <= 4.5
@@ -115,7 +115,7 @@ def test_the_robot_is_caught_in_mid_stride_with_its_plan_and_its_trail() -> None
 def test_a_task_is_pictured_with_the_arm_and_the_things_where_they_are() -> None:
     from robot import Robot
     from robot.nodes.carrier import Delivery
-    from robot.picture.record import record
+    from robot.picture.watched_run import record
 
     robot = Robot("kitchen", body="kinematic", mission=Delivery("cup", (2.0, 1.0, 0.45)), seed=1)
     seen = record(robot, seed=1, at=2.0)

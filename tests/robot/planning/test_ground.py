@@ -15,9 +15,9 @@ from robot.planning.planner import Planner
 from robot.scenes.ramps import ramps
 from robot.scenes.scene import Scene
 from robot.scenes.terrain import Ramp
+from robot.sim.depth_rays import sight
 from robot.sim.ground import Ground
 from robot.sim.mjcf import write_model
-from robot.sim.sight import sight
 
 HERE = Pose2(0.0, 0.0)
 

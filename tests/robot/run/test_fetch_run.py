@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from actors.testing import Rig
-from robot.run.choice import nodes_of, only
+from robot.run.tree_nodes import nodes_of, only
 from robot.sim.kinematic import KinematicBody
 from tests.robot.run.test_run import KINEMATIC, robot, run
 from tests.robot.stage import KITCHEN, robot_around

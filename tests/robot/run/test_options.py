@@ -10,7 +10,7 @@ import pytest
 
 from cli.command import UsageError
 from robot.run.arguments import parse_seed, seconds, whole, within
-from robot.run.hardships import Push
+from robot.run.disturbances import Push
 from robot.run.options import RealRobot, Web, parse
 from robot.run.tasks import Crash, Fetch, parse_fetch, parse_goal
 from robot.sim.ground import Ground

@@ -21,10 +21,10 @@ from robot.link.remote import LinkedBody
 from robot.link.segment import PREFIX
 from robot.nodes import process_care
 from robot.nodes.process_care import ProcessCare
-from robot.run.choice import nodes_of
 from robot.run.crashes import with_hangs
 from robot.run.options import parse
 from robot.run.tasks import Hang
+from robot.run.tree_nodes import nodes_of
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.tree import robot_tree

@@ -17,7 +17,7 @@ from robot.scenes.kitchen import BOARD, OTHER_TABLE, TABLE, kitchen
 from robot.scenes.objects import color_name, looks_of
 from robot.scenes.scene import Box, Cylinder, Scene, Thing
 from robot.scenes.worlds import WORLDS, get_world
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 
 docks = st.builds(Pose2, st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-3.1, 3.1))
 

@@ -19,8 +19,8 @@ from robot.scenes.kitchen import kitchen
 from robot.scenes.scene import Box, Cylinder, Scene
 from robot.sim.arm_mjcf import TORQUES
 from robot.sim.ground import Ground
+from robot.sim.lidar_rays import cast
 from robot.sim.mjcf import OBSTACLE_GROUP, obstacle_names, write_model
-from robot.sim.rays import cast
 from robot.sim.things import tool_point
 
 engine: Any = mujoco

@@ -9,7 +9,7 @@ from actors.testing.faults import NETWORK, draw
 from actors.testing.simulation.trial import Outcome, Trial
 from actors.transport.simulated.endpoints import Outlet, Subscription
 from actors.transport.simulated.link import Stream
-from actors.transport.simulated.questions import Question
+from actors.transport.simulated.queries import Question
 from robot.tutorials.humanoid_lab import MOTOR_COMMANDS
 from tests.robot.tutorials.lab_on_hosts import SCENARIO, Ledger, keeps_its_promises, main, start_lab
 

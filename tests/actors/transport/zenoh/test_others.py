@@ -20,8 +20,8 @@ from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
 from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.history import ask_history
-from actors.transport.zenoh.queries import Server
-from actors.transport.zenoh.questions import Question
+from actors.transport.zenoh.outgoing_queries import Question
+from actors.transport.zenoh.queryables import Server
 from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import TOKENS, Changes, Party
 from tests.actors.transport.zenoh.fakes import FakeQuery, FakeReply, FakeSession, sample
@@ -377,7 +377,7 @@ async def test_questions_of_a_session_that_was_closed_end() -> None:
 async def test_the_first_answer_to_a_question_counts_and_it_lingers_until_it_is_ended(
     reply: FakeReply, answer: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("actors.transport.zenoh.questions.direct", lambda *calls: calls)
+    monkeypatch.setattr("actors.transport.zenoh.outgoing_queries.direct", lambda *calls: calls)
     session, worker, loop = FakeSession(), Worker("test"), asyncio.get_running_loop()
     answers: list[object] = []
     question = Question("7/a/T/H", None, answers.append, lambda one: None, loop)
@@ -396,7 +396,7 @@ async def test_the_first_answer_to_a_question_counts_and_it_lingers_until_it_is_
 
 
 async def test_a_question_that_comes_to_a_closed_server_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("actors.transport.zenoh.queries.direct", lambda call: call)
+    monkeypatch.setattr("actors.transport.zenoh.queryables.direct", lambda call: call)
     session, query, worker = FakeSession(), FakeQuery(), Worker("test")
     forgotten: list[Server] = []
     take = pytest.fail

@@ -1,4 +1,4 @@
-"""`Numbers`: which messages of a publisher are new, and how many are missing, by the numbers that they carry."""
+"""`SequenceNumbers`: which messages of a publisher are new, and how many are missing, by the numbers that they carry."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _MOST_LOST: Final = 10_000_000
 """A larger gap is no loss: at 1 kHz that is a silence of three hours."""
 
 
-class Numbers:
+class SequenceNumbers:
     """The numbers of one publisher, in the order in which they arrive.
 
     They begin with 1. A message that arrives twice, or late, is not new. But numbers may be wrong: anybody who may publish can write any number under the name

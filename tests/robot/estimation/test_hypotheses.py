@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import pi
 
+from robot.estimation.hypotheses import PoseHypotheses
 from robot.estimation.relocalize import Relocalizer, apart
-from robot.estimation.rivals import Rivals
 from robot.geometry.planar import Pose2, compose
 from robot.planning.grid import Grid
 from robot.scenes.scene import Box, Scene
@@ -22,10 +22,10 @@ HERE, THERE = Pose2(-3.0, 0.5, 0.1), Pose2(3.0, -0.5, 0.1 - pi)
 """The same by half a turn."""
 
 
-def weighed(scene: Scene, way: list[Pose2], places: tuple[Pose2, ...] = (THERE, HERE)) -> Rivals:
-    """Rivals that were shown a scan from each step of a way that begins at `HERE`; odometry has each as it is."""
+def weighed(scene: Scene, way: list[Pose2], places: tuple[Pose2, ...] = (THERE, HERE)) -> PoseHypotheses:
+    """PoseHypotheses that were shown a scan from each step of a way that begins at `HERE`; odometry has each as it is."""
     body = KinematicBody(scene, seed=3)
-    rivals = Rivals(Relocalizer(Grid.from_scene(scene)), places, way[0])
+    rivals = PoseHypotheses(Relocalizer(Grid.from_scene(scene)), places, way[0])
     for moved in way:
         body.place(compose(HERE, moved))
         body.advance(body.time + 0.1)

@@ -18,7 +18,7 @@ class Told(NamedTuple):
     percent: float
 
 
-class Story:
+class TaskFeedback:
     """The progress of one task. `stages` are the names, each with the per cent at which it begins; a stage that is repeated is not reported twice."""
 
     __slots__ = ("_distance", "_percent", "_reached", "_stages")

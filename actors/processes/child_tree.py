@@ -1,4 +1,4 @@
-"""`HostedTree`: runs the child that a process was made for, and tells the parent what becomes of it."""
+"""`ChildTree`: runs the child that a process was made for, and tells the parent what becomes of it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from msgspec import structs
 
 from actors.checks import create
 from actors.errors import NotRunning, NotStarted
-from actors.processes.flights import save
+from actors.processes.flight_records import save
 from actors.processes.messages import (
     CrashAsked,
     Event,
@@ -28,10 +28,10 @@ from actors.processes.messages import (
 from actors.processes.pickling import pack, unpack
 from actors.runtime.node import Node
 from actors.supervision.child import Child
-from actors.supervision.crossing import HANG_SECONDS
 from actors.supervision.declarations import Supervisor
 from actors.supervision.errors import StartFailed
 from actors.supervision.policy import Intensity, any_significant, temporary
+from actors.supervision.process_options import HANG_SECONDS
 from actors.supervision.reasons import ExitReason, Stopped, is_abnormal
 from actors.system import System, keep_step
 from actors.transport.bridge import connect
@@ -50,7 +50,7 @@ def _news(facts: NodeFacts) -> tuple[object, ...]:
     return structs.astuple(facts)[2:]
 
 
-class HostedTree:
+class ChildTree:
     """The child of an order, with a system of its own, below a supervisor with the path of its real supervisor.
 
     It runs once. `tell` gets all events, the last of them `Over`.

@@ -13,7 +13,7 @@ from robot.hardware.beams import beam_angles
 from robot.planning.grid import signed_distance
 from robot.scenes.scene import Box, Cylinder, Obstacle
 from robot.scenes.worlds import get_world
-from robot.sim.rays import cast
+from robot.sim.lidar_rays import cast
 from tests.robot.stage import floor
 
 

@@ -10,21 +10,21 @@ from actors.interfaces.errors import CdrError
 if TYPE_CHECKING:
     from actors.bag.ring import Channel
     from actors.bag.writer import BagWriter, Split
-    from actors.topics.arrival import Arrival
+    from actors.topics.lazy_message import LazyMessage
 
 
 class Taken(NamedTuple):
     """One message as it was received. Times are in nanoseconds since 1970."""
 
     channel: Channel
-    message: Arrival
+    message: LazyMessage
     received_ns: int
     sent_ns: int
     weight: int = 0
     """Its approximate size."""
 
 
-class Outbox:
+class WriteQueue:
     """Messages on their way into a bag, at most `max_bytes` of them.
 
     `add` and `take` are called in the event loop, `write` by one thread at a time, and never while `take` is called.

@@ -9,10 +9,10 @@ import sys
 
 import pytest
 
-from robot.link.turns import short_turns
+from robot.link.time_slices import short_turns
 
 linux = pytest.mark.skipif(platform.system() != "Linux", reason="the turns of Linux")
-ASK = "import os\n{before}\nfrom robot.link.turns import short_turns\nprint(short_turns(), os.getpriority(os.PRIO_PROCESS, 0))\n{after}"
+ASK = "import os\n{before}\nfrom robot.link.time_slices import short_turns\nprint(short_turns(), os.getpriority(os.PRIO_PROCESS, 0))\n{after}"
 
 
 def asked(before: str = "", after: str = "") -> list[str]:

@@ -1,4 +1,4 @@
-"""`Processes`: the children of one system that run in processes of their own."""
+"""`ChildProcesses`: the children of one system that run in processes of their own."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from actors.processes.rendezvous import Rendezvous
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.processes.flights import Recorder
-    from actors.processes.hosted import HostedTree
+    from actors.processes.child_tree import ChildTree
+    from actors.processes.flight_records import Recorder
     from actors.processes.life import Launch, Process
     from actors.processes.messages import Event, Order
+    from actors.processes.os_process import Started
     from actors.processes.prefork import PreforkPool
     from actors.processes.simulated import SimulatedProcess
-    from actors.processes.spawned import Started
     from actors.runtime.runtime import Runtime
     from actors.supervision.child import Child
     from actors.supervision.declarations import Supervisor
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from actors.transport.simulated.session import SimulatedTransport
 
 
-class Processes:
+class ChildProcesses:
     """The source of lives in processes of their own, of one system (`runtime.OtherProcesses`), and those that run. `elsewhere` launches those
     on other machines.
 
@@ -87,7 +87,7 @@ class Processes:
         await self._rendezvous.open()
         if self._runtime.clock.virtual:
             return await simulate(order, take)
-        from actors.processes.spawned import spawn
+        from actors.processes.os_process import spawn
 
         return await spawn(order, take, self._started_ahead(order))
 
@@ -103,19 +103,19 @@ class Processes:
         return self._prefork.take(order)
 
 
-async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess[HostedTree]:
+async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess[ChildTree]:
     """Launch a simulated process for `order`; `take` gets what it tells. Its declaration is copied, as that of a real one is.
 
     On another machine it tells of its nodes as often as a real one does: that may end without a last word. Otherwise, when something changes.
     """
-    from actors.processes.hosted import HostedTree
+    from actors.processes.child_tree import ChildTree
     from actors.processes.simulated import SimulatedProcess
 
     transport = cast("SimulatedTransport", order.transport())
     copied = structs.replace(order, spec=unpack(pack(order.spec)))
 
-    def host(tell: Callable[[Event], None]) -> HostedTree:
-        return HostedTree(copied, transport, tell, lambda runtime: Processes(runtime, transport, order.recorders))
+    def host(tell: Callable[[Event], None]) -> ChildTree:
+        return ChildTree(copied, transport, tell, lambda runtime: ChildProcesses(runtime, transport, order.recorders))
 
     process = SimulatedProcess(transport.process, host, take, transport.crash)
     if order.placement.away:
@@ -123,7 +123,7 @@ async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProc
     return process
 
 
-def _beat(process: SimulatedProcess[HostedTree]) -> None:
+def _beat(process: SimulatedProcess[ChildTree]) -> None:
     if not process.ended.done():
         process.hosted.tell_nodes()
         asyncio.get_running_loop().call_later(MOST_BEAT_SECONDS, _beat, process)

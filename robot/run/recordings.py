@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from robot.run.options import Options
 
 
-class Flight:
+class Recordings:
     """Records from before the tree starts until after it has stopped. The record ends at the first fall, if there is one."""
 
     def __init__(self, options: Options, score: Score, *, reachable: bool = False) -> None:

@@ -11,7 +11,7 @@ from robot.geometry.vectors import Floats, Vector
 from robot.hardware.depth import CAMERAS, FARTHEST, camera_of, eyes, rays
 from robot.scenes.scene import Obstacle, Pit
 from robot.scenes.terrain import Ramp
-from robot.sim.sight import sight
+from robot.sim.depth_rays import sight
 
 LATENCY: Final = 0.05
 """From a picture to its delivery, s."""

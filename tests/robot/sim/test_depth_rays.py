@@ -8,9 +8,9 @@ import pytest
 from robot.geometry.planar import Pose2
 from robot.scenes.scene import Box, Cylinder, Pit, Scene
 from robot.scenes.terrain import Ramp
+from robot.sim.depth_rays import sight
 from robot.sim.ground import Ground
 from robot.sim.mjcf import write_model
-from robot.sim.sight import sight
 
 NOWHERE = Pose2(0.0, 0.0)
 CLUTTER = Scene(

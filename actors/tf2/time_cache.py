@@ -16,7 +16,7 @@ Step: TypeAlias = tuple[str, Transform]
 """A parent frame, and what takes points of the child to it."""
 
 
-class Track:
+class TimeCache:
     """The transforms of one child frame over the last `keep` nanoseconds; of a static one the last, which holds at any time.
 
     Invariants:

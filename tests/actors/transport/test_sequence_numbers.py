@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from actors.transport.numbers import Numbers
+from actors.transport.sequence_numbers import SequenceNumbers
 
 
 def taken(*numbers: int, after: int | None = None) -> tuple[list[int], int]:
     """Those that are new, and how many were lost."""
-    kept, lost, new = Numbers(after), 0, list[int]()
+    kept, lost, new = SequenceNumbers(after), 0, list[int]()
     for number in numbers:
         if kept.is_new(number):
             lost += kept.take(number)

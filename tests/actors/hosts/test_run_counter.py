@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from actors import Child, DeclarationError, Node, Supervisor, Topic, every, publishes, run
 from actors.checks import create
 from actors.hosts import TlsHosts
-from actors.hosts.runs import count_run
+from actors.hosts.run_counter import count_run
 from actors.hosts.simulated import SimulatedHosts
 from actors.interfaces.std_msgs.msg import UInt64
 from actors.runtime.placement import HERE, Placement
@@ -129,7 +129,7 @@ def test_the_file_lies_beside_the_security_file_unless_it_is_said_otherwise(tmp_
 
 
 def test_a_program_that_is_killed_at_its_start_and_begins_again_goes_on_with_the_count(tmp_path: Path) -> None:
-    program = "import os, sys, pathlib; from actors.hosts.runs import count_run; print(count_run(pathlib.Path(sys.argv[1])), flush=True); os.abort()"
+    program = "import os, sys, pathlib; from actors.hosts.run_counter import count_run; print(count_run(pathlib.Path(sys.argv[1])), flush=True); os.abort()"
 
     said = [
         subprocess.run(

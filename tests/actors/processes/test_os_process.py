@@ -1,4 +1,4 @@
-"""`SpawnedProcess` watches a real process: whatever program it runs. And one whole process, from its launch to its orderly end."""
+"""`OsProcess` watches a real process: whatever program it runs. And one whole process, from its launch to its orderly end."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from actors.errors import ProcessDied, ProcessHung
 from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.logs import LogRecord
-from actors.processes import spawned
+from actors.processes import os_process
 from actors.processes.channel import framed
-from actors.processes.flights import makers, save
+from actors.processes.flight_records import makers, save
 from actors.processes.messages import BEAT, Line, Order, Ready, StopAsked, beat_seconds, next_beat
+from actors.processes.os_process import OsProcess, spawn
 from actors.processes.signals import PARENT
-from actors.processes.spawned import SpawnedProcess, spawn
 from actors.time.processor import Share
 from actors.transport.zenoh import ZenohTransport
 from tests.actors.processes.kit import alive, until
@@ -43,10 +43,10 @@ class Program:
         self.events: list[Any] = []
         popen = subprocess.Popen(["/bin/sh", "-c", program])
         self.notes, self.noting = os.pipe()
-        self.process = SpawnedProcess(popen, ("top", "quiet"), hang, self.events.append, self.notes)
+        self.process = OsProcess(popen, ("top", "quiet"), hang, self.events.append, self.notes)
         self.ours, self.theirs = socket.socketpair()
 
-    async def open(self) -> SpawnedProcess:
+    async def open(self) -> OsProcess:
         await self.process.connect(self.ours, b"first")
         assert self.theirs.recv(5) == b"first"
         return self.process
@@ -102,7 +102,7 @@ async def test_a_channel_that_a_forked_process_holds_does_not_hide_the_end() -> 
 
 
 async def test_a_process_that_has_closed_its_channel_is_given_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spawned, "CLOSED_SECONDS", 0.05)
+    monkeypatch.setattr(os_process, "CLOSED_SECONDS", 0.05)
     running = Program("exec sleep 1000")
     await running.open()
     running.close()
@@ -110,7 +110,7 @@ async def test_a_process_that_has_closed_its_channel_is_given_a_second(monkeypat
 
 
 async def test_a_process_without_beats_is_named_and_killed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spawned, "NAMED_SECONDS", 0.1)
+    monkeypatch.setattr(os_process, "NAMED_SECONDS", 0.1)
     running = Program("exec sleep 1000", hang=0.3)
     process = await running.open()
     process.watch()
@@ -125,7 +125,7 @@ async def test_a_process_without_beats_is_named_and_killed(monkeypatch: pytest.M
 
 
 async def test_a_process_that_beats_again_in_time_lives(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spawned, "LATEST_SECONDS", 0.25)
+    monkeypatch.setattr(os_process, "LATEST_SECONDS", 0.25)
     running = Program("exec sleep 1000", hang=30.0)
     process = await running.open()
     process.watch()
@@ -144,7 +144,7 @@ async def test_a_process_that_beats_again_in_time_lives(monkeypatch: pytest.Monk
 async def test_time_for_which_a_process_has_no_processor_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     """It could run and does not, for five beats; for five it has most of its time; then it sleeps, which is what hanging is."""
     runnable = True
-    monkeypatch.setattr(spawned, "is_runnable", lambda process: runnable)
+    monkeypatch.setattr(os_process, "is_runnable", lambda process: runnable)
     running = Program("exec sleep 1000", hang=0.6)
     process = await running.open()
     period = process._period

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from robot.geometry.vectors import Floats
 from robot.hardware.beams import BEAMS, MAX_RANGE, beam_angles
 from robot.scenes.scene import Box, Cylinder, Obstacle, Scene
-from robot.sim.sight import sight
+from robot.sim.depth_rays import sight
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ class SimulatedArm(SimulationArm, Protocol):
     def things(self) -> tuple[Thing, ...]: ...
 
 
-class BodyShell(Simulated):
+class BaseBody(Simulated):
     """The part of a body that is the same whatever moves it: an heir integrates its motion and tells exact measurements.
 
     Its time is a whole number of ticks and never goes back. At one instant every reader gets the same sample of IMU and of joints: noise is

@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from actors.interfaces.message import Message
 
 
-class Arrival:
+class LazyMessage:
     """A message, as an object or in CDR: whichever there was first. The other is made when it is asked for, once for all who ask.
 
-    `Arrival(message)` is a message of this process, `Arrival.received` one of another process.
+    `LazyMessage(message)` is a message of this process, `LazyMessage.received` one of another process.
     """
 
     __slots__ = ("_cdr", "_kind", "_message", "sent_ns", "since")
@@ -28,7 +28,7 @@ class Arrival:
         """When it arrived, in seconds on the loop's clock, if it has waited since then for a patient subscription; None: now."""
 
     @classmethod
-    def received(cls, cdr: bytes, kind: type[Message], sent_ns: int, since: float | None = None) -> Arrival:
+    def received(cls, cdr: bytes, kind: type[Message], sent_ns: int, since: float | None = None) -> LazyMessage:
         """A message of another process, which may hold anything: it is not decoded yet."""
         arrival = cls.__new__(cls)
         arrival._message, arrival._kind, arrival._cdr, arrival.sent_ns, arrival.since = None, kind, cdr, sent_ns, since
@@ -68,6 +68,6 @@ class UndecodedTarget(Protocol):
 
     def __call__(self, message: Any, /) -> None: ...
 
-    def undecoded(self, arrival: Arrival, /) -> None:
+    def undecoded(self, arrival: LazyMessage, /) -> None:
         """Receive a message. It never blocks and never raises."""
         ...

@@ -15,9 +15,9 @@ from mcap.reader import make_reader
 from actors import Node
 from actors.interfaces import decode, get_message
 from actors.testing import Rig
-from robot.run.flight import Flight
 from robot.run.judge import Score
 from robot.run.options import parse
+from robot.run.recordings import Recordings
 
 ROOT = Path(__file__).parents[3]
 KINEMATIC = ("run", "--clock", "virtual", "--backend", "kinematic", "--seed", "1")
@@ -153,7 +153,7 @@ def test_a_record_that_has_no_place_is_refused_before_the_run(tmp_path: Path) ->
 async def test_after_a_fall_the_record_is_that_of_the_fall(rig: Rig, tmp_path: Path) -> None:
     path = tmp_path / "flight.mcap"
     score = Score()
-    flight = Flight(parse(["--flight-record", str(path)]), score)
+    flight = Recordings(parse(["--flight-record", str(path)]), score)
     for observer in flight.observers:
         rig.observe(observer)
     await rig.start(Node)
@@ -181,7 +181,7 @@ async def test_a_full_disk_does_not_spoil_the_rest(
     folder = tmp_path / "unplugged"
     folder.mkdir()
     options = parse(["--flight-record", str(folder / "flight.mcap"), "--clock", "virtual", "--trace"])
-    flight = Flight(options, Score())
+    flight = Recordings(options, Score())
     for observer in flight.observers:
         rig.observe(observer)
     await rig.start(Node)

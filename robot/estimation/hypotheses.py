@@ -18,7 +18,7 @@ _DOUBT = 0.2
 """Of what the best place does not explain, so much is added to the lead that is asked for: a hall that has changed misleads; chosen."""
 
 
-class Rivals:
+class PoseHypotheses:
     """At least one place, each carried along by odometry and fitted to every scan.
 
     `moved` is where odometry had the robot when a scan was taken.
@@ -32,7 +32,7 @@ class Rivals:
         """So many have been weighed."""
 
     def __repr__(self) -> str:
-        return f"<Rivals: mean scores {[round(mean, 3) for mean in self._means]} after {self.scans} scans>"
+        return f"<PoseHypotheses: mean scores {[round(mean, 3) for mean in self._means]} after {self.scans} scans>"
 
     def __len__(self) -> int:
         return len(self._offsets)

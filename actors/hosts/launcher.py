@@ -12,9 +12,9 @@ from actors.hosts.agent import Running
 from actors.hosts.messages import Launch
 from actors.processes.channel import framed
 from actors.processes.messages import Event, Line, Opaque
+from actors.processes.os_process import Started, discard, employ, prepared, still_waiting
 from actors.processes.pickling import pack
 from actors.processes.preparation import preparation
-from actors.processes.spawned import Started, discard, employ, prepared, still_waiting
 from actors.transport.environment import transport_from_environment
 from actors.transport.protocol import WireUnavailable
 
@@ -25,7 +25,7 @@ LISTEN: Final = "ROBACTOR_AGENT_LISTEN"
 CONNECT: Final = "ROBACTOR_AGENT_CONNECT"
 """The variables with the endpoints of the processes of an agent, separated by commas."""
 
-_MODULES: Final = ("actors.hosts.there", "actors.transport.zenoh.transport", "zenoh", "structlog")
+_MODULES: Final = ("actors.hosts.launcher", "actors.transport.zenoh.transport", "zenoh", "structlog")
 """What every process of an agent needs."""
 _REST: Final = 1.0
 """Seconds after which the next interpreter is started: first the one that has just got an order has the processor."""

@@ -1,4 +1,4 @@
-"""`SpawnedProcess`: an interpreter of its own, launched by this process, which watches it and its event loop."""
+"""`OsProcess`: an interpreter of its own, launched by this process, which watches it and its event loop."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Started(NamedTuple):
     notes: int
 
 
-async def spawn(order: Order, take: Callable[[Event], None], waiting: Started | None = None) -> SpawnedProcess:
+async def spawn(order: Order, take: Callable[[Event], None], waiting: Started | None = None) -> OsProcess:
     """Give `order` to an interpreter, which is launched unless one is `waiting` with its preparation; `take` gets what it tells. Raises
     OSError if the system cannot start it."""
     frames = framed(order)
@@ -113,14 +113,14 @@ async def employ(
     frames: bytes,
     take: Callable[[Any], None],
     read: Callable[[bytes], Any] = unpack,
-) -> SpawnedProcess:
+) -> OsProcess:
     """Send an interpreter what it waits for; `take` gets what it tells, as `read` makes it. `path` and `hang` are those of its child."""
-    process = SpawnedProcess(started.popen, path, hang, take, started.notes, read)
+    process = OsProcess(started.popen, path, hang, take, started.notes, read)
     await process.connect(started.channel, frames)
     return process
 
 
-class SpawnedProcess:
+class OsProcess:
     """A process that `employ` has given an order (`life.Process`).
 
     Invariants:

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from robot.geometry.planar import Pose2
 from robot.scenes.kitchen import kitchen
 from robot.scenes.scene import Box, Scene
+from robot.sim.base_body import TICK, BaseBody
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
-from robot.sim.shell import TICK, BodyShell
 
 SCENE = Scene("one", (-5.0, -5.0, 5.0, 5.0), (Box(2.0, 0.0, 0.5, 4.0),), Pose2(0.0, 0.0), Pose2(-2.0, 1.0, 0.5))
 KINDS = [KinematicBody, PhysicsBody]
@@ -23,7 +23,7 @@ KINDS = [KinematicBody, PhysicsBody]
 @pytest.mark.parametrize("kind", KINDS)
 @settings(deadline=None, max_examples=10)
 @given(ends=st.lists(st.floats(0.0, 0.05), min_size=1, max_size=5))
-def test_time_is_the_last_whole_tick_that_is_not_later(kind: type[BodyShell], ends: list[float]) -> None:
+def test_time_is_the_last_whole_tick_that_is_not_later(kind: type[BaseBody], ends: list[float]) -> None:
     body, latest = kind(SCENE, seed=1, noise=False), 0.0
     for end in ends:
         body.advance(end)
@@ -34,7 +34,7 @@ def test_time_is_the_last_whole_tick_that_is_not_later(kind: type[BodyShell], en
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_at_one_instant_every_reader_gets_the_same_sample_and_later_another(kind: type[BodyShell]) -> None:
+def test_at_one_instant_every_reader_gets_the_same_sample_and_later_another(kind: type[BaseBody]) -> None:
     body = kind(SCENE, seed=1, noise=True)
     body.advance(0.01)
     first, again = (body.imu(), body.joints()), (body.imu(), body.joints())
@@ -46,7 +46,7 @@ def test_at_one_instant_every_reader_gets_the_same_sample_and_later_another(kind
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_noise_comes_by_the_densities_of_the_sensors_and_can_be_left_out(kind: type[BodyShell]) -> None:
+def test_noise_comes_by_the_densities_of_the_sensors_and_can_be_left_out(kind: type[BaseBody]) -> None:
     exact, noisy = kind(SCENE, seed=4, noise=False), kind(SCENE, seed=4, noise=True)
     assert exact.lidar()[180] == pytest.approx(1.75)
     off = noisy.lidar() - exact.lidar()
@@ -59,7 +59,7 @@ def test_noise_comes_by_the_densities_of_the_sensors_and_can_be_left_out(kind: t
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_how_often_the_lidar_is_read_does_not_change_what_the_imu_shows(kind: type[BodyShell]) -> None:
+def test_how_often_the_lidar_is_read_does_not_change_what_the_imu_shows(kind: type[BaseBody]) -> None:
     """Each sensor has a stream of its own."""
     one, other = kind(SCENE, seed=2), kind(SCENE, seed=2)
     for _ in range(3):
@@ -69,7 +69,7 @@ def test_how_often_the_lidar_is_read_does_not_change_what_the_imu_shows(kind: ty
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_put_elsewhere_it_is_measured_anew_at_the_same_instant(kind: type[BodyShell]) -> None:
+def test_put_elsewhere_it_is_measured_anew_at_the_same_instant(kind: type[BaseBody]) -> None:
     body = kind(SCENE, seed=3, noise=True)
     before = body.imu()
     body.place(Pose2(1.0, 1.0, 0.3))
@@ -78,7 +78,7 @@ def test_put_elsewhere_it_is_measured_anew_at_the_same_instant(kind: type[BodySh
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_charger_is_connected_where_it_sits_on_its_dock(kind: type[BodyShell]) -> None:
+def test_the_charger_is_connected_where_it_sits_on_its_dock(kind: type[BaseBody]) -> None:
     body = kind(SCENE, seed=1, noise=False)
     assert not body.charger
     body.place(SCENE.dock)
@@ -88,7 +88,7 @@ def test_the_charger_is_connected_where_it_sits_on_its_dock(kind: type[BodyShell
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_samples_of_a_rate_are_taken_at_its_instants_and_hold_what_was_read_then(kind: type[BodyShell]) -> None:
+def test_samples_of_a_rate_are_taken_at_its_instants_and_hold_what_was_read_then(kind: type[BaseBody]) -> None:
     body = kind(SCENE, seed=1)
     body.advance(0.003)
     body.sample(250.0)
@@ -101,7 +101,7 @@ def test_samples_of_a_rate_are_taken_at_its_instants_and_hold_what_was_read_then
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_things_are_where_the_scene_has_them_with_and_without_an_arm(kind: type[BodyShell]) -> None:
+def test_things_are_where_the_scene_has_them_with_and_without_an_arm(kind: type[BaseBody]) -> None:
     scene = dataclasses.replace(kitchen(), start=Pose2(4.0, 0.0))
     for arm in (False, True):
         body = kind(scene, seed=1, noise=False, arm=arm)
