@@ -88,7 +88,7 @@ SECTIONS: Mapping[str, str] = {
 
 INTERNAL: Mapping[str, Sequence[str]] = {
     "System": (
-        "join", "leave", "open", "start",
+        "join", "leave", "master", "open", "start",
     ),
     "Clock": ("loop_time", "call_at"),
     "Recording": ("entries", "start"),

@@ -16,7 +16,7 @@ import pytest
 
 from actors import Child, DeclarationError, Node
 from actors.hosts import TlsHosts
-from actors.hosts import there as theres
+from actors.hosts import launcher as launchers
 from actors.hosts.agent import Agent
 from actors.hosts.launcher import Launcher, transport_here
 from actors.hosts.messages import (
@@ -237,22 +237,22 @@ def test_addresses() -> None:
 
 def test_the_environment_says_how_the_nodes_of_an_agent_take_part(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RMW_IMPLEMENTATION", "")
-    monkeypatch.setenv(theres.CONNECT, "tcp/127.0.0.1:1,tcp/127.0.0.1:2")
-    monkeypatch.setenv(theres.LISTEN, "")
+    monkeypatch.setenv(launchers.CONNECT, "tcp/127.0.0.1:1,tcp/127.0.0.1:2")
+    monkeypatch.setenv(launchers.LISTEN, "")
 
     assert isinstance(transport_here(), ZenohTransport)
 
-    monkeypatch.setenv(theres.CONNECT, "nonsense")
+    monkeypatch.setenv(launchers.CONNECT, "nonsense")
     monkeypatch.setenv("RMW_IMPLEMENTATION", "in_process")
     with pytest.raises(WireUnavailable, match="neither listens nor connects"):
         transport_here()
-    monkeypatch.setenv(theres.CONNECT, "")
+    monkeypatch.setenv(launchers.CONNECT, "")
     with pytest.raises(WireUnavailable, match="its processes reach nobody"):
         transport_here()
 
 
 def test_what_only_passes_through_is_not_read_but_lines_are_told_apart() -> None:
-    read = theres._unread
+    read = launchers._unread
 
     ready = pack(Ready())
     line = pack(Line(1.5, 20, "/a" * 40_000, 1, "hello", {"value": object}))
