@@ -161,7 +161,7 @@ class StateTransition(Event):
         self.goal_state = str(msg.goal_state.label)
 
 
-def matches_action(action: Any) -> Matcher:
+def matches_action(action: object) -> Matcher:
     """Chooses what this action started."""
     return lambda other: other is action
 
@@ -186,7 +186,7 @@ def matches_node_name(node_name: str) -> Matcher:
     return lambda action: f"/{getattr(action, 'node_name', '').lstrip('/')}" == f"/{node_name.lstrip('/')}"
 
 
-def _detail(action: Any, name: str, default: Any) -> Any:
+def _detail(action: object, name: str, default: object) -> Any:
     """What is known of the process of an action; the default before its start."""
-    details: Mapping[str, Any] = getattr(action, "process_details", None) or {}
+    details: Mapping[str, object] = getattr(action, "process_details", None) or {}
     return details.get(name, default)

@@ -25,7 +25,7 @@ class EventHandler:
         """Whether this event is answered."""
         return self.matcher(event)
 
-    def handle(self, event: Any, context: LaunchContext) -> list[LaunchDescriptionEntity]:
+    def handle(self, event: object, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         """The actions that answer it."""
         return listed(self.entities(event, context) if callable(self.entities) else self.entities)
 
@@ -96,7 +96,7 @@ class OnProcessIO(_OnAction):
         *,
         target_action: Any = None,
         on_stdin: Any = None,
-        on_stdout: Any = None,
+        on_stdout: object = None,
         on_stderr: Any = None,
         handle_once: bool = False,
     ) -> None:
@@ -174,5 +174,5 @@ def event_named(name: str) -> Callable[[Any], bool]:
     return lambda event: event.name == name
 
 
-def _target(target: Any) -> str:
+def _target(target: object) -> str:
     return "anything" if target is None else getattr(target, "display_name", type(target).__name__)

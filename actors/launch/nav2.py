@@ -33,7 +33,7 @@ class RewrittenYaml(Substitution):
         root_key: Text | None = None,
         key_rewrites: Mapping[str, Any] | None = None,
         convert_types: bool = False,
-        value_rewrites: Mapping[str, Any] | None = None,
+        value_rewrites: Mapping[str, object] | None = None,
     ) -> None:
         self.source_file = normalized(source_file)
         self.param_rewrites = dict(param_rewrites)
@@ -65,10 +65,10 @@ class RewrittenYaml(Substitution):
         return _copy(dump_yaml(content), ".yaml")
 
     def _rewritten(
-        self, value: Any, path: str, texts: Mapping[str, str], keys: Mapping[str, str], values: Mapping[str, str]
+        self, value: object, path: str, texts: Mapping[str, str], keys: Mapping[str, str], values: Mapping[str, str]
     ) -> Any:
         if isinstance(value, dict):
-            found: dict[str, Any] = {}
+            found: dict[str, object] = {}
             for key, inner in cast("dict[str, Any]", value).items():
                 place = f"{path}.{key}" if path else str(key)
                 text = texts.get(place, texts.get(str(key)))

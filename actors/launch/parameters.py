@@ -99,7 +99,7 @@ def _checked(text: str, source: str) -> ParameterOverrides:
     return ParameterOverrides().with_text(text, source=source)
 
 
-def layers_of(context: LaunchContext, parameters: Any, *, flat: bool = False) -> list[Layer]:
+def layers_of(context: LaunchContext, parameters: object, *, flat: bool = False) -> list[Layer]:
     """The parameters of a node in their order: those set for all nodes, then its own. `flat` files are those of components."""
     return [
         *(_global(context, each) for each in context.scoped.parameters),
@@ -107,7 +107,7 @@ def layers_of(context: LaunchContext, parameters: Any, *, flat: bool = False) ->
     ]
 
 
-def own_layers(context: LaunchContext, parameters: Any, *, flat: bool = False) -> list[Layer]:
+def own_layers(context: LaunchContext, parameters: object, *, flat: bool = False) -> list[Layer]:
     """The parameters that are given for one node, in their order."""
     given: object = parameters
     if isinstance(given, (str, Mapping)) or not isinstance(given, Iterable):
@@ -126,7 +126,7 @@ def own_layers(context: LaunchContext, parameters: Any, *, flat: bool = False) -
     return found
 
 
-def value_of(context: LaunchContext, value: Any) -> Any:
+def value_of(context: LaunchContext, value: object) -> Any:
     """The value that a parameter is given: texts as they are, substitutions as YAML reads them, sequences as tuples of one type."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
@@ -171,9 +171,9 @@ def _global(context: LaunchContext, each: object) -> Layer:
     return ParameterFile(cast("str", each)).layer(context)
 
 
-def _flat(context: LaunchContext, values: Mapping[Text, Any], prefix: str = "") -> dict[str, Any]:
+def _flat(context: LaunchContext, values: Mapping[Text, object], prefix: str = "") -> dict[str, Any]:
     """Nested dictionaries as names with dots."""
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     for key, value in values.items():
         name = prefix + perform(context, key)
         if isinstance(value, Mapping):

@@ -31,7 +31,7 @@ class ComposableNode:
         parameters: Any = None,
         remappings: Iterable[tuple[Text, Text]] | None = None,
         extra_arguments: Any = None,
-        autostart: Any = False,
+        autostart: object = False,
         condition: Condition | None = None,
     ) -> None:
         self.package, self.plugin = normalized(package), normalized(plugin)

@@ -23,7 +23,7 @@ class GroupAction(Action):
         actions: Iterable[Any],
         *,
         scoped: Any = True,
-        forwarding: Any = True,
+        forwarding: object = True,
         launch_configurations: Mapping[Any, Any] | None = None,
         condition: Condition | None = None,
     ) -> None:
@@ -63,7 +63,7 @@ class OpaqueFunction(Action):
         *,
         function: Callable[..., Any],
         args: Iterable[Any] | None = None,
-        kwargs: Mapping[str, Any] | None = None,
+        kwargs: Mapping[str, object] | None = None,
         condition: Condition | None = None,
     ) -> None:
         super().__init__(condition=condition)

@@ -34,18 +34,18 @@ class ExecuteProcess(Action):
         prefix: Text | None = None,
         cwd: Text | None = None,
         env: Mapping[Any, Any] | None = None,
-        additional_env: Mapping[Any, Any] | None = None,
+        additional_env: Mapping[Any, object] | None = None,
         shell: Any = False,
-        sigterm_timeout: Any = None,
+        sigterm_timeout: object = None,
         sigkill_timeout: Any = None,
-        emulate_tty: Any = False,
+        emulate_tty: object = False,
         output: Any = "log",
         output_format: str = "",
         cached_output: bool = False,
         log_cmd: bool = False,
-        on_exit: Any = None,
+        on_exit: object = None,
         respawn: Any = False,
-        respawn_delay: Any = None,
+        respawn_delay: object = None,
         respawn_max_retries: int = -1,
         condition: Condition | None = None,
     ) -> None:
@@ -118,7 +118,7 @@ class ExecuteProcess(Action):
     def _truth(self, context: LaunchContext, value: Any) -> bool:
         return value if isinstance(value, bool) else as_bool(context, value)
 
-    def _seconds(self, context: LaunchContext, value: Any, name: str) -> float:
+    def _seconds(self, context: LaunchContext, value: object, name: str) -> float:
         text = context.launch_configurations.get(name, "5") if value is None else value
         return _number(context, text)
 
@@ -127,7 +127,7 @@ def _basename(command: str) -> str:
     return command.split()[0].rpartition("/")[2] if command.split() else command
 
 
-def _ends_launch(on_exit: Any) -> bool:
+def _ends_launch(on_exit: object) -> bool:
     given = one_or_more(on_exit)
     return bool(given) and all(isinstance(each, Shutdown) and each.condition is None for each in given)
 

@@ -144,7 +144,7 @@ def _word(truth: bool) -> str:
     return "true" if truth else "false"
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     if value is None:
         return ""
     return _word(value) if isinstance(value, bool) else str(value) if isinstance(value, (int, float)) else value

@@ -95,7 +95,7 @@ class LaunchTest(metaclass=NoPublicConstructor):
 
     def _described(self) -> tuple[LaunchDescription, Mapping[str, Any]]:
         """What the function of the file returns: the description, and what tests are given."""
-        made: Any = self._make(**self._parameters)
+        made: object = self._make(**self._parameters)
         description, given = cast("tuple[Any, Mapping[str, Any]]", made if isinstance(made, tuple) else (made, {}))
         if not isinstance(description, LaunchDescription):
             raise LaunchError(f"{self._path}: {MAKER}() returned {described(description)}, no LaunchDescription")
@@ -134,10 +134,10 @@ class _Execution:
             self._info.append(event)
             self._output.track(event.process_name)
 
-        def ended(event: Any, context: LaunchContext) -> None:
+        def ended(event: object, context: LaunchContext) -> None:
             self._info.append(event)
 
-        def ready(event: Any, context: LaunchContext) -> None:
+        def ready(event: object, context: LaunchContext) -> None:
             self._ready.set()
 
         handlers = (
