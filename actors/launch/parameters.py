@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args, get_origin
 
 from actors.launch.errors import LaunchError, SubstitutionFailure
-from actors.launch.substitution import Substitution, Text, as_bool, normalized, perform, shown, yaml_value
+from actors.launch.substitution import Substitution, Text, Truth, as_bool, normalized, perform, shown, yaml_value
 from actors.launch.substitutions.grammar import parse_substitution
 from actors.parameters.files import ALL_NODES, PARAMETERS, InvalidParams, ParameterOverrides
 
@@ -63,7 +63,7 @@ class Parameter:
 class ParameterFile:
     """A parameter file. With `allow_substs`, the substitutions in it, such as ``$(var name)``, are replaced."""
 
-    def __init__(self, param_file: Text, *, allow_substs: Any = False) -> None:
+    def __init__(self, param_file: Text, *, allow_substs: Truth = False) -> None:
         self.param_file = normalized(param_file)
         self.allow_substs = allow_substs
 
@@ -80,9 +80,7 @@ class ParameterFile:
         except (OSError, UnicodeDecodeError) as error:
             context.note(LaunchError(f"parameter file {path} cannot be read, so it is left out: {_reason(error)}"))
             return Layer({}, source=path)
-        if (isinstance(self.allow_substs, bool) and self.allow_substs) or (
-            not isinstance(self.allow_substs, bool) and as_bool(context, self.allow_substs)
-        ):
+        if as_bool(context, self.allow_substs):
             text = perform(context, parse_substitution(text))
         if flat and PARAMETERS not in text and isinstance(values := yaml_value(text), dict):
             return Layer(_flat(context, cast("dict[Text, Any]", values)))

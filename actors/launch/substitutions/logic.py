@@ -105,7 +105,7 @@ class IfElseSubstitution(Substitution):
 class StringJoinSubstitution(Substitution):
     """Texts, joined by a delimiter."""
 
-    def __init__(self, substitutions: Any, delimiter: Text = "") -> None:
+    def __init__(self, substitutions: Iterable[Text], delimiter: Text = "") -> None:
         self.parts = [normalized(each) for each in substitutions]
         self.delimiter = normalized(delimiter)
 
@@ -119,7 +119,7 @@ class StringJoinSubstitution(Substitution):
 class PythonExpression(Substitution):
     """The value of a Python expression. It sees the modules named, and the functions of `math` by their own names."""
 
-    def __init__(self, expression: Text, python_modules: Any = ("math",)) -> None:
+    def __init__(self, expression: Text, python_modules: Iterable[Text] = ("math",)) -> None:
         self.expression = normalized(expression)
         self.python_modules = [normalized(one) for one in python_modules]
 
@@ -127,7 +127,7 @@ class PythonExpression(Substitution):
         from importlib import import_module
 
         expression = perform(context, self.expression)
-        names: dict[str, Any] = {}
+        names: dict[str, object] = {}
         try:
             for module in (import_module(perform(context, name)) for name in self.python_modules):
                 names |= {**vars(module), module.__name__: module} if module is math else {module.__name__: module}

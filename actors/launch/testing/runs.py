@@ -147,7 +147,7 @@ class _Execution:
             EventHandler(matcher=lambda event: isinstance(event, events.ReadyToTest), entities=ready),
         )
         source = LaunchDescriptionSource(launch_description=description)
-        include = IncludeLaunchDescription(source, launch_arguments=arguments)
+        include = IncludeLaunchDescription(source, launch_arguments=arguments.items())
         return LaunchDescription([*map(RegisterEventHandler, handlers), include])
 
     def outcome(self, seconds: float, *, stays: bool) -> Outcome:
