@@ -34,7 +34,7 @@ class Layer:
 class ParameterValue:
     """The value of a parameter, with its type: `value_type` is bool, int, float, str, or a list of one; None for that which YAML reads."""
 
-    def __init__(self, value: Any, *, value_type: Any = None) -> None:
+    def __init__(self, value: Any, *, value_type: object = None) -> None:
         self.value = value
         self.value_type = value_type
 
@@ -51,7 +51,7 @@ class ParameterValue:
 class Parameter:
     """A parameter by name and value."""
 
-    def __init__(self, name: Text, value: Any, *, value_type: Any = None) -> None:
+    def __init__(self, name: Text, value: Any, *, value_type: object = None) -> None:
         self.name = normalized(name)
         self.value = ParameterValue(value, value_type=value_type)
 
@@ -206,7 +206,7 @@ def _typed(text: str, origin: str) -> Any:
     )
 
 
-def _uniform(items: list[Any], origin: str) -> tuple[Any, ...]:
+def _uniform(items: list[Any], origin: str) -> tuple[object, ...]:
     kinds: set[type] = {type(item) for item in items}
     if kinds == {int, float}:
         return tuple(map(float, items))
@@ -217,7 +217,7 @@ def _uniform(items: list[Any], origin: str) -> tuple[Any, ...]:
     return tuple(items)
 
 
-def _as_type(context: LaunchContext, text: str, kind: Any) -> Any:
+def _as_type(context: LaunchContext, text: str, kind: Any) -> object:
     if kind is str:
         return text
     if kind is bool:

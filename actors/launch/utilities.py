@@ -78,7 +78,7 @@ def is_substitution(value: object) -> bool:
     return any(isinstance(one, Substitution) for one in one_or_more(value))
 
 
-def normalize_typed_substitution(value: Any, data_type: object) -> Any:
+def normalize_typed_substitution(value: Any, data_type: object) -> object:
     """A value whose type is to be checked: texts and substitutions as a list of substitutions, anything else as it is."""
     return normalized(value) if isinstance(value, str) or is_substitution(value) else value
 

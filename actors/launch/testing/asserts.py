@@ -28,7 +28,7 @@ def assert_exit_codes(
     proc_info: _Known,
     allowable_exit_codes: Iterable[Any] = (EXIT_OK,),
     process: object = None,
-    cmd_args: Any = None,
+    cmd_args: object = None,
     *,
     strict_proc_matching: bool = True,
 ) -> None:

@@ -77,8 +77,8 @@ class ReadyAggregator:
 class StdoutReadyListener(OnProcessIO):
     """Does actions when a process has written a line with a text to stdout."""
 
-    def __init__(self, *, target_action: Any = None, ready_txt: str, actions: Any) -> None:
-        def written(event: Any) -> Any:
+    def __init__(self, *, target_action: Any = None, ready_txt: str, actions: object) -> None:
+        def written(event: Any) -> object:
             return actions if ready_txt in event.text.decode(errors="replace") else None
 
         super().__init__(target_action=target_action, on_stdout=written)

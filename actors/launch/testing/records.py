@@ -93,7 +93,7 @@ class IoHandler:
     def __init__(self) -> None:
         self._changed = Condition()
         self._lines: dict[str, list[Any]] = {}
-        self._all: list[Any] = []
+        self._all: list[object] = []
 
     @property
     def io_event(self) -> Condition:
@@ -127,7 +127,7 @@ class IoHandler:
         with self._changed:
             return list(self._lines)
 
-    def __getitem__(self, key: Any) -> list[Any]:
+    def __getitem__(self, key: Any) -> list[object]:
         """The lines of a process, by its action or its name. Raises `KeyError`."""
         name = str(key if isinstance(key, str) or not key.process_details else key.process_details["name"])
         with self._changed:

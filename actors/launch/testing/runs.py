@@ -61,7 +61,7 @@ class LaunchTest(metaclass=NoPublicConstructor):
         path: Path,
         module: ModuleType,
         make: Callable[..., Any],
-        parameters: Mapping[str, Any],
+        parameters: Mapping[str, object],
         context: LaunchContext,
     ) -> None:
         values = ", ".join(map(str, parameters.values()))
