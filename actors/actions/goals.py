@@ -122,7 +122,7 @@ class GoalRecord:
         """The client's half of the goal; None for a goal without one, and after the end."""
         self.status = GoalStatus.ACCEPTED
         self.ended_ns = 0
-        self.result: Any = None
+        self.result: object = None
         self.reason = ""
         self.task: asyncio.Task[None] | None = None
         self.body: AsyncGenerator[Any, None] | None = None

@@ -55,25 +55,25 @@ def feedback_message(action: type[ActionType[Any, Any, Any]]) -> type[Message]:
     return _message(f"{action.__ros_type__}_FeedbackMessage", {"goal_id": UUID, "feedback": parts.Feedback})
 
 
-def _message(ros_type: str, annotations: dict[str, Any]) -> type[Message]:
+def _message(ros_type: str, annotations: dict[str, object]) -> type[Message]:
     known: type[Message] | None = registry.known(ros_type)
     if known is not None:
         return known
     package, kind, name = full_name(ros_type).split("/")
-    body: dict[str, Any] = {field: types.default() for field in annotations}
+    body: dict[str, object] = {field: types.default() for field in annotations}
     body |= {"__module__": f"{package}.{kind}", "__qualname__": name, "__annotations__": annotations}
     body |= {"__ros_type__": ros_type, "__doc__": f"{ros_type}, derived.", "__ros_source__": "derived"}
     return make_message(name, body)
 
 
-def _service(ros_type: str, request: dict[str, Any], response: dict[str, Any]) -> type[ServiceType[Any, Any]]:
+def _service(ros_type: str, request: dict[str, object], response: dict[str, Any]) -> type[ServiceType[Any, Any]]:
     known: type[ServiceType[Any, Any]] | None = registry.known(ros_type)
     if known is not None:
         return known
     base: Any = ServiceType
     parts = _message(f"{ros_type}_Request", request), _message(f"{ros_type}_Response", response)
     package, kind, name = full_name(ros_type).split("/")
-    body: dict[str, Any] = {
+    body: dict[str, object] = {
         "__module__": f"{package}.{kind}",
         "__ros_type__": ros_type,
         "__orig_bases__": (base[parts],),
