@@ -66,7 +66,7 @@ def _change_state(node: LifecycleNode) -> tuple[Any, Any]:
 def _get_state(node: LifecycleNode) -> tuple[Any, Any]:
     from actors.interfaces.lifecycle_msgs.srv import GetState
 
-    async def get_state(request: Any) -> Any:
+    async def get_state(request: object) -> Any:
         return GetState.Response(current_state=_state(node.state))
 
     return GetState, get_state
@@ -75,7 +75,7 @@ def _get_state(node: LifecycleNode) -> tuple[Any, Any]:
 def _get_available_states(node: LifecycleNode) -> tuple[Any, Any]:
     from actors.interfaces.lifecycle_msgs.srv import GetAvailableStates
 
-    async def get_available_states(request: Any) -> Any:
+    async def get_available_states(request: object) -> Any:
         return GetAvailableStates.Response(available_states=tuple(_state(state) for state in STATES))
 
     return GetAvailableStates, get_available_states
@@ -84,7 +84,7 @@ def _get_available_states(node: LifecycleNode) -> tuple[Any, Any]:
 def _get_available_transitions(node: LifecycleNode) -> tuple[Any, Any]:
     from actors.interfaces.lifecycle_msgs.srv import GetAvailableTransitions
 
-    async def get_available_transitions(request: Any) -> Any:
+    async def get_available_transitions(request: object) -> Any:
         return GetAvailableTransitions.Response(available_transitions=_described(transitions_from(node.state)))
 
     return GetAvailableTransitions, get_available_transitions
@@ -93,7 +93,7 @@ def _get_available_transitions(node: LifecycleNode) -> tuple[Any, Any]:
 def _get_transition_graph(node: LifecycleNode) -> tuple[Any, Any]:
     from actors.interfaces.lifecycle_msgs.srv import GetAvailableTransitions
 
-    async def get_transition_graph(request: Any) -> Any:
+    async def get_transition_graph(request: object) -> Any:
         return GetAvailableTransitions.Response(available_transitions=_described(TRANSITIONS))
 
     return GetAvailableTransitions, get_transition_graph
