@@ -268,7 +268,7 @@ class Goal(Generic[R, F], metaclass=NoPublicConstructor):
         return sent
 
 
-def _submit(server: ActionPeer, goal_id: bytes, message: Any, client: GoalFollower) -> OpenCall:
+def _submit(server: ActionPeer, goal_id: bytes, message: object, client: GoalFollower) -> OpenCall:
     return server.submit(goal_id, message, client)
 
 

@@ -130,7 +130,7 @@ class GoalDriver:
         """
         goal.body = body = self.handlers.body(goal.message)
         ignored = 0
-        step: Awaitable[Any] = body.__anext__()
+        step: Awaitable[object] = body.__anext__()
         while True:
             try:
                 item = await step
@@ -177,7 +177,7 @@ class GoalDriver:
         goal.interrupted_at = (now, goal.feedback_count)
         return asyncio.CancelledError(goal.interruption)
 
-    async def _feed(self, goal: GoalRecord, body: AsyncGenerator[Any, None], item: Any) -> Awaitable[Any]:
+    async def _feed(self, goal: GoalRecord, body: AsyncGenerator[Any, None], item: object) -> Awaitable[Any]:
         """Send a feedback and give the loop one turn. Returns the body's next step, or the throwing of an interruption into it."""
         goal.feedback_count += 1
         client, observers = goal.client, self.on_feedback

@@ -122,7 +122,7 @@ class GoalRecord:
         """The client's half of the goal; None for a goal without one, and after the end."""
         self.status = GoalStatus.ACCEPTED
         self.ended_ns = 0
-        self.result: Any = None
+        self.result: object = None
         self.reason = ""
         self.task: asyncio.Task[None] | None = None
         self.body: AsyncGenerator[Any, None] | None = None
@@ -232,7 +232,7 @@ class GoalTable:
         return tuple(record for record in self._goals.values() if record.status.is_active)
 
     def accept(
-        self, goal_id: bytes, stamp_ns: int, message: Any = None, client: GoalFollower | None = None
+        self, goal_id: bytes, stamp_ns: int, message: object = None, client: GoalFollower | None = None
     ) -> GoalRecord:
         """Add a new goal as ACCEPTED. Raises DuplicateGoal for an id that is still known, even if its goal has ended."""
         known = self._goals.get(goal_id)
@@ -256,7 +256,7 @@ class GoalTable:
         self.running[record] = None
         return not canceled
 
-    def end(self, record: GoalRecord, event: GoalEvent, now_ns: int, result: Any = None, reason: str = "") -> None:
+    def end(self, record: GoalRecord, event: GoalEvent, now_ns: int, result: object = None, reason: str = "") -> None:
         """Record that a goal has ended by SUCCEED, ABORT or CANCELED. Its result is kept from now on.
 
         Raises InvalidGoalTransition, and leaves the goal unchanged, if the event is illegal: CANCELED before CANCELING, an end before

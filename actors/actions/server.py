@@ -205,11 +205,11 @@ class ActionServer:
 
     # -- acceptance ----------------------------------------------------------------------------------------------------------
 
-    def submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> GoalRequest:
+    def submit(self, goal_id: bytes, message: object, client: GoalFollower | None) -> GoalRequest:
         """Request the acceptance of a goal, which is decided in the node's inbox. `client` follows the goal if it is accepted."""
         return self.ways.submit(goal_id, message, client)
 
-    def _submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> GoalRequest:
+    def _submit(self, goal_id: bytes, message: object, client: GoalFollower | None) -> GoalRequest:
         self.goals += 1
         request = GoalRequest(self, goal_id, message, client)
         self.requests[request] = None

@@ -85,5 +85,5 @@ class _Undecoded:
         self._deliver = deliver
         self.undecoded = undecoded
 
-    def __call__(self, message: Any) -> None:
+    def __call__(self, message: object) -> None:
         self._deliver(message)

@@ -63,7 +63,7 @@ def _converter(
 ) -> Callable[[Any], Message] | None:
     """What makes a message of one type from one of the other; None if they have nothing in common."""
     theirs = {field.name: field for field in recorded.__ros_fields__}
-    steps: list[tuple[str, Callable[[Any], Any] | None]] = []
+    steps: list[tuple[str, Callable[[Any], object] | None]] = []
     for field in known.__ros_fields__:
         other = theirs.get(field.name)
         step = None if other is None else _step(other, field, f"{within}{field.name}.", left_out, defaults)
@@ -76,7 +76,7 @@ def _converter(
     if not steps:
         return None
 
-    def convert(message: Any) -> Message:
+    def convert(message: object) -> Message:
         return known(
             **{name: getattr(message, name) if step is None else step(getattr(message, name)) for name, step in steps}
         )
@@ -102,5 +102,5 @@ def _step(
     return lambda values: tuple(map(convert, values))
 
 
-def _same(value: Any) -> Any:
+def _same(value: object) -> Any:
     return value

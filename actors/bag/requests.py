@@ -91,10 +91,10 @@ class Requests:
         except (ActorError, TimeoutError) as error:
             self._node.log.warning("a recorded request has failed", topic=topic, error=str(error))
 
-    async def _call(self, service: Service[Any, Any], request: Any) -> None:
+    async def _call(self, service: Service[Any, Any], request: object) -> None:
         await self._node.call(service, request, timeout=TIMEOUT)
 
-    async def _start(self, action: Action[Any, Any, Any], goal: Any) -> None:
+    async def _start(self, action: Action[Any, Any, Any], goal: object) -> None:
         async with self._node.send_goal(action, goal, timeout=TIMEOUT) as running:
             await running.ended()
 

@@ -183,5 +183,5 @@ def _topics(database: sqlite3.Connection) -> Iterator[tuple[int, BagTopic]]:
         )
 
 
-def _all(database: sqlite3.Connection, query: str, values: tuple[Any, ...] = ()) -> list[Any]:
+def _all(database: sqlite3.Connection, query: str, values: tuple[object, ...] = ()) -> list[Any]:
     return database.execute(query, values).fetchall()

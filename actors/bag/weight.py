@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.interfaces.fields import STRINGS
 
@@ -21,13 +21,13 @@ def weight_of(cls: type[Message]) -> Callable[[Message], int]:
 
     The function is compiled from the fields, because it runs for every recorded message: for an Imu it is a sum of five numbers.
     """
-    names: dict[str, Any] = {}
+    names: dict[str, object] = {}
     fixed, terms = _terms(cls, "message", names)
     weigh: Callable[[Message], int] = eval(f"lambda message: {' + '.join([str(fixed), *terms])}", names)
     return weigh
 
 
-def _terms(cls: type[Message], path: str, names: dict[str, Any]) -> tuple[int, list[str]]:
+def _terms(cls: type[Message], path: str, names: dict[str, object]) -> tuple[int, list[str]]:
     """The bytes common to all messages of a type, and a term for each part whose size varies."""
     fixed, terms = OBJECT, list[str]()
     for field in cls.__ros_fields__:

@@ -58,7 +58,7 @@ def open_node(
     tree: Runnable | None = None,
     system: System | None = None,
     namespace: str = "",
-    parameters: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, object] | None = None,
     remap: Mapping[str, str] | None = None,
     seed: int = 0,
     sinks: tuple[LogSink, ...] = (structlog_sink,),
@@ -245,11 +245,11 @@ class BlockingNode(metaclass=NoPublicConstructor):
         """Wait until all of these are served, at most `timeout` seconds. Raises what `Node.wait_for` raises."""
         self._do(lambda node: node.wait_for(*contracts, timeout=timeout), "`await node.wait_for(...)`")
 
-    def set_parameter(self, name: str, value: Any) -> SetResult:
+    def set_parameter(self, name: str, value: object) -> SetResult:
         """Set one parameter of this node; a refusal is a result that says why."""
         return self.set_parameters({name: value})
 
-    def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
+    def set_parameters(self, values: Mapping[str, object]) -> SetResult:
         """Set parameters of this node, all or none of them."""
 
         async def work(node: Node) -> SetResult:

@@ -57,7 +57,7 @@ class ContentFilter:
         self.expression, self.parameters = expression, tuple(parameters)
         self.fields, self._test = tuple(dict.fromkeys(parser.fields)), test
 
-    def takes(self, message: Any) -> bool:
+    def takes(self, message: object) -> bool:
         """Whether the expression is true for a message. A comparison of things that have no order is false."""
         return self._test(message)
 
@@ -74,7 +74,7 @@ class ContentFilter:
                 pass  # an array may be longer
 
 
-def _always(message: Any) -> bool:
+def _always(message: object) -> bool:
     return True
 
 
@@ -212,7 +212,7 @@ def _reader(field: str) -> _Value:
 
 
 def _compared(compare: Callable[[Any, Any], bool], left: _Value, right: _Value) -> _Test:
-    def test(message: Any) -> bool:
+    def test(message: object) -> bool:
         try:
             return bool(compare(left(message), right(message)))
         except (TypeError, IndexError, ValueError):
@@ -231,7 +231,7 @@ def _like(value: _Value, pattern: _Value) -> _Test:
 
 
 @lru_cache
-def _pattern(wanted: Any) -> re.Pattern[str]:
+def _pattern(wanted: object) -> re.Pattern[str]:
     """What LIKE takes. Each part after a ``%`` is looked for once, from where the one before it was found first: texts come from others, and
     many ways to split one up would take its length to the power of their number."""
     if not isinstance(wanted, str):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from types import CodeType
-from typing import Any, cast
+from typing import cast
 
 from actors.errors import DeclarationError
 
@@ -16,10 +16,10 @@ class Declaration:
     __slots__ = ("attribute", "function")
 
     def __init__(self) -> None:
-        self.function: Callable[..., Any]
+        self.function: Callable[..., object]
         self.attribute = ""
 
-    def attach(self, function: Callable[..., Any]) -> None:
+    def attach(self, function: Callable[..., object]) -> None:
         if not callable(function):
             raise DeclarationError(f"{self!r} decorates a method, not {function!r}")
         self.function = function
@@ -32,7 +32,7 @@ def declarations_of(function: object) -> tuple[Declaration, ...]:
     return cast("tuple[Declaration, ...]", getattr(function, "__declarations__", ()))
 
 
-def positional(function: Callable[..., Any]) -> int:
+def positional(function: Callable[..., object]) -> int:
     """The number of positional arguments of a method, including self."""
     code: CodeType = inspect.unwrap(function).__code__
     return code.co_argcount

@@ -18,7 +18,7 @@ _UNKNOWN: Final = object()
 """Stands for an annotation that is missing or cannot be resolved."""
 
 
-def check_argument(where: str, function: Callable[..., Any], verb: str, contract: object, expected: type) -> None:
+def check_argument(where: str, function: Callable[..., object], verb: str, contract: object, expected: type) -> None:
     """Check that a handler takes self and one message of the contract's type."""
     function = inspect.unwrap(function)
     if function.__code__.co_argcount != 2:
@@ -31,7 +31,7 @@ def check_argument(where: str, function: Callable[..., Any], verb: str, contract
         )
 
 
-def check_response(where: str, function: Callable[..., Any], contract: object, expected: type) -> None:
+def check_response(where: str, function: Callable[..., object], contract: object, expected: type) -> None:
     """Check that a service handler is annotated to return the response type."""
     annotation = _returned(function)
     if _contradicts(annotation, expected):
@@ -41,7 +41,7 @@ def check_response(where: str, function: Callable[..., Any], contract: object, e
         )
 
 
-def check_nothing_returned(where: str, function: Callable[..., Any], contract: object) -> None:
+def check_nothing_returned(where: str, function: Callable[..., object], contract: object) -> None:
     """Check that a topic handler is annotated to return nothing: a returned value would be dropped."""
     annotation = _returned(function)
     if not inspect.iscoroutinefunction(function) and get_origin(annotation) in (Coroutine, Awaitable):
@@ -53,7 +53,7 @@ def check_nothing_returned(where: str, function: Callable[..., Any], contract: o
         )
 
 
-def check_steps(where: str, function: Callable[..., Any], contract: object, feedback: type, result: type) -> None:
+def check_steps(where: str, function: Callable[..., object], contract: object, feedback: type, result: type) -> None:
     """Check that an action body yields feedback and ends with `Done(result)` or `Aborted(result)`."""
     annotation = _returned(function)
     if annotation is _UNKNOWN:
@@ -79,7 +79,7 @@ def _returned(function: Callable[..., Any]) -> Any:
     return _UNKNOWN if hasattr(function, "__wrapped__") else _resolved(function, "return")
 
 
-def _resolved(function: Callable[..., Any], name: str) -> Any:
+def _resolved(function: Callable[..., object], name: str) -> Any:
     annotation = function.__annotations__.get(name, _UNKNOWN)
     if isinstance(annotation, str):
         try:
@@ -89,11 +89,11 @@ def _resolved(function: Callable[..., Any], name: str) -> Any:
     return annotation
 
 
-def _alternatives(annotation: Any) -> tuple[Any, ...]:
+def _alternatives(annotation: object) -> tuple[Any, ...]:
     return get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,)
 
 
-def _contradicts(annotation: Any, expected: type) -> bool:
+def _contradicts(annotation: object, expected: type) -> bool:
     """Whether no value of the type `expected` can match `annotation`."""
     if annotation is None:
         return expected is not NoneType
@@ -111,5 +111,5 @@ def _contradicts(annotation: Any, expected: type) -> bool:
         return False
 
 
-def _shown(annotation: Any) -> str:
+def _shown(annotation: object) -> str:
     return annotation.__name__ if isinstance(annotation, type) and not get_args(annotation) else str(annotation)

@@ -92,9 +92,9 @@ class Analyzer:
         return DiagnosticStatus(level=level, name=self.path, message=message, values=values)
 
 
-def analyzers_of(base: str, parameters: Mapping[str, Any]) -> list[Analyzer]:
+def analyzers_of(base: str, parameters: Mapping[str, object]) -> list[Analyzer]:
     """The analyzers that parameters ``analyzers.<name>.<option>`` declare, in their order. Raises `DeclarationError`."""
-    declared: dict[str, dict[str, Any]] = {}
+    declared: dict[str, dict[str, object]] = {}
     for parameter, value in parameters.items():
         name, dot, option = parameter.partition(".")
         if not dot:

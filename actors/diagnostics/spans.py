@@ -107,7 +107,7 @@ class Tracing(Interceptor):
     def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
         service = client.entry.name
 
-        def submitted(server: ServicePeer, message: Any, caller: Caller, timeout: float) -> ServiceCall:
+        def submitted(server: ServicePeer, message: object, caller: Caller, timeout: float) -> ServiceCall:
             call = submit(server, message, caller, timeout)
             call_id = call.call_id
             span = self._sent[call_id] = self._of_call(caller, service, call_id, SpanKind.CLIENT, None)
@@ -156,7 +156,7 @@ class GoalSpans:
         self._inner = ways
         self.ways = ways._replace(submit=self._submit, run=self._run, ended=self._ended)
 
-    def _submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> GoalRequest:
+    def _submit(self, goal_id: bytes, message: object, client: GoalFollower | None) -> GoalRequest:
         attributes = {**self._attributes, "ros.goal_id": goal_id.hex()}
         span = self._tracing.begin(self._action, SpanKind.SERVER, None, attributes)
         request = self._inner.submit(goal_id, message, client)

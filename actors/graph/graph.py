@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from actors.graph.interceptor import Tap, TopicInterceptor, TopicTap
 from actors.graph.mismatch import mismatch_of
 from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
-from actors.graph.watching import GraphWatcher, KnownElsewhere, KnownLink
+from actors.graph.watching import GraphWatcher, KnownLink, NodeElsewhere
 from actors.inbox.boundary import asked, outside
 from actors.suggest import near_name
 
@@ -225,7 +225,7 @@ class Graph:
         """What stands between the ends of topics; the first is the nearest to the nodes."""
         self.watchers: list[GraphWatcher] = []
         """Told of every endpoint that joins or leaves."""
-        self.elsewhere: Callable[[], Iterable[KnownElsewhere]] = tuple
+        self.elsewhere: Callable[[], Iterable[NodeElsewhere]] = tuple
         """Returns the known nodes of other processes."""
         self.complete: Callable[[], bool] = _nobody_else
         """Returns whether all is known that the other processes which have been found have told of."""

@@ -14,7 +14,7 @@ from actors.topics.peers import Elsewhere
 
 if TYPE_CHECKING:
     from actors.graph.graph import Graph, TopicEntry
-    from actors.graph.watching import KnownElsewhere, KnownLink
+    from actors.graph.watching import KnownLink, NodeElsewhere
     from actors.inbox.load import Load
     from actors.names.identity import Identity
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
@@ -235,7 +235,7 @@ def _node(known: KnownNode) -> NodeView:
     )  # fmt: skip
 
 
-def _elsewhere(known: KnownElsewhere) -> NodeView:
+def _elsewhere(known: NodeElsewhere) -> NodeView:
     return NodeView(known.fqn, "", "elsewhere", 0, 0, host=known.host, process=known.process, session=known.session)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from actors.graph.servers import ServerEntry
@@ -47,25 +47,14 @@ class KnownLink(Protocol):
     def dropped(self) -> int: ...
 
 
-class KnownElsewhere(Protocol):
+class NodeElsewhere(NamedTuple):
     """A node of another process, as a snapshot shows it."""
 
-    @property
-    def fqn(self) -> str:
-        """Its fully qualified name."""
-        ...
-
-    @property
-    def host(self) -> str:
-        """The name or address of its machine; empty if it is not known."""
-        ...
-
-    @property
-    def process(self) -> int:
-        """The id of its process on that machine; 0 if it is not known."""
-        ...
-
-    @property
-    def session(self) -> str:
-        """The identity of its process on the network."""
-        ...
+    fqn: str
+    """Its fully qualified name."""
+    host: str
+    """The name or address of its machine; empty if it is not known."""
+    process: int
+    """The id of its process on that machine; 0 if it is not known."""
+    session: str
+    """The identity of its process on the network."""

@@ -47,9 +47,9 @@ def read_event(data: bytes) -> messages.Event:
     return event
 
 
-def _fits(value: Any, kind: Any) -> bool:
+def _fits(value: object, kind: Any) -> bool:
     """Whether a value is of this type, as the fields of events are declared, with all that it contains."""
-    origin: Any = get_origin(kind)
+    origin: object = get_origin(kind)
     parts: tuple[Any, ...] = get_args(kind)
     if kind is Any:
         return True
@@ -64,7 +64,7 @@ def _fits(value: Any, kind: Any) -> bool:
     return not isinstance(value, Struct) or all(_fits(getattr(value, name), one) for name, one in _hints(kind).items())
 
 
-def _contents_fit(values: Collection[Any], parts: tuple[Any, ...]) -> bool:
+def _contents_fit(values: Collection[object], parts: tuple[object, ...]) -> bool:
     """Whether what is in a tuple is of these types, or what the names of a dictionary are."""
     if isinstance(values, tuple) and parts[1:] != (...,):
         return len(values) == len(parts) and all(map(_fits, values, parts))
@@ -107,23 +107,23 @@ def _foreign(module: str, name: str) -> type[_Foreign]:
     return type(name, (_Foreign,), {"named": (module, name)})
 
 
-def _class_of(kind: Any, base: type[Any]) -> Any:
+def _class_of(kind: object, base: type[Any]) -> Any:
     """The class that is meant, if a module that is loaded here has it and it is one of these; else None."""
     module, name = getattr(kind, "named", ("", ""))
-    found: Any = sys.modules.get(module)
+    found: object = sys.modules.get(module)
     for part in name.split("."):
         found = getattr(found, "__dict__", {}).get(part)
     return found if isinstance(found, type) and issubclass(found, base) else None
 
 
-def _child(kind: Any, fields: dict[str, Any]) -> Child:
+def _child(kind: object, fields: dict[str, Any]) -> Child:
     """A declaration, for the names that it gives; its factory is not called here."""
     told: dict[str, Any] = {**fields, "factory": _class_of(fields.get("factory"), Node) or Node}
     return Child(**told)
 
 
 def _error(
-    kind: Any, args: tuple[Any, ...], state: dict[str, Any], notes: tuple[str, ...], cause: BaseException | None
+    kind: Any, args: tuple[object, ...], state: dict[str, Any], notes: tuple[str, ...], cause: BaseException | None
 ) -> Exception:
     """An error, without a call of its class: see `actors.processes.pickling`. One of a class that is not loaded here is a `RemoteError`."""
     found = RemoteError if getattr(kind, "func", None) is RemoteError else _class_of(kind, Exception)

@@ -6,7 +6,7 @@ nodes leave for their next lives are bytes here, which agents do not read.
 
 from __future__ import annotations
 
-from typing import Any, Final, Protocol, TypeAlias
+from typing import Final, Protocol, TypeAlias
 
 import msgspec
 
@@ -126,7 +126,7 @@ def from_agent(data: bytes) -> FromAgent:
     return message
 
 
-def _told(error: Any) -> tuple[str, int, float, str]:
+def _told(error: object) -> tuple[str, int, float, str]:
     """How a process has ended."""
     if isinstance(error, ProcessDied):
         return "died", error.process, 0.0, error.how
@@ -135,7 +135,7 @@ def _told(error: Any) -> tuple[str, int, float, str]:
     return "failed", 0, 0.0, described(error)
 
 
-def _understood(kind: type, told: Any) -> Exception:
+def _understood(kind: type, told: object) -> Exception:
     how, process, seconds, text = msgspec.convert(told, tuple[str, int, float, str])
     if how == "died":
         return ProcessDied(process, text)

@@ -132,7 +132,7 @@ class _SimulatedWire:
     def __init__(
         self,
         stream: Stream,
-        read: Callable[[bytes], Any],
+        read: Callable[[bytes], object],
         take: Callable[[Any], None],
         lost: Callable[[], None],
     ) -> None:

@@ -47,7 +47,7 @@ class outside:  # a context manager, used like a function
         BOUNDARY.reset(self._token)
 
 
-def asked(question: Callable[..., T], *arguments: Any) -> T:
+def asked(question: Callable[..., T], *arguments: object) -> T:
     """What others answer to a question of the present code. The journal of its node has it, too."""
     boundary = BOUNDARY.get()
     return question(*arguments) if boundary is None else boundary.compute(question, arguments)

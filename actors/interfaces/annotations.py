@@ -17,7 +17,9 @@ Declared: TypeAlias = tuple[str, FieldType, Any, Any]
 BUILTINS = {bool: "bool", int: "int64", float: "float64", str: "string"}
 
 
-def read_class(name: str, namespace: dict[str, Any], caller: dict[str, Any]) -> tuple[list[Declared], list[Constant]]:
+def read_class(
+    name: str, namespace: dict[str, object], caller: dict[str, object]
+) -> tuple[list[Declared], list[Constant]]:
     """The fields and constants that the body of message class `name` declares.
 
     `caller` are the local names where the class statement stands: annotations may be text that mentions them.
@@ -89,7 +91,7 @@ def _bare(where: str, annotation: Any) -> tuple[FieldType, Any]:
     )
 
 
-def _bounded(where: str, kind: FieldType, mark: Any) -> FieldType:
+def _bounded(where: str, kind: FieldType, mark: object) -> FieldType:
     if isinstance(mark, (Chars, Exactly, AtMost)) and mark.count <= 0:
         raise BadDeclaration(f"{where}: {mark!r}: a bound must be at least 1")
     if isinstance(mark, Chars):
@@ -104,7 +106,7 @@ def _bounded(where: str, kind: FieldType, mark: Any) -> FieldType:
     return kind
 
 
-def _constant(name: str, annotation: Any, namespace: dict[str, Any]) -> Constant | None:
+def _constant(name: str, annotation: object, namespace: dict[str, Any]) -> Constant | None:
     """ROS constants are the `ClassVar`s in capitals; other class variables are the class's own business."""
     arguments = get_args(annotation)
     if not arguments or not name.isupper() or name not in namespace:
@@ -117,13 +119,13 @@ def _constant(name: str, annotation: Any, namespace: dict[str, Any]) -> Constant
 
 def _annotations(namespace: dict[str, Any]) -> dict[str, Any]:
     if "__annotations__" in namespace:
-        annotations: dict[str, Any] = namespace["__annotations__"]
+        annotations: dict[str, object] = namespace["__annotations__"]
         return annotations
     annotate = namespace.get("__annotate_func__")  # Python 3.14 keeps a function instead of the dict
     return annotate(1) if annotate is not None else {}
 
 
-def _evaluate(name: str, key: str, text: str, namespace: dict[str, Any], caller: dict[str, Any]) -> Any:
+def _evaluate(name: str, key: str, text: str, namespace: dict[str, Any], caller: dict[str, object]) -> Any:
     module = sys.modules.get(namespace.get("__module__", ""))
     known: dict[str, Any] = {**vars(module), **caller} if module is not None else caller
     try:

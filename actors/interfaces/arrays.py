@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterable
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,10 @@ from actors.interfaces.errors import MessageTypeError, MessageValueError
 from actors.interfaces.fields import FLOATS, INTEGER_RANGES, FieldType
 
 ndarray = np.ndarray
+Array: TypeAlias = NDArray[Any]
+DType: TypeAlias = np.dtype[Any]
 
-DTYPES: Final[dict[str, np.dtype[Any]]] = {
+DTYPES: Final[dict[str, DType]] = {
     "bool": np.dtype(np.bool_),
     "byte": np.dtype(np.uint8),
     "char": np.dtype(np.uint8),
@@ -32,7 +34,7 @@ LARGE: Final = 1 << 20
 """From so many bytes on numpy copies faster into its own memory than into bytes."""
 
 
-def is_settled(value: Any, dtype: np.dtype[Any]) -> bool:
+def is_settled(value: Any, dtype: DType) -> bool:
     """Whether `value` can be kept as it is: flat, of this dtype, and a view of memory that nobody can write to through it.
 
     An array that owns its memory is not: a reader of the message could make it writeable, or resize it.
@@ -54,7 +56,7 @@ def _cannot_change(base: Any) -> bool:
     return False
 
 
-def frozen(values: NDArray[Any]) -> NDArray[Any]:
+def frozen(values: Array) -> Array:
     """A view of `values`, which nobody else holds, for a message: it refuses to be written to, made writeable or resized.
 
     numpy has no way to refuse an assignment to `shape`, `dtype` or `strides`.
@@ -63,14 +65,14 @@ def frozen(values: NDArray[Any]) -> NDArray[Any]:
     return values.view()
 
 
-def _kept(value: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+def _kept(value: Array, dtype: DType) -> Array:
     """A flat array of the right dtype as a message keeps it: the same memory if that is read-only, else a copy."""
     if not value.flags.writeable and value.flags.contiguous and (value.base is None or _cannot_change(value.base)):
         return value.view()
     return np.frombuffer(value.tobytes(), dtype) if value.nbytes < LARGE else frozen(value.copy())
 
 
-def to_array(where: str, kind: FieldType, given: Any) -> NDArray[Any]:
+def to_array(where: str, kind: FieldType, given: Any) -> Array:
     """`given` as a read-only, one-dimensional array of the field's dtype: a view of memory that nobody can write to through it.
 
     Accepts arrays (copied unless they and their base are read-only; who makes its own array read-only promises that nobody writes to it
@@ -106,7 +108,7 @@ def _check_length(where: str, kind: FieldType, length: int) -> None:
         raise MessageValueError(f"{where}: {kind} holds at most {kind.size} elements, got {length}")
 
 
-def _from_array(where: str, kind: FieldType, value: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+def _from_array(where: str, kind: FieldType, value: Array, dtype: DType) -> Array:
     if value.ndim != 1:
         if kind.base not in OCTETS or value.dtype != dtype:
             raise MessageTypeError(
@@ -127,7 +129,7 @@ def _from_array(where: str, kind: FieldType, value: NDArray[Any], dtype: np.dtyp
     return _as_floats(where, kind, value, dtype)
 
 
-def _from_items(where: str, kind: FieldType, items: list[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+def _from_items(where: str, kind: FieldType, items: list[Any], dtype: DType) -> Array:
     accepted = _accepted(kind.base)
     kinds: set[type[Any]] = {type(item) for item in items}
     for wrong in kinds:
@@ -159,7 +161,7 @@ def _check_range(where: str, kind: FieldType, low: int, high: int, values: Itera
         raise MessageValueError(f"{where}[{index}]: {value} is out of range for {kind.base} ({smallest}..{largest})")
 
 
-def _as_floats(where: str, kind: FieldType, value: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
+def _as_floats(where: str, kind: FieldType, value: Array, dtype: DType) -> Array:
     with np.errstate(over="ignore"):
         result = value.astype(dtype)
     lost = np.isinf(result) & np.isfinite(value)
@@ -174,7 +176,7 @@ def _shown(value: object) -> str:
     return f"{type(value).__name__} {text if len(text) <= 40 else text[:37] + '...'}"
 
 
-def shown(values: NDArray[Any]) -> str:
+def shown(values: Array) -> str:
     """An array in the `repr` of a message: all of a short one, both ends of a long one."""
     if len(values) <= 16:
         return f"array({values.tolist()}, dtype={values.dtype})"
@@ -182,7 +184,7 @@ def shown(values: NDArray[Any]) -> str:
     return f"array([{ends[0]}, ..., {ends[1]}], dtype={values.dtype}, size={len(values)})"
 
 
-def reader(kind: FieldType, order: str) -> Callable[[bytes, int, int], NDArray[Any]]:
+def reader(kind: FieldType, order: str) -> Callable[[bytes, int, int], Array]:
     """A function `(data, start, stop) -> array` for the elements of a field on the wire, in byte order `<` or `>`.
 
     Arrays of 8-byte numbers are copies, since they would not be aligned in the data; the others are views of the data.
@@ -193,16 +195,16 @@ def reader(kind: FieldType, order: str) -> Callable[[bytes, int, int], NDArray[A
     swapped = dtype.newbyteorder(">")
     empty = frozen(np.empty(0, dtype))  # shared: most sequences of most messages are empty
 
-    def read(data: bytes, start: int, stop: int) -> NDArray[Any]:
+    def read(data: bytes, start: int, stop: int) -> Array:
         return frombuffer(data, dtype, (stop - start) // size, start) if stop > start else empty
 
-    def read_copy(data: bytes, start: int, stop: int) -> NDArray[Any]:
+    def read_copy(data: bytes, start: int, stop: int) -> Array:
         return frombuffer(data[start:stop], dtype) if stop > start else empty
 
-    def read_swapped(data: bytes, start: int, stop: int) -> NDArray[Any]:
+    def read_swapped(data: bytes, start: int, stop: int) -> Array:
         return frozen(frombuffer(data[start:stop], swapped).astype(dtype))
 
-    def read_bools(data: bytes, start: int, stop: int) -> NDArray[Any]:
+    def read_bools(data: bytes, start: int, stop: int) -> Array:
         return frozen(frombuffer(data[start:stop], np.uint8) != 0)
 
     if kind.base == "bool":

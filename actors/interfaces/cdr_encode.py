@@ -33,7 +33,7 @@ class _Encoder:
     """The source of one encoder. `n` in it is the position in the body, kept up where data decides it."""
 
     def __init__(self, cls: type[Message], wstrings: WStrings) -> None:
-        self.scope: dict[str, Any] = {"JOIN": b"".join, "PADS": PADS}
+        self.scope: dict[str, object] = {"JOIN": b"".join, "PADS": PADS}
         self.scope["WIDE"] = partial(encode_wide, form=wstrings)
         self.lines: list[str] = []
         self.indent = 1
@@ -69,7 +69,7 @@ class _Encoder:
         self.count += 1
         return f"{prefix}{self.count}"
 
-    def constant(self, prefix: str, value: Any) -> str:
+    def constant(self, prefix: str, value: object) -> str:
         """A name that the generated code has for `value`."""
         name = f"{prefix}{len(self.scope)}"
         self.scope[name] = value

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Converter = Callable[[str, Any], Any]
 
 
-def compile_check(name: str, fields: tuple[Field, ...], scope: dict[str, Any]) -> Any:
+def compile_check(name: str, fields: tuple[Field, ...], scope: dict[str, object]) -> Any:
     """The code object of `__post_init__` for these fields; what it refers to is put into `scope`."""
     body: list[str] = []
     conditions: list[str] = []
@@ -57,7 +57,7 @@ def compile_check(name: str, fields: tuple[Field, ...], scope: dict[str, Any]) -
     return holder["__post_init__"].__code__
 
 
-def _condition(index: int, field: Field, value: str, scope: dict[str, Any]) -> str:
+def _condition(index: int, field: Field, value: str, scope: dict[str, object]) -> str:
     base = field.type.base
     if base in INTEGER_RANGES:
         low, high = INTEGER_RANGES[base]
@@ -73,7 +73,7 @@ def _condition(index: int, field: Field, value: str, scope: dict[str, Any]) -> s
     return f"type({value}) is C{index}"
 
 
-def _array_lines(index: int, field: Field, name: str, value: str, scope: dict[str, Any]) -> list[str]:
+def _array_lines(index: int, field: Field, name: str, value: str, scope: dict[str, object]) -> list[str]:
     from actors.interfaces.arrays import DTYPES, is_settled, to_array
 
     kind, where = field.type, f"{name}.{field.name}"
@@ -83,7 +83,7 @@ def _array_lines(index: int, field: Field, name: str, value: str, scope: dict[st
     return [f"v = {value}", f"if not (SETTLED(v, D{index}){right}): SET(self, {field.name!r}, F{index}(v))"]
 
 
-def _tuple_lines(index: int, field: Field, name: str, value: str, scope: dict[str, Any]) -> list[str]:
+def _tuple_lines(index: int, field: Field, name: str, value: str, scope: dict[str, object]) -> list[str]:
     kind, where = field.type, f"{name}.{field.name}"
     scope[f"K{index}"] = {field.message or str}
     scope[f"F{index}"] = partial(to_tuple, where, field)
@@ -122,7 +122,7 @@ def converter(field: Field) -> Converter:
     return lambda where, value: to_message(where, wanted, value)
 
 
-def to_bool(where: str, value: Any) -> bool:
+def to_bool(where: str, value: object) -> bool:
     """Only a bool is a bool: 0, 1 and "true" are refused, because they usually are another field's value."""
     if type(value) is bool:
         return value
@@ -158,7 +158,7 @@ def to_float(where: str, base: str, value: Any) -> float:
     return number if rounded == number else rounded
 
 
-def to_string(where: str, kind: FieldType, value: Any) -> str:
+def to_string(where: str, kind: FieldType, value: object) -> str:
     """A plain str within the bound, which counts characters."""
     if not isinstance(value, str):
         raise _wrong_type(where, f"{kind.element} (str)", value)
@@ -170,7 +170,7 @@ def to_string(where: str, kind: FieldType, value: Any) -> str:
     return text
 
 
-def to_message(where: str, wanted: type[Any], value: Any) -> Any:
+def to_message(where: str, wanted: type[Any], value: object) -> Any:
     """A message of exactly this type."""
     if type(value) is not wanted:
         raise _wrong_type(where, wanted.__ros_type__, value)
@@ -196,7 +196,7 @@ def _is_scalar(value: Any, kinds: str) -> bool:
     return getattr(value, "ndim", None) == 0 and hasattr(value, "dtype") and value.dtype.kind in kinds
 
 
-def _wrong_type(where: str, wanted: str, value: Any) -> MessageTypeError:
+def _wrong_type(where: str, wanted: str, value: object) -> MessageTypeError:
     name = getattr(value, "__ros_type__", None) or type(value).__name__
     text = repr(value)
     return MessageTypeError(f"{where}: expected {wanted}, got {name} {text if len(text) <= 40 else text[:37] + '...'}")

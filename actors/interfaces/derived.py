@@ -7,7 +7,7 @@ them.
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 from actors.interfaces import registry, types
 from actors.interfaces.builtin_interfaces.msg import Time
@@ -16,8 +16,11 @@ from actors.interfaces.naming import full_name
 from actors.interfaces.service_msgs.msg import ServiceEventInfo
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 
+ServiceClass: TypeAlias = type[ServiceType[Any, Any]]
+ActionClass: TypeAlias = type[ActionType[Any, Any, Any]]
 
-def event_message(service: type[ServiceType[Any, Any]]) -> type[Message]:
+
+def event_message(service: ServiceClass) -> type[Message]:
     """`S_Event`: ServiceEventInfo info, S_Request[<=1] request, S_Response[<=1] response; for service introspection."""
     parts: Any = service
     many: Any = types.Many
@@ -31,7 +34,7 @@ def event_message(service: type[ServiceType[Any, Any]]) -> type[Message]:
     )
 
 
-def send_goal_service(action: type[ActionType[Any, Any, Any]]) -> type[ServiceType[Any, Any]]:
+def send_goal_service(action: ActionClass) -> ServiceClass:
     """`A_SendGoal`: UUID goal_id, A_Goal goal --- bool accepted, Time stamp."""
     parts: Any = action
     return _service(
@@ -41,7 +44,7 @@ def send_goal_service(action: type[ActionType[Any, Any, Any]]) -> type[ServiceTy
     )
 
 
-def get_result_service(action: type[ActionType[Any, Any, Any]]) -> type[ServiceType[Any, Any]]:
+def get_result_service(action: ActionClass) -> ServiceClass:
     """`A_GetResult`: UUID goal_id --- int8 status, A_Result result."""
     parts: Any = action
     return _service(
@@ -49,31 +52,31 @@ def get_result_service(action: type[ActionType[Any, Any, Any]]) -> type[ServiceT
     )
 
 
-def feedback_message(action: type[ActionType[Any, Any, Any]]) -> type[Message]:
+def feedback_message(action: ActionClass) -> type[Message]:
     """`A_FeedbackMessage`: UUID goal_id, A_Feedback feedback."""
     parts: Any = action
     return _message(f"{action.__ros_type__}_FeedbackMessage", {"goal_id": UUID, "feedback": parts.Feedback})
 
 
-def _message(ros_type: str, annotations: dict[str, Any]) -> type[Message]:
+def _message(ros_type: str, annotations: dict[str, object]) -> type[Message]:
     known: type[Message] | None = registry.known(ros_type)
     if known is not None:
         return known
     package, kind, name = full_name(ros_type).split("/")
-    body: dict[str, Any] = {field: types.default() for field in annotations}
+    body: dict[str, object] = {field: types.default() for field in annotations}
     body |= {"__module__": f"{package}.{kind}", "__qualname__": name, "__annotations__": annotations}
     body |= {"__ros_type__": ros_type, "__doc__": f"{ros_type}, derived.", "__ros_source__": "derived"}
     return make_message(name, body)
 
 
-def _service(ros_type: str, request: dict[str, Any], response: dict[str, Any]) -> type[ServiceType[Any, Any]]:
-    known: type[ServiceType[Any, Any]] | None = registry.known(ros_type)
+def _service(ros_type: str, request: dict[str, object], response: dict[str, Any]) -> ServiceClass:
+    known: ServiceClass | None = registry.known(ros_type)
     if known is not None:
         return known
     base: Any = ServiceType
     parts = _message(f"{ros_type}_Request", request), _message(f"{ros_type}_Response", response)
     package, kind, name = full_name(ros_type).split("/")
-    body: dict[str, Any] = {
+    body: dict[str, object] = {
         "__module__": f"{package}.{kind}",
         "__ros_type__": ros_type,
         "__orig_bases__": (base[parts],),

@@ -49,7 +49,7 @@ def type_hash(of: str | InterfaceClass) -> str:
     Raises:
         UnknownInterface: no type of that name is known.
     """
-    cls: Any = _resolve(of)
+    cls: object = _resolve(of)
     return _hash(cls)
 
 
@@ -58,14 +58,14 @@ def _hash(cls: Any) -> str:
     return _digest(type_description(cls))
 
 
-def _digest(description: dict[str, Any]) -> str:
+def _digest(description: dict[str, object]) -> str:
     text = json.dumps(description)  # json's own separators, ASCII escapes and key order are the canonical ones
     return f"RIHS01_{sha256(text.encode()).hexdigest()}"
 
 
 def hash_of_definitions(name: str, fields_of: Callable[[str], Iterable[tuple[str, FieldType]]]) -> str:
     """The hash of a message of which there are only definitions: `fields_of` gives the fields of each by its full name, in order."""
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, dict[str, object]] = {}
     waiting = [name]
     while waiting:
         each = waiting.pop()
@@ -82,7 +82,7 @@ def hash_of_definitions(name: str, fields_of: Callable[[str], Iterable[tuple[str
 def type_description(of: str | InterfaceClass) -> dict[str, Any]:
     """The canonical description as plain data, in the shape of `type_description_interfaces/msg/TypeDescription`."""
     top = _resolve(of)
-    found: dict[str, dict[str, Any]] = {}
+    found: dict[str, dict[str, object]] = {}
     waiting: list[InterfaceClass] = [top]
     while waiting:
         cls = waiting.pop()

@@ -105,10 +105,10 @@ class _Reader:
         self._at = 0
         self._tokens = list(self._split(text))
         self._scope: list[str] = []
-        self._notes: dict[str, dict[str, Any]] = {}
+        self._notes: dict[str, dict[str, object]] = {}
         """The annotations before the next declaration."""
         self._typedefs: dict[str, FieldType] = {}
-        self._values: dict[str, Any] = {}
+        self._values: dict[str, object] = {}
         self._messages: dict[str, MessageDefinition] = {}
         self._constants: dict[str, list[ConstantDefinition]] = {}
 
@@ -170,7 +170,7 @@ class _Reader:
         name, notes = self._word(), self._taken()
         self._expect("=")
         token = self._next()
-        value: Any = self._value(token)
+        value: object = self._value(token)
         self._expect(";")
         try:
             value = value if kind.base in STRINGS else parse_value(kind, str(value))
@@ -186,7 +186,7 @@ class _Reader:
     def _annotation(self) -> None:
         """The rest of one, whose values are kept by their names; one that stands alone is called `value`."""
         name = self._word()
-        given: dict[str, Any] = {}
+        given: dict[str, object] = {}
         if self._accept("("):
             while not self._accept(")"):
                 token = self._next()
@@ -353,7 +353,7 @@ class _Reader:
         return DefinitionError("invalid_field_definition", reason, line, self._file)
 
 
-def _default(kind: FieldType, notes: dict[str, dict[str, Any]]) -> Any:
+def _default(kind: FieldType, notes: dict[str, dict[str, object]]) -> Any:
     """The default that an annotation gives, as plain data; those of arrays are left out, as the hash of a type does."""
     value = notes.get("default", {}).get("value")
     if value is None or kind.is_array or kind.is_message:
@@ -361,7 +361,7 @@ def _default(kind: FieldType, notes: dict[str, dict[str, Any]]) -> Any:
     return value if kind.base in STRINGS and isinstance(value, str) else parse_value(kind, str(value))
 
 
-def _literal(value: Any) -> str:
+def _literal(value: object) -> str:
     if isinstance(value, str):
         return '"' + value.replace('"', '\\"') + '"'
     return str(value).lower() if isinstance(value, bool) else str(value)
@@ -371,7 +371,7 @@ def _remarks(of: ConstantDefinition | FieldDefinition) -> list[str]:
     return [f"# {line}".rstrip() for line in (*of.comment, *([f"[{of.unit}]"] if of.unit else []))]
 
 
-def _comment(notes: dict[str, dict[str, Any]]) -> tuple[str, ...]:
+def _comment(notes: dict[str, dict[str, object]]) -> tuple[str, ...]:
     told = notes.get("verbatim", {})
     return tuple(str(told.get("text", "")).splitlines()) if told.get("language") == "comment" else ()
 

@@ -119,7 +119,7 @@ def define(definition: Definition, file: str | None) -> type[Any]:
     if known is not None and [getattr(known, part.__name__.rpartition("_")[2]) for part in parts] == parts:
         return known
     base: Any = ServiceType if kind == "srv" else ActionType
-    body: dict[str, Any] = {
+    body: dict[str, object] = {
         "__module__": f"{package}.{kind}",
         "__doc__": _doc(definition.parts[0], definition.name),
         "__orig_bases__": (base[tuple(parts)],),
@@ -153,8 +153,8 @@ def class_body(
         DefinitionError: a nested message is not known.
     """
     package, kind, name = definition.name.split("/")
-    annotations: dict[str, Any] = {}
-    values: dict[str, Any] = {}
+    annotations: dict[str, object] = {}
+    values: dict[str, object] = {}
     for constant in definition.constants:
         annotations[constant.name] = ClassVar[Annotated[object, constant.type]]
         values[constant.name] = constant.value

@@ -58,13 +58,13 @@ class MessageBase(msgspec.Struct, frozen=True, kw_only=True, gc=False):
     __ros_constants__: ClassVar[tuple[Constant, ...]]
     """The constants in order. Their values are class attributes too."""
 
-    def __init_subclass__(cls, **_: Any) -> None:
+    def __init_subclass__(cls, **_: object) -> None:
         if cls.__bases__ != (MessageBase,):
             raise BadDeclaration(
                 f"class {cls.__name__}: a message has one parent, Message; put the other message in a field instead"
             )
 
-    def replace(self, **changes: Any) -> Self:
+    def replace(self, **changes: object) -> Self:
         """A message like this one but for `changes`, checked like a new one.
 
         Raises:
@@ -145,20 +145,20 @@ def _caller_names() -> dict[str, Any]:
     return sys._getframe(2).f_locals  # pyright: ignore[reportPrivateUsage]
 
 
-def make_message(name: str, body: dict[str, Any]) -> type[Message]:
+def make_message(name: str, body: dict[str, object]) -> type[Message]:
     """The message class of this name whose class body would be `body`. It is known by its ROS name from now on, but with `__ros_detached__`."""
     made: type[Message] = MessageMeta(name, (Message,), body, frozen=True, kw_only=True)
     return made
 
 
-def _refuse_to_change(self: Any, name: str, value: object) -> NoReturn:
+def _refuse_to_change(self: object, name: str, value: object) -> NoReturn:
     raise AttributeError(
         f"{type(self).__name__}.{name}: a message never changes once it is built. "
         f"Build a changed one: message.replace({name}=...)"
     )
 
 
-def _check_statement(name: str, bases: tuple[type, ...], options: dict[str, Any]) -> None:
+def _check_statement(name: str, bases: tuple[type, ...], options: dict[str, object]) -> None:
     if len(bases) != 1:
         raise BadDeclaration(
             f"class {name}: a message has one parent, Message, got {[base.__name__ for base in bases]}"
@@ -174,7 +174,7 @@ def _check_statement(name: str, bases: tuple[type, ...], options: dict[str, Any]
         )
 
 
-def _default_of(name: str, field: Field, written: Any) -> Any:
+def _default_of(name: str, field: Field, written: object) -> Any:
     """The default for msgspec: a value, or a factory that hands out one shared value made at its first use."""
     where, kind = f"{name}.{field.name}", field.type
     if kind.is_numeric_array:
@@ -214,8 +214,8 @@ def _tuple_default(where: str, field: Field) -> tuple[Any, ...]:
     return (field.message() if field.message else "",) * size if size else ()
 
 
-def _shared(make: Callable[[], Any]) -> Callable[[], Any]:
-    value: Any = None
+def _shared(make: Callable[[], object]) -> Callable[[], Any]:
+    value: object = None
 
     def get() -> Any:
         nonlocal value
@@ -234,7 +234,7 @@ def _check_later(name: str, fields: tuple[Field, ...], invariant: Callable[[Any]
     scope: dict[str, Any] = {"__builtins__": __builtins__}
     check = FunctionType(_first_call.__code__, scope, "__post_init__")
 
-    def compile_now(message: Any) -> None:
+    def compile_now(message: object) -> None:
         from actors.interfaces.check import compile_check
 
         check.__code__ = compile_check(name, fields, scope)
@@ -244,7 +244,7 @@ def _check_later(name: str, fields: tuple[Field, ...], invariant: Callable[[Any]
     if invariant is None:
         return check
 
-    def check_both(self: Any) -> None:
+    def check_both(self: object) -> None:
         check(self)
         invariant(self)
 
@@ -259,7 +259,7 @@ def _first_call(self: Any) -> None:
 def _equality(names: tuple[str, ...], arrays: tuple[str, ...]) -> tuple[Any, Any]:
     plain = tuple(name for name in names if name not in arrays)
 
-    def __eq__(self: Any, other: object) -> bool:
+    def __eq__(self: object, other: object) -> bool:
         if self is other:
             return True
         if type(self) is not type(other):
@@ -273,7 +273,7 @@ def _equality(names: tuple[str, ...], arrays: tuple[str, ...]) -> tuple[Any, Any
                 return False
         return True
 
-    def __hash__(self: Any) -> NoReturn:
+    def __hash__(self: object) -> NoReturn:
         raise TypeError(
             f"{type(self).__name__} cannot be hashed: its field {arrays[0]} is an array. Use a part of it as the key"
         )
@@ -313,7 +313,7 @@ class ServiceType(Generic[Req, Resp]):
     def __init_subclass__(cls) -> None:
         _tie(cls, ServiceType, ("Request", "Response"))
 
-    def __new__(cls, *args: Any, **fields: Any) -> Any:
+    def __new__(cls, *args: object, **fields: Any) -> Any:
         raise TypeError(f"{cls.__name__} is a service type; build {cls.__name__}.Request(...) or .Response(...)")
 
 
@@ -333,7 +333,7 @@ class ActionType(Generic[G, R, F]):
     def __init_subclass__(cls) -> None:
         _tie(cls, ActionType, ("Goal", "Result", "Feedback"))
 
-    def __new__(cls, *args: Any, **fields: Any) -> Any:
+    def __new__(cls, *args: object, **fields: Any) -> Any:
         raise TypeError(
             f"{cls.__name__} is an action type; build {cls.__name__}.Goal(...), .Result(...) or .Feedback(...)"
         )

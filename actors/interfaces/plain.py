@@ -14,7 +14,7 @@ from actors.interfaces.naming import closest
 M = TypeVar("M", bound=Message)
 
 
-def to_plain(message: Message, array: Callable[[FieldType, Any], Any] | None = None) -> dict[str, Any]:
+def to_plain(message: Message, array: Callable[[FieldType, Any], object] | None = None) -> dict[str, Any]:
     """The message as nested dicts in field order; arrays and sequences as lists. Nothing is shared with the message.
 
     An array of numbers is what `array` makes of its type and its numpy array, if that is given.
@@ -37,7 +37,7 @@ def _listed(kind: FieldType, values: Any) -> Any:
     return values.tolist()
 
 
-def from_plain(cls: type[M], mapping: Mapping[str, Any] | None) -> M:
+def from_plain(cls: type[M], mapping: Mapping[str, object] | None) -> M:
     """The message that plain data describes; what it leaves out keeps its default. None is an empty mapping.
 
     Raises:
@@ -67,7 +67,7 @@ def _build(cls: type[M], mapping: Any, where: str) -> M:
     return cls(**values)
 
 
-def _value(field: Field, value: Any, where: str) -> Any:
+def _value(field: Field, value: object, where: str) -> Any:
     from actors.interfaces.check import converter, to_tuple
 
     kind = field.type
@@ -89,7 +89,7 @@ def _value(field: Field, value: Any, where: str) -> Any:
     return _build(field.message, value, where) if field.message is not None else converter(field)(where, value)
 
 
-def _whole(where: str, value: Any) -> Any:
+def _whole(where: str, value: object) -> Any:
     try:
         return whole_text(value) if isinstance(value, str) else value
     except UnicodeDecodeError:

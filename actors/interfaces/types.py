@@ -98,11 +98,11 @@ class DefaultMark:
 
     __slots__ = ("value",)
 
-    def __init__(self, value: Any) -> None:
+    def __init__(self, value: object) -> None:
         self.value = value
 
 
-def default(value: Any = None, /) -> Any:
+def default(value: object = None, /) -> Any:
     """The default of a field: as ROS 2 defines it (zero, empty, the default message), or the elements of an array.
 
     Defaults are shared: messages never change, so all messages of a class may hold the same default.
@@ -173,7 +173,7 @@ else:
     class Many:
         """`Many[Point]`, `Many[string]`: a sequence of messages or strings, read as a tuple."""
 
-        def __class_getitem__(cls, element: Any) -> Any:
+        def __class_getitem__(cls, element: object) -> Any:
             return Annotated[tuple, ManyMark(element)]
 
     def _array(base: str) -> Any:
@@ -201,5 +201,5 @@ class ManyMark:
 
     __slots__ = ("element",)
 
-    def __init__(self, element: Any) -> None:
+    def __init__(self, element: object) -> None:
         self.element = element

@@ -114,7 +114,7 @@ def named(spec: Spec, node: NodeSpec, warn: Warn) -> Spec:
         raise LaunchError(str(error)) from error
 
 
-def known_parameters(child: Child, given: Mapping[str, Any], fqn: str, warn: Warn) -> dict[str, Any]:
+def known_parameters(child: Child, given: Mapping[str, object], fqn: str, warn: Warn) -> dict[str, Any]:
     """The parameters that the node has; a warning names the others, which a node of ROS 2 ignores without a word."""
     kind = child.factory
     if not (isinstance(kind, type) and issubclass(kind, Node) and has_fixed_parameters(kind)):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from actors.launch.errors import ConditionError
 from actors.launch.looking import NotDone
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 class Condition:
     """Whether an action applies. A subclass defines `evaluate`, or gives a `predicate`."""
 
-    def __init__(self, *, predicate: Any = None) -> None:
+    def __init__(self, *, predicate: Callable[[LaunchContext], object] | None = None) -> None:
         self.predicate = predicate
 
     def evaluate(self, context: LaunchContext) -> bool:

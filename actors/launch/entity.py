@@ -98,7 +98,7 @@ def evaluate(entities: Iterable[LaunchDescriptionEntity], context: LaunchContext
             context.line = outer
 
 
-def listed(entities: Any) -> list[LaunchDescriptionEntity]:
+def listed(entities: object) -> list[LaunchDescriptionEntity]:
     """The entities that a function or a handler gives: one, several, or none."""
     if entities is None:
         return []

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from actors.launch.entity import LaunchDescriptionEntity
 
 Matcher = Callable[[Any], bool]
 """Whether an action is meant: it is given the action of each job."""
@@ -20,7 +23,7 @@ class Shutdown(Event):
 
     name = "launch.events.Shutdown"
 
-    def __init__(self, *, reason: str = "reason not set", due_to_sigint: bool = False, **_: Any) -> None:
+    def __init__(self, *, reason: str = "reason not set", due_to_sigint: bool = False, **_: object) -> None:
         self.reason = reason
         self.due_to_sigint = due_to_sigint
 
@@ -36,7 +39,7 @@ class TimerEvent(Event):
 
     name = "launch.events.TimerEvent"
 
-    def __init__(self, *, timer_action: Any) -> None:
+    def __init__(self, *, timer_action: object) -> None:
         self.timer_action = timer_action
 
 
@@ -54,11 +57,11 @@ class IncludeLaunchDescription(Event):
 
     name = "launch.events.IncludeLaunchDescription"
 
-    def __init__(self, launch_description: Any) -> None:
+    def __init__(self, launch_description: LaunchDescriptionEntity) -> None:
         self.launch_description = launch_description
 
 
-class _ProcessEvent(Event):
+class ProcessEvent(Event):
     """About one executable: the `action` that started it, its label `process_name`, its command, folder and environment, its pid."""
 
     def __init__(
@@ -76,13 +79,13 @@ class _ProcessEvent(Event):
         self.cmd, self.cwd, self.env, self.pid = cmd, cwd, env, pid
 
 
-class ProcessStarted(_ProcessEvent):
+class ProcessStarted(ProcessEvent):
     """An executable has started. For a node of this framework `pid` is that of the launch itself."""
 
     name = "launch.events.process.ProcessStarted"
 
 
-class ProcessExited(_ProcessEvent):
+class ProcessExited(ProcessEvent):
     """An executable has ended, with `returncode`: 0 in order, negative for a signal. A node that failed has 1."""
 
     name = "launch.events.process.ProcessExited"
@@ -92,7 +95,7 @@ class ProcessExited(_ProcessEvent):
         self.returncode = returncode
 
 
-class ProcessIO(_ProcessEvent):
+class ProcessIO(ProcessEvent):
     """A line that a process has written, as bytes in `text`."""
 
     name = "launch.events.process.ProcessIO"
@@ -133,7 +136,7 @@ class SignalProcess(ShutdownProcess):
 
     name = "launch.events.process.SignalProcess"
 
-    def __init__(self, *, signal_number: Any, process_matcher: Matcher) -> None:
+    def __init__(self, *, signal_number: int, process_matcher: Matcher) -> None:
         super().__init__(process_matcher=process_matcher)
         self.signal_number = signal_number
 
@@ -161,7 +164,7 @@ class StateTransition(Event):
         self.goal_state = str(msg.goal_state.label)
 
 
-def matches_action(action: Any) -> Matcher:
+def matches_action(action: object) -> Matcher:
     """Chooses what this action started."""
     return lambda other: other is action
 
@@ -186,7 +189,7 @@ def matches_node_name(node_name: str) -> Matcher:
     return lambda action: f"/{getattr(action, 'node_name', '').lstrip('/')}" == f"/{node_name.lstrip('/')}"
 
 
-def _detail(action: Any, name: str, default: Any) -> Any:
+def _detail(action: object, name: str, default: object) -> Any:
     """What is known of the process of an action; the default before its start."""
-    details: Mapping[str, Any] = getattr(action, "process_details", None) or {}
+    details: Mapping[str, object] = getattr(action, "process_details", None) or {}
     return details.get(name, default)

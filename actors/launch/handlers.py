@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class EventHandler:
     """Answers the events for which `matcher` is true by `entities`, or by what that function returns, called with event and context."""
 
-    def __init__(self, *, matcher: Callable[[Any], bool], entities: Any = None, handle_once: bool = False) -> None:
+    def __init__(self, *, matcher: Callable[[Any], bool], entities: object = None, handle_once: bool = False) -> None:
         self.matcher = matcher
         self.entities = entities
         self.handle_once = handle_once
@@ -25,7 +25,7 @@ class EventHandler:
         """Whether this event is answered."""
         return self.matcher(event)
 
-    def handle(self, event: Any, context: LaunchContext) -> list[LaunchDescriptionEntity]:
+    def handle(self, event: object, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         """The actions that answer it."""
         return listed(self.entities(event, context) if callable(self.entities) else self.entities)
 
@@ -37,15 +37,15 @@ class EventHandler:
 class _OnAction(EventHandler):
     """Answers events of some kinds about one action, or about any."""
 
-    kinds: tuple[type, ...] = ()
+    kinds: tuple[type[events.ProcessEvent | events.ExecutionComplete | events.StateTransition], ...] = ()
     words = ""
 
-    def __init__(self, *, target: Any, entities: Any, handle_once: bool) -> None:
+    def __init__(self, *, target: object, entities: object, handle_once: bool) -> None:
         self.target = target
         super().__init__(matcher=self._answers, entities=entities, handle_once=handle_once)
 
-    def _answers(self, event: Any) -> bool:
-        if not any(isinstance(event, kind) for kind in self.kinds):
+    def _answers(self, event: object) -> bool:
+        if not isinstance(event, self.kinds):
             return False
         if self.target is None or event.action is self.target:
             return True
@@ -61,7 +61,7 @@ class OnProcessStart(_OnAction):
     kinds = (events.ProcessStarted,)
     words = "when started:"
 
-    def __init__(self, *, target_action: Any = None, on_start: Any, handle_once: bool = False) -> None:
+    def __init__(self, *, target_action: object = None, on_start: object, handle_once: bool = False) -> None:
         super().__init__(target=target_action, entities=on_start, handle_once=handle_once)
 
 
@@ -71,7 +71,7 @@ class OnProcessExit(_OnAction):
     kinds = (events.ProcessExited,)
     words = "when ended:"
 
-    def __init__(self, *, target_action: Any = None, on_exit: Any, handle_once: bool = False) -> None:
+    def __init__(self, *, target_action: object = None, on_exit: object, handle_once: bool = False) -> None:
         super().__init__(target=target_action, entities=on_exit, handle_once=handle_once)
 
 
@@ -81,7 +81,7 @@ class OnExecutionComplete(_OnAction):
     kinds = (events.ExecutionComplete,)
     words = "when done:"
 
-    def __init__(self, *, target_action: Any = None, on_completion: Any, handle_once: bool = False) -> None:
+    def __init__(self, *, target_action: object = None, on_completion: object, handle_once: bool = False) -> None:
         super().__init__(target=target_action, entities=on_completion, handle_once=handle_once)
 
 
@@ -94,16 +94,16 @@ class OnProcessIO(_OnAction):
     def __init__(
         self,
         *,
-        target_action: Any = None,
-        on_stdin: Any = None,
-        on_stdout: Any = None,
-        on_stderr: Any = None,
+        target_action: object = None,
+        on_stdin: Callable[[Any], object] | None = None,
+        on_stdout: Callable[[Any], object] | None = None,
+        on_stderr: Callable[[Any], object] | None = None,
         handle_once: bool = False,
     ) -> None:
         self.on_stdin, self.on_stdout, self.on_stderr = on_stdin, on_stdout, on_stderr
         super().__init__(target=target_action, entities=self._written, handle_once=handle_once)
 
-    def _written(self, event: Any, context: LaunchContext) -> Any:
+    def _written(self, event: events.ProcessIO, context: LaunchContext) -> object:
         answer = self.on_stdout if event.from_stdout else self.on_stderr
         return None if answer is None else answer(event)
 
@@ -117,8 +117,8 @@ class OnStateTransition(_OnAction):
     def __init__(
         self,
         *,
-        entities: Any,
-        target_lifecycle_node: Any = None,
+        entities: object,
+        target_lifecycle_node: object = None,
         transition: str | None = None,
         start_state: str | None = None,
         goal_state: str | None = None,
@@ -145,7 +145,7 @@ class OnStateTransition(_OnAction):
 class OnShutdown(EventHandler):
     """When the launch ends."""
 
-    def __init__(self, *, on_shutdown: Any, handle_once: bool = False) -> None:
+    def __init__(self, *, on_shutdown: object, handle_once: bool = False) -> None:
         super().__init__(
             matcher=lambda event: isinstance(event, events.Shutdown), entities=on_shutdown, handle_once=handle_once
         )
@@ -157,7 +157,7 @@ class OnShutdown(EventHandler):
 class OnIncludeLaunchDescription(EventHandler):
     """When a launch description is to be included by an event."""
 
-    def __init__(self, *, entities: Any = None, handle_once: bool = False) -> None:
+    def __init__(self, *, entities: object = None, handle_once: bool = False) -> None:
         super().__init__(
             matcher=lambda event: isinstance(event, events.IncludeLaunchDescription),
             entities=entities or _included,
@@ -165,7 +165,7 @@ class OnIncludeLaunchDescription(EventHandler):
         )
 
 
-def _included(event: Any, context: LaunchContext) -> Any:
+def _included(event: events.IncludeLaunchDescription, context: LaunchContext) -> object:
     return event.launch_description
 
 
@@ -174,5 +174,5 @@ def event_named(name: str) -> Callable[[Any], bool]:
     return lambda event: event.name == name
 
 
-def _target(target: Any) -> str:
+def _target(target: object) -> str:
     return "anything" if target is None else getattr(target, "display_name", type(target).__name__)

@@ -310,7 +310,7 @@ class Launcher(Node):
 
     # -- events -------------------------------------------------------------------------------------------------------------
 
-    def emit(self, event: Any) -> None:
+    def emit(self, event: object) -> None:
         """Ask every handler about an event, the newest first, and do what they answer."""
         for handler, place in list(self._handlers):
             if not handler.handler.matches(event):

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from actors.errors import described
 from actors.launch.entity import Action, LaunchDescription, evaluate, one_or_more
@@ -51,18 +51,16 @@ class IncludeLaunchDescription(Action):
 
     def __init__(
         self,
-        launch_description_source: Any,
+        launch_description_source: LaunchDescriptionSource | Text,
         *,
-        launch_arguments: Any = None,
+        launch_arguments: Mapping[Text, Text] | Iterable[tuple[Text, Text]] | None = None,
         condition: Condition | None = None,
     ) -> None:
         super().__init__(condition=condition)
         given = launch_description_source
         self.source = given if isinstance(given, LaunchDescriptionSource) else LaunchDescriptionSource(given)
-        pairs: Any = launch_arguments or ()
-        self.launch_arguments: list[tuple[Text, Text]] = list(
-            cast("Mapping[Text, Text]", pairs).items() if isinstance(pairs, Mapping) else pairs
-        )
+        pairs = launch_arguments or ()
+        self.launch_arguments = list(pairs.items() if isinstance(pairs, Mapping) else pairs)
 
     def plan(self, context: LaunchContext, scope: Scope) -> None:
         for name, value in self.launch_arguments:

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Generator
 from contextlib import contextmanager
 from functools import lru_cache
-from typing import Any, Final, cast
+from typing import Final, cast
 
 from actors.launch.errors import LaunchError
 
@@ -64,7 +64,7 @@ def _watch() -> None:
     sys.addaudithook(_audit)  # it stays for the life of the process
 
 
-def _audit(event: str, arguments: tuple[Any, ...]) -> None:
+def _audit(event: str, arguments: tuple[object, ...]) -> None:
     if not _here.on or (event not in _ACTING and not (event == "open" and _is_written(*arguments))):
         return
     about = arguments[1 if event == "subprocess.Popen" else 0] if arguments else ""

@@ -6,7 +6,7 @@ import atexit
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from actors.launch.errors import LaunchError
 from actors.launch.looking import looking
@@ -29,11 +29,11 @@ class RewrittenYaml(Substitution):
     def __init__(
         self,
         source_file: Text,
-        param_rewrites: Mapping[str, Any],
+        param_rewrites: Mapping[str, Text],
         root_key: Text | None = None,
-        key_rewrites: Mapping[str, Any] | None = None,
+        key_rewrites: Mapping[str, Text] | None = None,
         convert_types: bool = False,
-        value_rewrites: Mapping[str, Any] | None = None,
+        value_rewrites: Mapping[str, Text] | None = None,
     ) -> None:
         self.source_file = normalized(source_file)
         self.param_rewrites = dict(param_rewrites)
@@ -54,7 +54,7 @@ class RewrittenYaml(Substitution):
         source = Path(perform(context, self.source_file))
         if not source.is_file():
             return context.stand_in(LaunchError(f"there is no file {source}"), str(source))
-        content: Any = yaml_value(source.read_text(encoding="utf-8"))
+        content = yaml_value(source.read_text(encoding="utf-8"))
         texts = {key: perform(context, value) for key, value in self.param_rewrites.items()}
         keys = {key: perform(context, value) for key, value in self.key_rewrites.items()}
         values = {key: perform(context, value) for key, value in self.value_rewrites.items()}
@@ -65,11 +65,11 @@ class RewrittenYaml(Substitution):
         return _copy(dump_yaml(content), ".yaml")
 
     def _rewritten(
-        self, value: Any, path: str, texts: Mapping[str, str], keys: Mapping[str, str], values: Mapping[str, str]
-    ) -> Any:
+        self, value: object, path: str, texts: Mapping[str, str], keys: Mapping[str, str], values: Mapping[str, str]
+    ) -> object:
         if isinstance(value, dict):
-            found: dict[str, Any] = {}
-            for key, inner in cast("dict[str, Any]", value).items():
+            found: dict[str, object] = {}
+            for key, inner in cast("dict[str, object]", value).items():
                 place = f"{path}.{key}" if path else str(key)
                 text = texts.get(place, texts.get(str(key)))
                 if text is not None and not isinstance(inner, dict):
@@ -81,14 +81,14 @@ class RewrittenYaml(Substitution):
             return [self._rewritten(item, path, texts, keys, values) for item in cast("list[object]", value)]
         return self._converted(values[value]) if isinstance(value, str) and value in values else value
 
-    def _converted(self, text: str) -> Any:
+    def _converted(self, text: str) -> object:
         return yaml_value(text) if self.convert_types or text.lower() in ("true", "false") else text
 
 
 class ReplaceString(Substitution):
     """The path of a copy of a file in which texts are replaced; of the file itself, if the condition does not hold."""
 
-    def __init__(self, source_file: Text, replacements: Mapping[str, Any], condition: Condition | None = None) -> None:
+    def __init__(self, source_file: Text, replacements: Mapping[str, Text], condition: Condition | None = None) -> None:
         self.source_file = normalized(source_file)
         self.replacements = dict(replacements)
         self.condition = condition
@@ -130,7 +130,7 @@ class HasNodeParams(Substitution):
         source = Path(perform(context, self.source_file))
         if not source.is_file():
             return context.stand_in(LaunchError(f"there is no file {source}"), "False")
-        content: Any = yaml_value(source.read_text(encoding="utf-8"))
+        content = yaml_value(source.read_text(encoding="utf-8"))
         return str(isinstance(content, dict) and self.node_name in content)
 
 
@@ -155,9 +155,9 @@ class ParseMultiRobotPose:
         found: dict[str, dict[str, float]] = {}
         for part in self.text.split(";"):
             name, _, pose = part.partition("=")
-            values: Any = yaml_value(pose.strip())
+            values = yaml_value(pose.strip())
             if name.strip() and isinstance(values, dict):
-                pose_of = cast("dict[str, Any]", values)
+                pose_of = cast("dict[str, float]", values)
                 found[name.strip()] = {
                     key: float(pose_of.get(key, 0.0)) for key in ("x", "y", "z", "roll", "pitch", "yaw")
                 }

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args, get_origin
 
 from actors.launch.errors import LaunchError, SubstitutionFailure
-from actors.launch.substitution import Substitution, Text, as_bool, normalized, perform, shown, yaml_value
+from actors.launch.substitution import Substitution, Text, Truth, as_bool, normalized, perform, shown, yaml_value
 from actors.launch.substitutions.grammar import parse_substitution
 from actors.parameters.files import ALL_NODES, PARAMETERS, InvalidParams, ParameterOverrides
 
@@ -25,7 +25,7 @@ class Layer:
     `values` are for the nodes that match `pattern`; without one, for the node itself.
     """
 
-    values: Mapping[str, Any]
+    values: Mapping[str, object]
     text: str | None = None
     source: str = ""
     pattern: str = ""
@@ -34,28 +34,28 @@ class Layer:
 class ParameterValue:
     """The value of a parameter, with its type: `value_type` is bool, int, float, str, or a list of one; None for that which YAML reads."""
 
-    def __init__(self, value: Any, *, value_type: Any = None) -> None:
+    def __init__(self, value: object, *, value_type: object = None) -> None:
         self.value = value
         self.value_type = value_type
 
-    def evaluate(self, context: LaunchContext) -> Any:
+    def evaluate(self, context: LaunchContext) -> object:
         """The value. Raises `SubstitutionFailure` if the text is no value of the type."""
         if not _is_text(self.value):
             return value_of(context, self.value) if self.value_type is None else self.value
-        text = perform(context, self.value)
+        text = perform(context, cast("Text", self.value))
         if self.value_type is None:
-            return _typed(text, shown(self.value))
+            return _typed(text, shown(cast("Text", self.value)))
         return _as_type(context, text, self.value_type)
 
 
 class Parameter:
     """A parameter by name and value."""
 
-    def __init__(self, name: Text, value: Any, *, value_type: Any = None) -> None:
+    def __init__(self, name: Text, value: object, *, value_type: object = None) -> None:
         self.name = normalized(name)
         self.value = ParameterValue(value, value_type=value_type)
 
-    def evaluate(self, context: LaunchContext) -> tuple[str, Any]:
+    def evaluate(self, context: LaunchContext) -> tuple[str, object]:
         """Its name and value."""
         return perform(context, self.name), self.value.evaluate(context)
 
@@ -63,7 +63,7 @@ class Parameter:
 class ParameterFile:
     """A parameter file. With `allow_substs`, the substitutions in it, such as ``$(var name)``, are replaced."""
 
-    def __init__(self, param_file: Text, *, allow_substs: Any = False) -> None:
+    def __init__(self, param_file: Text, *, allow_substs: Truth = False) -> None:
         self.param_file = normalized(param_file)
         self.allow_substs = allow_substs
 
@@ -80,12 +80,10 @@ class ParameterFile:
         except (OSError, UnicodeDecodeError) as error:
             context.note(LaunchError(f"parameter file {path} cannot be read, so it is left out: {_reason(error)}"))
             return Layer({}, source=path)
-        if (isinstance(self.allow_substs, bool) and self.allow_substs) or (
-            not isinstance(self.allow_substs, bool) and as_bool(context, self.allow_substs)
-        ):
+        if as_bool(context, self.allow_substs):
             text = perform(context, parse_substitution(text))
         if flat and PARAMETERS not in text and isinstance(values := yaml_value(text), dict):
-            return Layer(_flat(context, cast("dict[Text, Any]", values)))
+            return Layer(_flat(context, cast("dict[Text, object]", values)))
         try:
             _checked(text, path)
         except InvalidParams as error:
@@ -99,7 +97,7 @@ def _checked(text: str, source: str) -> ParameterOverrides:
     return ParameterOverrides().with_text(text, source=source)
 
 
-def layers_of(context: LaunchContext, parameters: Any, *, flat: bool = False) -> list[Layer]:
+def layers_of(context: LaunchContext, parameters: object, *, flat: bool = False) -> list[Layer]:
     """The parameters of a node in their order: those set for all nodes, then its own. `flat` files are those of components."""
     return [
         *(_global(context, each) for each in context.scoped.parameters),
@@ -107,7 +105,7 @@ def layers_of(context: LaunchContext, parameters: Any, *, flat: bool = False) ->
     ]
 
 
-def own_layers(context: LaunchContext, parameters: Any, *, flat: bool = False) -> list[Layer]:
+def own_layers(context: LaunchContext, parameters: object, *, flat: bool = False) -> list[Layer]:
     """The parameters that are given for one node, in their order."""
     given: object = parameters
     if isinstance(given, (str, Mapping)) or not isinstance(given, Iterable):
@@ -116,7 +114,7 @@ def own_layers(context: LaunchContext, parameters: Any, *, flat: bool = False) -
     found: list[Layer] = []
     for each in cast("Iterable[object]", given):
         if isinstance(each, Mapping):
-            found.append(Layer(_flat(context, cast("Mapping[Text, Any]", each))))
+            found.append(Layer(_flat(context, cast("Mapping[Text, object]", each))))
         elif isinstance(each, Parameter):
             found.append(Layer(dict([each.evaluate(context)])))
         elif isinstance(each, ParameterFile):
@@ -126,7 +124,7 @@ def own_layers(context: LaunchContext, parameters: Any, *, flat: bool = False) -
     return found
 
 
-def value_of(context: LaunchContext, value: Any) -> Any:
+def value_of(context: LaunchContext, value: object) -> object:
     """The value that a parameter is given: texts as they are, substitutions as YAML reads them, sequences as tuples of one type."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
@@ -146,7 +144,7 @@ def value_of(context: LaunchContext, value: Any) -> Any:
     return _uniform([_item(context, item) for item in items], repr(items))
 
 
-def effective(fqn: str, layers: Iterable[Layer]) -> dict[str, Any]:
+def effective(fqn: str, layers: Iterable[Layer]) -> Mapping[str, object]:
     """The parameters of the node of this full name: the last source that sets one counts. Raises `LaunchError`."""
     try:
         return _overrides(fqn, layers).for_node(fqn)
@@ -171,13 +169,13 @@ def _global(context: LaunchContext, each: object) -> Layer:
     return ParameterFile(cast("str", each)).layer(context)
 
 
-def _flat(context: LaunchContext, values: Mapping[Text, Any], prefix: str = "") -> dict[str, Any]:
+def _flat(context: LaunchContext, values: Mapping[Text, object], prefix: str = "") -> dict[str, object]:
     """Nested dictionaries as names with dots."""
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     for key, value in values.items():
         name = prefix + perform(context, key)
         if isinstance(value, Mapping):
-            found |= _flat(context, cast("Mapping[Text, Any]", value), f"{name}.")
+            found |= _flat(context, cast("Mapping[Text, object]", value), f"{name}.")
         else:
             found[name] = value_of(context, value)
     return found
@@ -190,13 +188,13 @@ def _is_text(value: object) -> bool:
     return any(isinstance(part, Substitution) for part in parts)
 
 
-def _item(context: LaunchContext, item: object) -> Any:
+def _item(context: LaunchContext, item: object) -> object:
     if isinstance(item, (list, tuple)):  # a list of texts and substitutions stands for one text
         return _typed(perform(context, cast("Text", item)), repr(cast("object", item)))
     return value_of(context, item)
 
 
-def _typed(text: str, origin: str) -> Any:
+def _typed(text: str, origin: str) -> object:
     value = yaml_value(text) if text else ""
     if isinstance(value, list):
         return _uniform(cast("list[object]", value), origin)
@@ -208,10 +206,10 @@ def _typed(text: str, origin: str) -> Any:
     )
 
 
-def _uniform(items: list[Any], origin: str) -> tuple[Any, ...]:
+def _uniform(items: list[object], origin: str) -> tuple[object, ...]:
     kinds: set[type] = {type(item) for item in items}
     if kinds == {int, float}:
-        return tuple(map(float, items))
+        return tuple(map(float, cast("list[float]", items)))
     if len(kinds) > 1 and str in kinds:
         return tuple(str(item).lower() if isinstance(item, bool) else str(item) for item in items)
     if len(kinds) > 1 or not kinds <= {bool, int, float, str}:
@@ -219,7 +217,7 @@ def _uniform(items: list[Any], origin: str) -> tuple[Any, ...]:
     return tuple(items)
 
 
-def _as_type(context: LaunchContext, text: str, kind: Any) -> Any:
+def _as_type(context: LaunchContext, text: str, kind: Any) -> object:
     if kind is str:
         return text
     if kind is bool:
@@ -234,7 +232,7 @@ def _as_type(context: LaunchContext, text: str, kind: Any) -> Any:
         raise SubstitutionFailure(f"{text!r:.60} is no {getattr(kind, '__name__', kind)}") from None
 
 
-def _no(text: str) -> Any:
+def _no(text: str) -> object:
     raise ValueError(text)
 
 

@@ -77,7 +77,7 @@ class Process:
 class Starter(Protocol):
     """An action that starts an executable."""
 
-    process_details: Mapping[str, Any] | None
+    process_details: Mapping[str, object] | None
     """Name, command, folder, environment and process id of what it has started; None before that."""
 
 
@@ -97,7 +97,7 @@ class Job:
     respawn_max_retries: int
     required: bool
     """Whether its end ends the launch."""
-    on_exit: Any
+    on_exit: object
     context: LaunchContext
     line: Line | None
 
@@ -112,7 +112,7 @@ class Component:
     namespace: str
     layers: Sequence[Layer]
     remaps: Sequence[tuple[str, str]]
-    extra: Mapping[str, Any]
+    extra: Mapping[str, object]
     autostart: bool
     line: Line | None
 
@@ -172,7 +172,7 @@ class Message:
 class Signal:
     """An event that is emitted: a shutdown, a lifecycle transition, one of the user's."""
 
-    event: Any
+    event: object
     context: LaunchContext
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable
-from typing import Any
 
 from actors.launch.actions.events import EmitEvent, Shutdown
 from actors.launch.context import LaunchContext
@@ -55,7 +54,7 @@ class LaunchService:
         else:
             self._descriptions.append(launch_description)
 
-    def emit_event(self, event: Any) -> None:
+    def emit_event(self, event: object) -> None:
         """Emit an event. Before the launch runs it waits for that."""
         self._requests.add([EmitEvent(event=event)], self.context)
 

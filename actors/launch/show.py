@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 from actors.launch.entity import evaluate, one_or_more
 from actors.launch.looking import looking
@@ -171,11 +170,11 @@ def _later(deferred: Deferred) -> list[Branch]:
     return [_item(item) for item in scope.items]
 
 
-def _function(function: Any) -> str:
+def _function(function: object) -> str:
     return f"what {getattr(function, '__name__', type(function).__name__)}() returns"
 
 
-def _event(event: Any) -> str:
+def _event(event: object) -> str:
     reason = getattr(event, "reason", "")
     return f"{type(event).__name__}{f' ({reason})' if reason else ''}"
 

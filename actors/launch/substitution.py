@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 from actors.launch.errors import SubstitutionFailure
 
@@ -32,6 +32,12 @@ class Substitution:
 
 Text: TypeAlias = str | os.PathLike[str] | Substitution | Iterable["str | os.PathLike[str] | Substitution"]
 """A text, a substitution, or a sequence of both that is joined."""
+
+Truth: TypeAlias = bool | Text
+"""A truth value, or a text that stands for one."""
+
+Number: TypeAlias = float | Text
+"""A number, or a text that stands for one."""
 
 
 class TextSubstitution(Substitution):
@@ -68,7 +74,7 @@ def shown(text: Text) -> str:
     return " + ".join(one.describe() for one in normalized(text)) or "''"
 
 
-def yaml_value(text: str) -> Any:
+def yaml_value(text: str) -> object:
     """The value that YAML reads in a text, with the scalars of ROS 2; the text itself, if it is no YAML."""
     import yaml  # late: few programs launch
 
@@ -80,8 +86,10 @@ def yaml_value(text: str) -> Any:
         return text
 
 
-def as_bool(context: LaunchContext, text: Text) -> bool:
-    """The truth that a text stands for. Raises `SubstitutionFailure` for what is neither true nor false."""
+def as_bool(context: LaunchContext, text: Truth) -> bool:
+    """The truth, or that which a text stands for. Raises `SubstitutionFailure` for what is neither true nor false."""
+    if isinstance(text, bool):
+        return text
     word = perform(context, text).strip().lower()
     if word in ("true", "1", "yes", "on"):
         return True

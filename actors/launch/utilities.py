@@ -25,7 +25,7 @@ def perform_substitutions(context: LaunchContext, subs: Text) -> str:
     return perform(context, subs)
 
 
-def ensure_argument_type(argument: object, types: Any, argument_name: str, caller: str | None = None) -> None:
+def ensure_argument_type(argument: object, types: object, argument_name: str, caller: str | None = None) -> None:
     """Raise TypeError unless an argument is of one of these types."""
     wanted: tuple[type, ...] = tuple(one_or_more(types))
     if not isinstance(argument, wanted):
@@ -60,12 +60,12 @@ def normalize_remap_rules(
     return [(normalized(old), normalized(new)) for old, new in remappings]
 
 
-def normalize_parameters(parameters: Iterable[Any]) -> list[Any]:
+def normalize_parameters(parameters: Iterable[object]) -> list[Any]:
     """Files and dictionaries of parameters, as they are: `evaluate_parameters` takes both."""
     return list(parameters)
 
 
-def evaluate_parameters(context: LaunchContext, parameters: Iterable[Any]) -> tuple[Any, ...]:
+def evaluate_parameters(context: LaunchContext, parameters: Iterable[object]) -> tuple[Any, ...]:
     """What parameters come to: a dictionary for values, a path for a file."""
     from actors.launch.parameters import own_layers
 
@@ -78,7 +78,7 @@ def is_substitution(value: object) -> bool:
     return any(isinstance(one, Substitution) for one in one_or_more(value))
 
 
-def normalize_typed_substitution(value: Any, data_type: Any) -> Any:
+def normalize_typed_substitution(value: Any, data_type: object) -> object:
     """A value whose type is to be checked: texts and substitutions as a list of substitutions, anything else as it is."""
     return normalized(value) if isinstance(value, str) or is_substitution(value) else value
 

@@ -99,7 +99,7 @@ class ApproximateTime(Synchronizer):
         waiting = ", ".join(str(len(each.waiting) + len(each.past)) for each in self._inputs)
         return f"<ApproximateTime of {self.inputs} inputs: {waiting} wait>"
 
-    def add(self, message: Any, index: int) -> None:
+    def add(self, message: object, index: int) -> None:
         """Take in a message of the input of this number, from 0."""
         stamp = stamp_of_message(message, self._clock)
         own = self._inputs[index]

@@ -27,7 +27,7 @@ class DeltaFilter(PassThrough[M]):
 
     def __init__(
         self,
-        fields: Iterable[str | Callable[[M], Any]],
+        fields: Iterable[str | Callable[[M], object]],
         source: SimpleFilter[M] | None = None,
         *,
         differs: Callable[[Any, Any], bool] = _differ,
@@ -36,7 +36,7 @@ class DeltaFilter(PassThrough[M]):
         if not self._getters:
             raise ValueError("DeltaFilter: without a field no message differs; give at least one")
         self._differs = differs
-        self._last: list[Any] | None = None
+        self._last: list[object] | None = None
         super().__init__(source)
 
     def __repr__(self) -> str:

@@ -38,7 +38,7 @@ class _Queue:
     __slots__ = ("active", "dropped", "expected", "period", "processed", "waiting")
 
     def __init__(self, period: int) -> None:
-        self.waiting: list[tuple[int, int, Any]] = []
+        self.waiting: list[tuple[int, int, object]] = []
         self.period = period
         self.expected: float = inf
         self.active = False
@@ -96,7 +96,7 @@ class InputAligner:
     def __repr__(self) -> str:
         return f"<InputAligner of {len(self._queues)} inputs: {', '.join(str(len(one.waiting)) for one in self._queues)} wait>"
 
-    def add(self, message: Any, index: int) -> None:
+    def add(self, message: object, index: int) -> None:
         """Take in a message of the input of this number, from 0; it must have a header."""
         stamp = stamp_of_message(message)
         queue = self._queues[index]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 from weakref import WeakSet
 
 from actors.checks import NoPublicConstructor, create
@@ -30,7 +30,7 @@ class Connection(metaclass=NoPublicConstructor):
         self._deliver = deliver
         connections.append(self)
 
-    def __call__(self, *messages: Any) -> None:
+    def __call__(self, *messages: object) -> None:
         self._deliver(*messages)
 
     def disconnect(self) -> None:
@@ -98,7 +98,7 @@ class Signal(Generic[T]):
         self._on_close: list[Callable[[], object]] = []
         self._closed = False
 
-    def register_callback(self, callback: Callable[..., object], *arguments: Any) -> Connection:
+    def register_callback(self, callback: Callable[..., object], *arguments: object) -> Connection:
         """Call `callback` with what the filter lets through, followed by `arguments`.
 
         It is a plain function: what it would await for belongs into a task with ``async for ... in filter``. Raises ``TypeError`` for an
@@ -140,7 +140,7 @@ class Signal(Generic[T]):
         for callback in self._on_close:
             callback()
 
-    def _emit(self, messages: tuple[Any, ...], item: T) -> None:
+    def _emit(self, messages: tuple[object, ...], item: T) -> None:
         if self._closed:
             return
         for connection in tuple(self._connections):

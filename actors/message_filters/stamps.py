@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from actors.time.values import SecNanosec, Time, nanoseconds_of
 
@@ -25,7 +25,7 @@ def instant_of(stamp: Stamp) -> int:
         ) from None
 
 
-def stamp_of_message(message: Any, clock: Clock | None = None) -> int:
+def stamp_of_message(message: object, clock: Clock | None = None) -> int:
     """``message.header.stamp`` in nanoseconds; for a message without a header now, by `clock`. Raises ``TypeError`` without a clock."""
     header = getattr(message, "header", None)
     if header is not None:

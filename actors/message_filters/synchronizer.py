@@ -38,11 +38,11 @@ class Synchronizer(Signal[tuple[Any, ...]], ABC):
         """The number of inputs."""
 
     @abstractmethod
-    def add(self, message: Any, index: int) -> None:
+    def add(self, message: object, index: int) -> None:
         """Take in a message of the input of this number, from 0."""
         ...
 
-    def signal_message(self, *messages: Any) -> None:
+    def signal_message(self, *messages: object) -> None:
         """Let a set through."""
         self._emit(messages, messages)
 
@@ -58,7 +58,7 @@ class _ByStamp(Synchronizer):
     ) -> None:
         super().__init__(sources, queue_size)
         self._clock = allow_headerless
-        self._queues: list[dict[int, Any]] = [{} for _ in range(self.inputs)]
+        self._queues: list[dict[int, object]] = [{} for _ in range(self.inputs)]
         self.dropped = 0
         """The number of messages that left a queue without a set: because it was full, or a newer set was let through."""
 
@@ -67,7 +67,7 @@ class _ByStamp(Synchronizer):
             f"<{type(self).__name__} of {self.inputs} inputs: {', '.join(str(len(one)) for one in self._queues)} wait>"
         )
 
-    def add(self, message: Any, index: int) -> None:
+    def add(self, message: object, index: int) -> None:
         """Take in a message of the input of this number, from 0; one of the same stamp is replaced."""
         instant = stamp_of_message(message, self._clock)
         queue = self._queues[index]

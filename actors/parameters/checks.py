@@ -17,7 +17,7 @@ DYNAMIC: Final = ParameterDescriptor(dynamic_typing=True)
 
 
 def planned(
-    node: str, name: str, value: object, descriptor: ParameterDescriptor | None, overrides: Mapping[str, Any]
+    node: str, name: str, value: object, descriptor: ParameterDescriptor | None, overrides: Mapping[str, object]
 ) -> tuple[Parameter, ParameterDescriptor]:
     """Return the parameter and the descriptor that a declaration would store. An override of that name replaces `value`.
 

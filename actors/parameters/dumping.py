@@ -32,7 +32,7 @@ def parameter_file(node: str, parameters: Iterable[Parameter]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _written(value: Any) -> str:
+def _written(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):

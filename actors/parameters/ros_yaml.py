@@ -32,12 +32,17 @@ def load_yaml(text: str) -> Any:
         reader.dispose()
 
 
-def dump_yaml(value: Any) -> str:
+def dump_yaml(value: object) -> str:
     """Plain data in block style, from which `load_yaml` and ROS 2 read the same values: a text that reads as another type is quoted."""
     import yaml
 
     dump: Any = yaml.dump  # its stubs do not type it
-    options: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "width": _WIDE, "default_flow_style": False}
+    options: dict[str, object] = {
+        "sort_keys": False,
+        "allow_unicode": True,
+        "width": _WIDE,
+        "default_flow_style": False,
+    }
     return str(dump(value, Dumper=_dumper(), **options))
 
 
@@ -49,7 +54,7 @@ def loader() -> Any:
     library: Any = yaml
 
     class Loader(library.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
-        def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
+        def resolve(self, kind: Any, value: object, implicit: Any) -> Any:
             if kind is library.ScalarNode and implicit[0] and value != "<<":
                 return PLAIN
             return library.SafeLoader.resolve(self, kind, value, implicit)
@@ -61,7 +66,7 @@ def loader() -> Any:
                     raise library.constructor.ConstructorError(None, None, "a key is a name", key.start_mark)
             return {key.value: self.construct_object(value, deep=deep) for key, value in node.value}
 
-    def plain(reader: Any, node: Any) -> Any:
+    def plain(reader: object, node: Any) -> Any:
         return plain_scalar(node.value) if node.value else None
 
     Loader.add_constructor(PLAIN, plain)
@@ -75,7 +80,7 @@ def _dumper() -> Any:
     library: Any = yaml
 
     class Dumper(library.SafeDumper):  # type: ignore[misc]  # PyYAML has no types
-        def ignore_aliases(self, data: Any) -> bool:
+        def ignore_aliases(self, data: object) -> bool:
             return True  # parameter files have none
 
     def text(writer: Any, value: str) -> Any:

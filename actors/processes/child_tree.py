@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from msgspec import structs
 
@@ -77,7 +77,7 @@ class ChildTree:
         self._reason: ExitReason | None = None
         self._told = {facts.path: _news(facts) for facts in order.nodes}
         self._seen: dict[tuple[str, ...], tuple[object, ...]] = {}
-        self._saved: dict[tuple[str, ...], tuple[Any, bytes | None]] = {}
+        self._saved: dict[tuple[str, ...], tuple[object, bytes | None]] = {}
         self._children: dict[tuple[str, ...], tuple[Child, Child]] = {}
         self._stop_asked: str | None = None
         self._started = False

@@ -112,7 +112,7 @@ async def employ(
     hang: float,
     frames: bytes,
     take: Callable[[Any], None],
-    read: Callable[[bytes], Any] = unpack,
+    read: Callable[[bytes], object] = unpack,
 ) -> OsProcess:
     """Send an interpreter what it waits for; `take` gets what it tells, as `read` makes it. `path` and `hang` are those of its child."""
     process = OsProcess(started.popen, path, hang, take, started.notes, read)
@@ -138,7 +138,7 @@ class OsProcess:
         hang: float,
         take: Callable[[Any], None],
         notes: int,
-        read: Callable[[bytes], Any] = unpack,
+        read: Callable[[bytes], object] = unpack,
     ) -> None:
         self._popen = popen
         self._path = path

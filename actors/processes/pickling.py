@@ -29,7 +29,7 @@ def unpack(data: bytes) -> Any:
 
 
 class _Pickler(pickle.Pickler):
-    def reducer_override(self, obj: Any) -> Any:
+    def reducer_override(self, obj: object) -> Any:
         """Errors: by class, arguments and attributes. `pickle` would call the class with its arguments, which few classes support."""
         if not isinstance(obj, BaseException):
             return NotImplemented
@@ -67,8 +67,8 @@ def _told(error: BaseException) -> tuple[str, ...]:
 
 def _rebuilt(
     kind: type[BaseException],
-    args: tuple[Any, ...],
-    state: dict[str, Any],
+    args: tuple[object, ...],
+    state: dict[str, object],
     notes: tuple[str, ...],
     cause: BaseException | None,
 ) -> BaseException:

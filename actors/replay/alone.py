@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.logs import INFO
 from actors.replay.errors import ReplayError
@@ -26,7 +26,7 @@ def check_alone(child: Child) -> None:
             raise ReplayError(f"{what}{why}")
 
 
-def check_parameters(child: Child, parameters: Mapping[str, Any]) -> None:
+def check_parameters(child: Child, parameters: Mapping[str, object]) -> None:
     """Raise `ReplayError`, in one line, for a parameter that the node does not have, or a value that it cannot have."""
     fqn = identity_of(child, ("replay", child.name)).fqn
     try:

@@ -39,7 +39,7 @@ class Difference:
         return f"{where} at {self.time:.6f} s{what}: recorded {shown(self.recorded)}, replayed {shown(self.replayed)}"
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """A value in few characters."""
     text = value if value is ABSENT else repr(value)
     return text if len(text) <= WIDTH else text[: WIDTH - 3] + "..."
@@ -79,7 +79,7 @@ def _in_array(recorded: Any, replayed: Any, field: str) -> tuple[str, Any, Any] 
     return (f"{field}[{place}]", recorded.ravel()[place].item(), replayed.ravel()[place].item())
 
 
-def _in_sequence(recorded: list[Any], replayed: list[Any], field: str) -> tuple[str, Any, Any] | None:
+def _in_sequence(recorded: list[object], replayed: list[object], field: str) -> tuple[str, Any, Any] | None:
     if len(recorded) != len(replayed):
         return (f"len({field})", len(recorded), len(replayed))
     for index, (one, other) in enumerate(zip(recorded, replayed, strict=True)):

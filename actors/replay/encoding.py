@@ -53,7 +53,7 @@ _ARGUMENTS: Final[Any] = vars(BaseException)["args"]
 _TRUSTED: Final = ContextVar("journal is trusted", default=False)
 
 
-def frozen(value: Any) -> bytes:
+def frozen(value: object) -> bytes:
     """`value` as it is now. Raises `ReplayError` for one that cannot be kept."""
     file = BytesIO()
     try:
@@ -130,7 +130,7 @@ class _Reading(BoundedUnpickler):
             return _structure_made
         return found if isinstance(found, type(_named)) else _with_plain(found)
 
-    def call(self, function: Any, arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+    def call(self, function: Any, arguments: tuple[object, ...], keywords: dict[str, Any]) -> Any:
         if keywords:
             raise ReplayError("the journal calls something with keywords")
         if isinstance(function, type):  # which `class_named` has found
@@ -138,7 +138,7 @@ class _Reading(BoundedUnpickler):
         return function(*arguments)
 
 
-def _structure_made(kind: Any, fields: Any) -> Any:
+def _structure_made(kind: object, fields: object) -> Any:
     """A structure with these fields: `msgspec._utils.rebuild`."""
     if not (isinstance(kind, type) and _may_be_named(kind) and type(fields) is dict):
         raise ReplayError("the journal holds a structure without its class or its fields")
@@ -146,7 +146,7 @@ def _structure_made(kind: Any, fields: Any) -> Any:
     return rebuild(kind, fields)
 
 
-def _check_contents(kind: type[Any], values: tuple[Any, ...]) -> None:
+def _check_contents(kind: type[Any], values: tuple[object, ...]) -> None:
     """Raise `ReplayError` if a message or an enumeration would be made of something that it would convert by methods of others."""
     if issubclass(kind, enum.Enum) and any(type(one) not in _PLAIN for one in values):
         raise ReplayError(f"{kind.__name__:.100}, which the journal names, has no such member")
@@ -156,7 +156,7 @@ def _check_contents(kind: type[Any], values: tuple[Any, ...]) -> None:
 
 def _may_be_held(value: Any) -> bool:
     """Whether it is what fields of messages hold."""
-    kind: Any = type(value)
+    kind: object = type(value)
     if kind is tuple:
         return all(map(_may_be_held, value))
     return type(value) in _HELD or isinstance(value, Message) or type(value).__module__ == "numpy"
@@ -174,7 +174,7 @@ def _with_plain(function: Any) -> Any:
     return call
 
 
-def _of_numpy(value: Any) -> Any:
+def _of_numpy(value: object) -> Any:
     """How an array or a number of numpy is written; None for one with elements that are objects or have fields."""
     import numpy as np
 
@@ -191,7 +191,7 @@ def _of_numpy(value: Any) -> Any:
 
 def class_named(module: str, name: str) -> type[Any]:
     """A class of values: a message, an interface, a structure or an enumeration. Raises `ReplayError` for another."""
-    found: Any = _named(module, name)
+    found: object = _named(module, name)
     if not _may_be_named(found):
         raise ReplayError(
             f"{module}.{name}, which the journal names, is no class of messages, structures or enumerations"
@@ -223,9 +223,9 @@ def message_named(name: str) -> type[Message]:
     return get_message(name[:MOST_LETTERS])
 
 
-def error_made(module: str, name: str, arguments: tuple[Any, ...], attributes: dict[str, Any]) -> BaseException:
+def error_made(module: str, name: str, arguments: tuple[object, ...], attributes: dict[str, Any]) -> BaseException:
     """An error with these arguments and attributes, without a call of its class, which many do not bear."""
-    kind: Any = _named(module, name)
+    kind: object = _named(module, name)
     if not (isinstance(kind, type) and issubclass(kind, BaseException)):
         raise ReplayError(f"{module}.{name}, which the journal names, is no class of errors")
     new: Any = next(
@@ -246,7 +246,7 @@ def object_made(module: str, name: str) -> object:
     return cast("object", object.__new__(kind))
 
 
-def object_filled(value: object, state: Any) -> None:
+def object_filled(value: object, state: object) -> None:
     """Set the attributes of an object that `object_made` has made."""
     if not _is_plain(type(value)):
         raise ReplayError(f"{type(value).__name__} is no class of plain objects")
@@ -263,9 +263,9 @@ def object_filled(value: object, state: Any) -> None:
         place.__set__(value, one)
 
 
-def tuple_made(module: str, name: str, values: tuple[Any, ...]) -> tuple[Any, ...]:
+def tuple_made(module: str, name: str, values: tuple[object, ...]) -> tuple[Any, ...]:
     """A named tuple."""
-    kind: Any = _named(module, name)
+    kind: object = _named(module, name)
     if not _is_named_tuple(kind):
         raise ReplayError(f"{module}.{name}, which the journal names, is no named tuple")
     _check(values=(values, tuple))
@@ -275,7 +275,7 @@ def tuple_made(module: str, name: str, values: tuple[Any, ...]) -> tuple[Any, ..
 
 def child_made(module: str, name: str, fields: dict[str, Any]) -> Child:
     """The declaration of a node, whose class is this one."""
-    factory: Any = _named(module, name)
+    factory: object = _named(module, name)
     if not (isinstance(factory, type) and issubclass(factory, Node)):
         raise ReplayError(f"{module}.{name}, which the journal names, is no class of nodes")
     return Child(factory, **fields)
@@ -288,7 +288,7 @@ _OURS: Final = ("actors", "robot")
 """The packages of this distribution: their import does nothing but define what is in them."""
 
 
-def _check(**values: tuple[Any, type[Any]]) -> None:
+def _check(**values: tuple[object, type[Any]]) -> None:
     """Raise `ReplayError` for a value that is not exactly of its type: another could act, or stand for more than it takes."""
     for name, (value, kind) in values.items():
         if type(value) is not kind:
@@ -308,29 +308,29 @@ def _named(module: str, name: str) -> Any:
             f"the journal names the module {module}, which is not imported: import it before, or replay with --trust (trust=True) if you trust "
             "its origin"
         )
-    found: Any = importlib.import_module(module)
+    found: object = importlib.import_module(module)
     for part in name.split("."):
         # not `getattr`, which calls code of modules and classes
         found = getattr(found, part) if _TRUSTED.get() else _contents(found).get(part)
     return found
 
 
-def _contents(one: Any) -> Any:
+def _contents(one: object) -> Any:
     return vars(one) if isinstance(one, (type, ModuleType)) else {}
 
 
-def _may_be_named(kind: Any) -> bool:
+def _may_be_named(kind: object) -> bool:
     """Whether it is a class whose call makes a value and does nothing else."""
     return isinstance(kind, type) and (
         issubclass(kind, (msgspec.Struct, enum.Enum)) or any("__ros_type__" in vars(one) for one in kind.__mro__)
     )
 
 
-def _is_named_tuple(kind: Any) -> bool:
+def _is_named_tuple(kind: object) -> bool:
     return isinstance(kind, type) and issubclass(kind, tuple) and any("_fields" in vars(one) for one in kind.__mro__)
 
 
-def _is_plain(kind: Any) -> bool:
+def _is_plain(kind: object) -> bool:
     """Whether it is a class whose objects are pickled by their attributes alone, and end without a call of theirs."""
     if not isinstance(kind, type) or any("__del__" in vars(one) for one in kind.__mro__):
         return False
@@ -338,7 +338,7 @@ def _is_plain(kind: Any) -> bool:
     return makes and _is_usual(kind, "__getstate__") and _is_usual(kind, "__setstate__")
 
 
-def _is_usual(kind: Any, name: str) -> bool:
+def _is_usual(kind: object, name: str) -> bool:
     """Whether the class does not replace this method, or only by that of a dataclass with slots, which does the same."""
-    found: Any = getattr(kind, name, None)
+    found: object = getattr(kind, name, None)
     return found is None or found is getattr(object, name, None) or found.__module__ == "dataclasses"

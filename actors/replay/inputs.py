@@ -214,7 +214,7 @@ class Inputs:
     def feedback(self, number: int, feedback: Any) -> None:
         self._follower(number, "on_feedback", feedback)
 
-    def outcome(self, number: int, status: Any, result: Any, reason: str) -> None:
+    def outcome(self, number: int, status: Any, result: object, reason: str) -> None:
         self._follower(number, "on_result", create(Outcome, status, result, reason))
 
     def _follower(self, number: int, method: str, value: Any) -> None:

@@ -35,7 +35,7 @@ class OwnedTask(asyncio.Task[Any]):
     number = 0
     """Its place among the tasks of its node."""
 
-    def cancel(self, msg: Any = None) -> bool:
+    def cancel(self, msg: object = None) -> bool:
         if self.boundary is None or BOUNDARY.get() is self.boundary:
             return super().cancel(msg)
         return self.boundary.cancel(self, super().cancel, msg)

@@ -181,7 +181,7 @@ def unpack(part: bytes, *, trust: bool = False, allowance: _Allowance | None = N
         raise ReplayError(f"this is no part of a journal of this version: {error}") from error
     steps = allowance.steps
     found: Any = thawed(plain, trust=trust, steps=steps)
-    kind: Any = type(found)
+    kind: object = type(found)
     if kind is not tuple or len(found) != 3:
         raise ReplayError("this is no part of a journal")
     if found[0] != FORMAT:
@@ -200,7 +200,7 @@ def unpack(part: bytes, *, trust: bool = False, allowance: _Allowance | None = N
 def _kept(entry: Entry) -> Entry:
     if not isinstance(entry, tuple):
         return entry
-    values: list[Any] = []
+    values: list[object] = []
     for value in entry:
         try:
             frozen(value)

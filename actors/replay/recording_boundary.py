@@ -75,7 +75,7 @@ class RecordingBoundary(JournalBoundary):
         if record.identity.fqn in self.members:
             self._note("dismissed", record.identity.fqn)
 
-    def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
+    def enter(self, kind: str, details: tuple[object, ...], function: Callable[..., T], *arguments: object) -> T:
         if BOUNDARY.get() is self and kind != "deliver":
             return function(*arguments)  # a member does it to itself, or to another
         self._note(kind, *details)
@@ -88,7 +88,7 @@ class RecordingBoundary(JournalBoundary):
             self._in -= 1
 
     def leave(
-        self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any, inner: bool = False
+        self, kind: str, name: str, value: object, function: Callable[..., T], *arguments: object, inner: bool = False
     ) -> T:
         self.send(kind, name, value, inner=inner)
         self._out += 1
@@ -101,10 +101,10 @@ class RecordingBoundary(JournalBoundary):
         self.expect_if_future(answer)
         return answer
 
-    def send(self, kind: str, name: str, value: Any, *, inner: bool = False) -> None:
+    def send(self, kind: str, name: str, value: object, *, inner: bool = False) -> None:
         self._put(("inner" if inner else "out", kind, name, value))
 
-    def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: Any) -> bool:
+    def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: object) -> bool:
         return self.enter("interrupt", (task.number, self._killing(task)), cancel, message)
 
     def _killing(self, task: OwnedTask) -> tuple[str, float] | None:
@@ -115,7 +115,7 @@ class RecordingBoundary(JournalBoundary):
             return None
         return life.fqn, child.killed
 
-    def compute(self, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
+    def compute(self, function: Callable[..., T], arguments: tuple[object, ...]) -> T:
         result = function(*arguments)
         self._put(("result", result))
         return result
@@ -138,14 +138,14 @@ class RecordingBoundary(JournalBoundary):
     # -- the event loop ------------------------------------------------------------------------------------------------------
 
     def plan(
-        self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[Any, ...],
+        self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[object, ...],
         context: Context | None,
     ) -> asyncio.Handle:  # fmt: skip
         if BOUNDARY.get() is not self:
             self._woken(callback, arguments)
         return plain(self._step, number, callback, *arguments, context=context)
 
-    def _step(self, number: int, callback: Callback, *arguments: Any) -> None:
+    def _step(self, number: int, callback: Callback, *arguments: object) -> None:
         self._put(("step", self._own_time(), number))
         self._in += 1
         try:
@@ -159,7 +159,7 @@ class RecordingBoundary(JournalBoundary):
         self._put(now)
         return now
 
-    def _woken(self, callback: Callback, arguments: tuple[Any, ...]) -> None:
+    def _woken(self, callback: Callback, arguments: tuple[object, ...]) -> None:
         """Write down why code of others wakes the node."""
         first = arguments[0] if arguments else None
         future = first if asyncio.isfuture(first) else None
@@ -175,7 +175,7 @@ class RecordingBoundary(JournalBoundary):
         self.futures[future] = -number  # written down
         self._note("done", number, *outcome_of(future))
 
-    def _note(self, kind: str, *details: Any) -> None:
+    def _note(self, kind: str, *details: object) -> None:
         within = (
             self._out or self._in or asyncio.current_task() in self.lives
         )  # whose first step no callback has counted

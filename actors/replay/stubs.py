@@ -48,10 +48,10 @@ class _StubEnd:
     def count_incompatible_type(self) -> None:
         """Do nothing."""
 
-    def join(self, peer: Any, /) -> None:
+    def join(self, peer: object, /) -> None:
         self.matched[peer] = None
 
-    def part(self, peer: Any, /) -> None:
+    def part(self, peer: object, /) -> None:
         self.matched.pop(peer, None)
 
     def leave(self) -> tuple[Any, ...]:
@@ -76,7 +76,7 @@ class StubPublisher(_StubEnd):
         super().__init__(entry, node, kind, qos)
         self.number = number
         self.count = 0
-        self.latched: list[Any] = []
+        self.latched: list[object] = []
         self._catch_up = catch_up
 
     def sent(self, message: Any) -> None:
@@ -156,7 +156,7 @@ class StubServer:
     def open(self) -> tuple[StubCall, ...]:
         return ()
 
-    def submit(self, *arguments: Any) -> StubCall:
+    def submit(self, *arguments: object) -> StubCall:
         """Take a request, ``(message, caller, timeout)``, or the request for a goal, ``(goal_id, message, client)``."""
         self.calls += 1
         call = StubCall(self)
@@ -176,15 +176,15 @@ class StubFollower:
     def __init__(self, owner: str) -> None:
         self.owner = owner
 
-    def on_status(self, status: Any) -> None:
+    def on_status(self, status: object) -> None:
         """Do nothing."""
 
-    def on_feedback(self, feedback: Any) -> None:
+    def on_feedback(self, feedback: object) -> None:
         """Do nothing."""
 
-    def on_result(self, outcome: Any) -> None:
+    def on_result(self, outcome: object) -> None:
         """Do nothing."""
 
 
-def _ignore(message: Any) -> None:
+def _ignore(message: object) -> None:
     """Do nothing."""

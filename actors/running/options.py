@@ -105,7 +105,9 @@ def with_own_arguments(child: Child, argv: Sequence[str]) -> Child:
     """
     from actors.running.arguments import parse
 
-    reader: Callable[[Sequence[str]], dict[str, Any]] | None = getattr(child.factory, "arguments_as_parameters", None)
+    reader: Callable[[Sequence[str]], dict[str, object]] | None = getattr(
+        child.factory, "arguments_as_parameters", None
+    )
     if reader is None:
         return child
     return child.replace(parameters={**reader(parse(argv).user_args), **child.parameters})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Sequence
-from typing import Any, TypeAlias, cast
+from typing import TypeAlias, cast
 
 from actors.checks import factory_name
 from actors.errors import DeclarationError
@@ -32,7 +32,7 @@ def tree_of(where: str, *given: Runnable) -> Supervisor | DynamicSupervisor:
     return Supervisor("system", *children)
 
 
-def _spec_of(where: str, given: Any) -> Spec:
+def _spec_of(where: str, given: object) -> Spec:
     if isinstance(given, (Child, Supervisor, DynamicSupervisor)):
         return given
     if isinstance(given, type) and issubclass(given, Node):
@@ -42,7 +42,7 @@ def _spec_of(where: str, given: Any) -> Spec:
     )
 
 
-def _remedy(given: Any) -> str:
+def _remedy(given: object) -> str:
     """The part of an error text that says what was given, and what to write instead."""
     if isinstance(given, Node):
         name = type(given).__name__

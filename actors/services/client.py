@@ -105,6 +105,6 @@ class Client(Generic[Req, Resp]):
             raise entry.unavailable(timeout, self.type.__name__) from None
 
 
-def submit(server: ServicePeer, message: Any, caller: Caller, timeout: float) -> ServiceCall:
+def submit(server: ServicePeer, message: object, caller: Caller, timeout: float) -> ServiceCall:
     """Send a request without interceptors."""
     return server.submit(message, caller, timeout)

@@ -90,8 +90,8 @@ def _way(stuck: ServedCall, holder: asyncio.Task[Any]) -> list[ServedCall] | Non
 def waiting_for(awaited: AnyFuture) -> Iterator[AnyFuture]:
     """Yield the tasks that await a future or task, and the futures that wait for it in turn (gather, wait, shield, task groups)."""
     for entry in getattr(awaited, "_callbacks", None) or ():
-        callback: Any = entry[0]
-        known: list[Any] = [getattr(callback, "__self__", None)]
+        callback: object = entry[0]
+        known: list[object] = [getattr(callback, "__self__", None)]
         for cell in getattr(callback, "__closure__", None) or ():
             try:
                 known.append(cell.cell_contents)
@@ -108,7 +108,7 @@ def waiting_for(awaited: AnyFuture) -> Iterator[AnyFuture]:
 
 def _served_by(task: asyncio.Task[Any], kind: type[Any]) -> ServedCall | None:
     """The call whose handler runs in a task; None if there is none."""
-    waiting: Any = task.get_coro()
+    waiting: object = task.get_coro()
     while waiting is not None:
         frame = getattr(waiting, "cr_frame", None)
         if frame is not None and frame.f_code is kind.handle.__code__:

@@ -56,7 +56,7 @@ class Shuffled:
 
     def __init__(self, rng: Random) -> None:
         self._rng = rng
-        self._held: list[Any] = []
+        self._held: list[object] = []
 
     @property
     def held(self) -> int:
@@ -69,7 +69,7 @@ class Shuffled:
             return
         rng = self._rng
         queue: list[Any] = []
-        waiting: list[Any] = []
+        waiting: list[object] = []
         for handle in ready:
             if _is_step(handle):
                 waiting.append(handle)
@@ -107,7 +107,7 @@ class ByPriority:
         """The share of steps at which priorities change."""
         # Weak, so that a task that the program has dropped is not kept alive.
         self._priorities: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
-        self._waiting: dict[int, tuple[int, Any]] = {}
+        self._waiting: dict[int, tuple[int, object]] = {}
         """Number -> (the turn in which the step arrived, the step), oldest first."""
         self._ranks: list[tuple[float, int]] = []
         """A heap of (minus the priority, number)."""
@@ -135,12 +135,12 @@ class ByPriority:
         ready.clear()
         ready.extend(queue)
 
-    def _put(self, handle: Any) -> None:
+    def _put(self, handle: object) -> None:
         self._number += 1
         self._waiting[self._number] = self._turn, handle
         heappush(self._ranks, (-self._priority(handle), self._number))
 
-    def _priority(self, handle: Any) -> float:
+    def _priority(self, handle: object) -> float:
         task = owner(handle)
         priority = self._priorities.get(task)
         if priority is None:

@@ -23,7 +23,7 @@ class SoonHandle(asyncio.Handle):
     def __init__(
         self,
         callback: Callable[..., object],
-        args: tuple[Any, ...],
+        args: tuple[object, ...],
         loop: asyncio.AbstractEventLoop,
         context: Context | None,
     ) -> None:
@@ -45,7 +45,7 @@ class Timer(asyncio.TimerHandle):
         self,
         when: float,
         callback: Callable[..., object],
-        args: tuple[Any, ...],
+        args: tuple[object, ...],
         loop: asyncio.AbstractEventLoop,
         context: Context | None,
     ) -> None:
@@ -73,7 +73,7 @@ def is_dead(item: Future[None] | asyncio.TimerHandle) -> bool:
 
 
 def checked_timer(
-    when: float, callback: Callable[..., object], args: tuple[Any, ...], loop: Any, context: Context | None
+    when: float, callback: Callable[..., object], args: tuple[object, ...], loop: Any, context: Context | None
 ) -> asyncio.TimerHandle:
     """Create the handle returned by `call_at` in debug mode, after asyncio's own checks. Called as `Timer` is."""
     loop._check_closed()

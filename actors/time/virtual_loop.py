@@ -314,12 +314,12 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         self._outside.add_thread(future, func)
         return future
 
-    async def shutdown_default_executor(self, *args: Any) -> None:
+    async def shutdown_default_executor(self, *args: object) -> None:
         """Do what asyncio does. Virtual time stands still while the threads are joined."""
         with self._outside.during("shutdown of the default executor"):
             await super().shutdown_default_executor(*args)
 
-    async def _make_subprocess_transport(self, *args: Any, **kwargs: Any) -> asyncio.SubprocessTransport:
+    async def _make_subprocess_transport(self, *args: object, **kwargs: object) -> asyncio.SubprocessTransport:
         with self._outside.during("start of a process"):
             made = await super()._make_subprocess_transport(*args, **kwargs)  # type: ignore[misc]  # not in typeshed
         transport = cast("asyncio.SubprocessTransport", made)

@@ -109,7 +109,7 @@ class OutsideWork:
 
 def _function_name(function: Any) -> str:
     if isinstance(function, functools.partial):
-        inner: Any = function.func  # asyncio.to_thread submits partial(context.run, function, ...)
+        inner: object = function.func  # asyncio.to_thread submits partial(context.run, function, ...)
         wraps = isinstance(getattr(inner, "__self__", None), contextvars.Context)
         return _function_name(function.args[0] if wraps else inner)
     return str(getattr(function, "__qualname__", function))

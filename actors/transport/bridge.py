@@ -10,9 +10,10 @@ from __future__ import annotations
 import os
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from actors.checks import NoPublicConstructor, create
+from actors.graph.watching import NodeElsewhere
 from actors.inbox.boundary import outside
 from actors.transport.cycles import Cycles
 from actors.transport.domain_id import domain_from_environment
@@ -36,15 +37,6 @@ if TYPE_CHECKING:
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
 TOPICS: Final = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
-
-
-class NodeElsewhere(NamedTuple):
-    """A node of another process, as a snapshot shows it."""
-
-    fqn: str
-    host: str
-    process: int
-    session: str
 
 
 def connect(runtime: Runtime, transport: Transport, domain_id: int | None = None) -> None:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from actors.launch.actions.nodes import Node, namespace_of, node_name_of, remaps_of
 from actors.launch.entity import Action
 from actors.launch.errors import LaunchError, user_line
 from actors.launch.parameters import effective, layers_of, own_layers
 from actors.launch.plan import Component, Load
-from actors.launch.substitution import Text, as_bool, normalized, perform
+from actors.launch.substitution import Text, Truth, as_bool, normalized, perform
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
@@ -28,18 +28,18 @@ class ComposableNode:
         plugin: Text,
         name: Text | None = None,
         namespace: Text | None = None,
-        parameters: Any = None,
+        parameters: object = None,
         remappings: Iterable[tuple[Text, Text]] | None = None,
-        extra_arguments: Any = None,
-        autostart: Any = False,
+        extra_arguments: object = None,
+        autostart: Truth = False,
         condition: Condition | None = None,
     ) -> None:
         self.package, self.plugin = normalized(package), normalized(plugin)
         self.name = None if name is None else normalized(name)
         self.namespace = None if namespace is None else normalized(namespace)
-        self.parameters: Any = parameters or []
+        self.parameters = parameters or []
         self.remappings = list(remappings or ())
-        self.extra_arguments: Any = extra_arguments or []
+        self.extra_arguments = extra_arguments or []
         self.autostart = autostart
         self.condition = condition
         self.line = user_line()
@@ -56,7 +56,7 @@ class ComposableNode:
             layers_of(context, self.parameters, flat=True),
             [*context.scoped.remaps, *remaps_of(context, self.remappings)],
             effective("/extra", extra),
-            self.autostart if isinstance(self.autostart, bool) else as_bool(context, self.autostart),
+            as_bool(context, self.autostart),
             self.line,
         )
 
@@ -97,7 +97,7 @@ class LoadComposableNodes(Action):
         self,
         *,
         composable_node_descriptions: Iterable[ComposableNode],
-        target_container: Any,
+        target_container: ComposableNodeContainer | Text,
         condition: Condition | None = None,
     ) -> None:
         super().__init__(condition=condition)
@@ -108,7 +108,7 @@ class LoadComposableNodes(Action):
         if isinstance(self.target, ComposableNodeContainer):
             container = self.target.node_name
         else:
-            container = perform(context, cast("Text", self.target))
+            container = perform(context, self.target)
             if not container.startswith("/"):
                 container = f"/{container}"  # relative to the node of the launch, not to the namespace of the group
         if container in ("", "/"):

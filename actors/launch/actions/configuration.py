@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.launch.context import Declared, LaunchContext
 from actors.launch.entity import Action
 from actors.launch.errors import LaunchError
 from actors.launch.parameters import value_of
-from actors.launch.substitution import Text, as_bool, normalized, perform
+from actors.launch.substitution import Text, Truth, as_bool, normalized, perform
 from actors.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class ResetLaunchConfigurations(Action):
     """Removes all launch configurations but those given."""
 
     def __init__(
-        self, launch_configurations: Mapping[Any, Any] | None = None, *, condition: Condition | None = None
+        self, launch_configurations: Mapping[Text, Text] | None = None, *, condition: Condition | None = None
     ) -> None:
         super().__init__(condition=condition)
         self.kept = dict(launch_configurations or {})
@@ -155,7 +155,7 @@ class SetRemap(Action):
 class SetParameter(Action):
     """Sets a parameter of all nodes that follow in the same scope. Their own parameters count more."""
 
-    def __init__(self, name: Text, value: Any, *, condition: Condition | None = None) -> None:
+    def __init__(self, name: Text, value: object, *, condition: Condition | None = None) -> None:
         super().__init__(condition=condition)
         self.name, self.value = normalized(name), value
 
@@ -166,13 +166,12 @@ class SetParameter(Action):
 class SetUseSimTime(Action):
     """Sets ``use_sim_time`` of all nodes that follow in the same scope."""
 
-    def __init__(self, value: Any, *, condition: Condition | None = None) -> None:
+    def __init__(self, value: Truth, *, condition: Condition | None = None) -> None:
         super().__init__(condition=condition)
         self.value = value
 
     def plan(self, context: LaunchContext, scope: Scope) -> None:
-        truth = self.value if isinstance(self.value, bool) else as_bool(context, self.value)
-        context.scoped.parameters.append(("use_sim_time", truth))
+        context.scoped.parameters.append(("use_sim_time", as_bool(context, self.value)))
 
 
 class SetParametersFromFile(Action):

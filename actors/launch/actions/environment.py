@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.launch.entity import Action
-from actors.launch.substitution import Text, as_bool, normalized, perform
+from actors.launch.substitution import Text, Truth, as_bool, normalized, perform
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
@@ -45,7 +45,7 @@ class AppendEnvironmentVariable(Action):
         name: Text,
         value: Text,
         *,
-        prepend: Any = False,
+        prepend: Truth = False,
         separator: Text = os.pathsep,
         condition: Condition | None = None,
     ) -> None:
@@ -55,7 +55,7 @@ class AppendEnvironmentVariable(Action):
 
     def plan(self, context: LaunchContext, scope: Scope) -> None:
         name, value = perform(context, self.name), perform(context, self.value)
-        first = self.prepend if isinstance(self.prepend, bool) else as_bool(context, self.prepend)
+        first = as_bool(context, self.prepend)
         old = context.environment.get(name)
         both = [value] if old is None else [value, old] if first else [old, value]
         context.environment[name] = perform(context, self.separator).join(both)
@@ -64,7 +64,7 @@ class AppendEnvironmentVariable(Action):
 class ReplaceEnvironmentVariables(Action):
     """Replaces the whole environment."""
 
-    def __init__(self, environment: Mapping[Any, Any] | None = None, *, condition: Condition | None = None) -> None:
+    def __init__(self, environment: Mapping[Text, Text] | None = None, *, condition: Condition | None = None) -> None:
         super().__init__(condition=condition)
         self.variables = dict(environment or {})
 

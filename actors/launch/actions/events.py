@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.launch import events
 from actors.launch.entity import Action, LaunchDescriptionEntity, one_or_more
 from actors.launch.errors import LaunchError
+from actors.launch.handlers import EventHandler
 from actors.launch.plan import Deferred, Handler, Message, Signal, Timer, Unregister
-from actors.launch.substitution import Text, normalized, perform
+from actors.launch.substitution import Number, Text, Truth, normalized, perform
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
@@ -73,9 +74,9 @@ class TimerAction(Action):
     def __init__(
         self,
         *,
-        period: Any,
+        period: Number,
         actions: Iterable[LaunchDescriptionEntity],
-        cancel_on_shutdown: Any = True,
+        cancel_on_shutdown: Truth = True,
         condition: Condition | None = None,
     ) -> None:
         super().__init__(condition=condition)
@@ -104,7 +105,7 @@ class RosTimer(TimerAction):
 class RegisterEventHandler(Action):
     """From now on, a handler is asked about every event."""
 
-    def __init__(self, event_handler: Any, *, condition: Condition | None = None) -> None:
+    def __init__(self, event_handler: EventHandler, *, condition: Condition | None = None) -> None:
         super().__init__(condition=condition)
         self.event_handler = event_handler
 
@@ -118,7 +119,7 @@ class RegisterEventHandler(Action):
 class UnregisterEventHandler(Action):
     """From now on, a handler is not asked any more."""
 
-    def __init__(self, event_handler: Any, *, condition: Condition | None = None) -> None:
+    def __init__(self, event_handler: EventHandler, *, condition: Condition | None = None) -> None:
         super().__init__(condition=condition)
         self.event_handler = event_handler
 
@@ -129,7 +130,7 @@ class UnregisterEventHandler(Action):
 class EmitEvent(Action):
     """Emits an event."""
 
-    def __init__(self, *, event: Any, condition: Condition | None = None) -> None:
+    def __init__(self, *, event: object, condition: Condition | None = None) -> None:
         super().__init__(condition=condition)
         self.event = event
 

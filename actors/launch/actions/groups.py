@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from actors.launch.entity import Action, LaunchDescriptionEntity, evaluate, listed
 from actors.launch.errors import LaunchError
-from actors.launch.substitution import Text, as_bool, normalized, perform, yaml_value
+from actors.launch.substitution import Text, Truth, as_bool, normalized, perform, yaml_value
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
@@ -20,11 +20,11 @@ class GroupAction(Action):
 
     def __init__(
         self,
-        actions: Iterable[Any],
+        actions: Iterable[LaunchDescriptionEntity],
         *,
-        scoped: Any = True,
-        forwarding: Any = True,
-        launch_configurations: Mapping[Any, Any] | None = None,
+        scoped: Truth = True,
+        forwarding: Truth = True,
+        launch_configurations: Mapping[Text, Text] | None = None,
         condition: Condition | None = None,
     ) -> None:
         super().__init__(condition=condition)
@@ -37,12 +37,12 @@ class GroupAction(Action):
 
     def plan(self, context: LaunchContext, scope: Scope) -> None:
         given = {perform(context, name): perform(context, value) for name, value in self.launch_configurations.items()}
-        if not _truth(context, self.scoped):
+        if not as_bool(context, self.scoped):
             context.launch_configurations.update(given)
             evaluate(self.actions, context, scope)
             return
         context.push()
-        if not _truth(context, self.forwarding):
+        if not as_bool(context, self.forwarding):
             context.scoped.configurations = {}
             context.scoped.remaps, context.scoped.parameters = [], []
         context.launch_configurations.update(given)
@@ -61,9 +61,9 @@ class OpaqueFunction(Action):
     def __init__(
         self,
         *,
-        function: Callable[..., Any],
-        args: Iterable[Any] | None = None,
-        kwargs: Mapping[str, Any] | None = None,
+        function: Callable[..., object],
+        args: Iterable[object] | None = None,
+        kwargs: Mapping[str, object] | None = None,
         condition: Condition | None = None,
     ) -> None:
         super().__init__(condition=condition)
@@ -78,7 +78,7 @@ class ForLoop(Action):
     """Calls a function with 0, 1, ... below a length; the actions that it returns follow, each time."""
 
     def __init__(
-        self, length: Text, *, function: Callable[..., Any], name: str = "", condition: Condition | None = None
+        self, length: Text, *, function: Callable[..., object], name: str = "", condition: Condition | None = None
     ) -> None:
         super().__init__(condition=condition)
         self.length, self.function, self.name = normalized(length), function, name
@@ -94,7 +94,9 @@ class ForLoop(Action):
 class ForEach(Action):
     """Calls a function with each of several sets of values, ``{name: a, id: 1};{name: b}``; the actions that it returns follow."""
 
-    def __init__(self, input_values: Text, *, function: Callable[..., Any], condition: Condition | None = None) -> None:
+    def __init__(
+        self, input_values: Text, *, function: Callable[..., object], condition: Condition | None = None
+    ) -> None:
         super().__init__(condition=condition)
         self.input_values, self.function = normalized(input_values), function
 
@@ -104,7 +106,7 @@ class ForEach(Action):
             values = yaml_value(part)
             if not isinstance(values, dict):
                 raise LaunchError(f"the values of a loop are YAML structures such as {{name: a}}, not {part.strip()!r}")
-            named = {str(name): value for name, value in cast("dict[str, Any]", values).items()}
+            named = {str(name): value for name, value in cast("dict[str, object]", values).items()}
             texts = {name: _plain(value) for name, value in named.items()}
             with_variables(context, texts, listed(self.function(**named)), scope)
 
@@ -123,7 +125,3 @@ def with_variables(
 
 def _plain(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _truth(context: LaunchContext, value: Any) -> bool:
-    return value if isinstance(value, bool) else as_bool(context, value)

@@ -14,7 +14,7 @@ from actors.launch.errors import LaunchError
 from actors.launch.packages import Executable, NodeTarget, Program
 from actors.launch.parameters import layers_of
 from actors.launch.plan import NodeSpec, Transitions
-from actors.launch.substitution import Text, as_bool, normalized, perform
+from actors.launch.substitution import Text, Truth, as_bool, normalized, perform
 from actors.names.names import fully_qualified, normalize_namespace, validate_node_name
 from actors.suggest import did_you_mean
 
@@ -45,7 +45,7 @@ class Node(ExecuteProcess):
         name: Text | None = None,
         namespace: Text | None = None,
         exec_name: Text | None = None,
-        parameters: Any = None,
+        parameters: object = None,
         remappings: Iterable[tuple[Text, Text]] | None = None,
         ros_arguments: Iterable[Text] | None = None,
         arguments: Iterable[Text] | None = None,
@@ -60,7 +60,7 @@ class Node(ExecuteProcess):
         self.package = None if package is None else normalized(package)
         self.given_name = None if name is None else normalized(name)
         self.namespace = None if namespace is None else normalized(namespace)
-        self.parameters: Any = [] if parameters is None else parameters
+        self.parameters = [] if parameters is None else parameters
         self.remappings = list(remappings or ())
         self.ros_arguments = [normalized(one) for one in ros_arguments or ()]
         self.arguments = [normalized(one) for one in arguments or ()]
@@ -129,12 +129,12 @@ class Node(ExecuteProcess):
 class LifecycleNode(Node):
     """Starts a lifecycle node. With `autostart` it is configured and activated when it has started."""
 
-    def __init__(self, *, name: Text, namespace: Text = "", autostart: Any = False, **options: Any) -> None:
+    def __init__(self, *, name: Text, namespace: Text = "", autostart: Truth = False, **options: Any) -> None:
         super().__init__(name=name, namespace=namespace, **options)
         self.autostart = autostart
 
     def _autostart(self, context: LaunchContext) -> bool:
-        return self.autostart if isinstance(self.autostart, bool) else as_bool(context, self.autostart)
+        return as_bool(context, self.autostart)
 
 
 class LifecycleTransition(Action):
@@ -144,7 +144,7 @@ class LifecycleTransition(Action):
         self,
         *,
         lifecycle_node_names: Iterable[Text],
-        transition_ids: Iterable[Any],
+        transition_ids: Iterable[int | Text],
         condition: Condition | None = None,
     ) -> None:
         super().__init__(condition=condition)
@@ -197,7 +197,7 @@ def namespace_of(context: LaunchContext, namespace: Text | None) -> str:
     return whole
 
 
-def remaps_of(context: LaunchContext, remappings: Iterable[Any]) -> list[tuple[str, str]]:
+def remaps_of(context: LaunchContext, remappings: Iterable[tuple[Text, Text]]) -> list[tuple[str, str]]:
     """Pairs of names. Raises `LaunchError` for what is no pair."""
     found: list[tuple[str, str]] = []
     for pair in remappings:

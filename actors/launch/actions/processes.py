@@ -11,7 +11,7 @@ from actors.launch.actions.events import Shutdown
 from actors.launch.entity import Action, one_or_more
 from actors.launch.errors import LaunchError
 from actors.launch.plan import Job, Process
-from actors.launch.substitution import Text, as_bool, normalized, perform
+from actors.launch.substitution import Number, Text, Truth, as_bool, normalized, perform
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
@@ -29,28 +29,28 @@ class ExecuteProcess(Action):
     def __init__(
         self,
         *,
-        cmd: Iterable[Any],
+        cmd: Iterable[Text],
         name: Text | None = None,
         prefix: Text | None = None,
         cwd: Text | None = None,
-        env: Mapping[Any, Any] | None = None,
-        additional_env: Mapping[Any, Any] | None = None,
-        shell: Any = False,
-        sigterm_timeout: Any = None,
-        sigkill_timeout: Any = None,
-        emulate_tty: Any = False,
-        output: Any = "log",
+        env: Mapping[Text, Text] | None = None,
+        additional_env: Mapping[Any, object] | None = None,
+        shell: Truth = False,
+        sigterm_timeout: Number | None = None,
+        sigkill_timeout: Number | None = None,
+        emulate_tty: Truth = False,
+        output: Text | Mapping[str, str] = "log",
         output_format: str = "",
         cached_output: bool = False,
         log_cmd: bool = False,
-        on_exit: Any = None,
-        respawn: Any = False,
-        respawn_delay: Any = None,
+        on_exit: object = None,
+        respawn: Truth = False,
+        respawn_delay: Number | None = None,
         respawn_max_retries: int = -1,
         condition: Condition | None = None,
     ) -> None:
         super().__init__(condition=condition)
-        self.process_details: Mapping[str, Any] | None = None
+        self.process_details: Mapping[str, object] | None = None
         self.cmd = [normalized(part) for part in cmd]
         self.name = None if name is None else normalized(name)
         self.prefix = None if prefix is None else normalized(prefix)
@@ -83,10 +83,10 @@ class ExecuteProcess(Action):
             [] if cmd is None else [*self._prefix(context, name), *cmd],
             environment,
             None if self.cwd is None else perform(context, self.cwd),
-            self._truth(context, self.shell),
+            as_bool(context, self.shell),
             output,
-            self._truth(context, context.launch_configurations.get("emulate_tty", self.emulate_tty)),
-            self._truth(context, self.log_cmd),
+            as_bool(context, context.launch_configurations.get("emulate_tty", self.emulate_tty)),
+            as_bool(context, self.log_cmd),
             self._seconds(context, self.sigterm_timeout, "sigterm_timeout"),
             self._seconds(context, self.sigkill_timeout, "sigkill_timeout"),
         )
@@ -95,7 +95,7 @@ class ExecuteProcess(Action):
             action=self,
             node=node,
             process=process,
-            respawn=self._truth(context, self.respawn),
+            respawn=as_bool(context, self.respawn),
             respawn_delay=0.0 if self.respawn_delay is None else _number(context, self.respawn_delay),
             respawn_max_retries=int(self.respawn_max_retries),
             required=_ends_launch(self.on_exit),
@@ -112,13 +112,10 @@ class ExecuteProcess(Action):
             return []
         return shlex.split(known.get("launch-prefix", ""))
 
-    def _texts(self, context: LaunchContext, texts: Mapping[Any, Any]) -> dict[str, str]:
+    def _texts(self, context: LaunchContext, texts: Mapping[Text, Text]) -> dict[str, str]:
         return {perform(context, name): perform(context, value) for name, value in texts.items()}
 
-    def _truth(self, context: LaunchContext, value: Any) -> bool:
-        return value if isinstance(value, bool) else as_bool(context, value)
-
-    def _seconds(self, context: LaunchContext, value: Any, name: str) -> float:
+    def _seconds(self, context: LaunchContext, value: Number | None, name: str) -> float:
         text = context.launch_configurations.get(name, "5") if value is None else value
         return _number(context, text)
 
@@ -127,12 +124,12 @@ def _basename(command: str) -> str:
     return command.split()[0].rpartition("/")[2] if command.split() else command
 
 
-def _ends_launch(on_exit: Any) -> bool:
+def _ends_launch(on_exit: object) -> bool:
     given = one_or_more(on_exit)
     return bool(given) and all(isinstance(each, Shutdown) and each.condition is None for each in given)
 
 
-def _number(context: LaunchContext, value: Any) -> float:
+def _number(context: LaunchContext, value: Number) -> float:
     if isinstance(value, (int, float)):
         return float(value)
     text = perform(context, value)

@@ -87,7 +87,7 @@ class Element:
         return LaunchError(problem, self.line)
 
 
-def plain(value: Any) -> str:
+def plain(value: object) -> str:
     """A value of YAML as it is written in XML."""
     if isinstance(value, bool):
         return str(value).lower()

@@ -11,6 +11,7 @@ from actors.launch.actions.events import Shutdown
 from actors.launch.actions.nodes import LifecycleNode, Node
 from actors.launch.actions.processes import ExecuteProcess
 from actors.launch.conditions import IfCondition, UnlessCondition
+from actors.launch.context import LaunchContext
 from actors.launch.entity import Action
 from actors.launch.frontend.element import Element, Unquoted, plain
 from actors.launch.parameters import ParameterFile, ParameterValue
@@ -40,7 +41,7 @@ class Joined(Substitution):
     def __init__(self, parts: list[Substitution]) -> None:
         self.parts = parts
 
-    def perform(self, context: Any) -> str:
+    def perform(self, context: LaunchContext) -> str:
         return "".join(part.perform(context) for part in self.parts)
 
     def describe(self) -> str:
@@ -49,7 +50,7 @@ class Joined(Substitution):
 
 def _process_options(element: Element) -> dict[str, Any]:
     """The options that all tags have which start something."""
-    options: dict[str, Any] = {}
+    options: dict[str, object] = {}
     for attribute, option in (
         ("launch-prefix", "prefix"),
         ("cwd", "cwd"),
@@ -167,7 +168,7 @@ def _parameter(element: Element) -> Any:
     name = element.word("name")
     nested = element.parts("param")
     if nested:
-        values: dict[Any, Any] = {}
+        values: dict[Any, object] = {}
         for one in nested:
             values |= _parameter(one)
         element.done()
@@ -177,7 +178,7 @@ def _parameter(element: Element) -> Any:
     return {tuple(parse_substitution(name)): value}
 
 
-def _value(element: Element) -> Any:
+def _value(element: Element) -> object:
     given, separator, kind = element.value("value"), element.value("value-sep"), element.value("type")
     if given is None:
         element.need("value")
@@ -198,7 +199,7 @@ def _value(element: Element) -> Any:
     return given if kind is None else ParameterValue(plain(given), value_type=TYPES[kind])
 
 
-def _list_item(text: str) -> Any:
+def _list_item(text: str) -> object:
     parts = parse_substitution(text)
     if isinstance(text, Unquoted) and _is_plain(parts):
         return plain_scalar(text)

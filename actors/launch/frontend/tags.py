@@ -42,6 +42,7 @@ from actors.launch.errors import LaunchError
 from actors.launch.frontend.element import Element
 from actors.launch.frontend.node_tags import NODE_TAGS, Joined
 from actors.launch.loading import IncludeLaunchDescription
+from actors.launch.substitution import Text
 from actors.suggest import did_you_mean
 
 
@@ -102,7 +103,7 @@ def _boolean_argument(element: Element) -> Action:
 
 
 def _group(element: Element) -> Action:
-    kept = {one.word("name"): one.need("value") for one in element.parts("keep")}
+    kept: dict[Text, Text] = {one.word("name"): one.need("value") for one in element.parts("keep")}
     scoped, forwarding = element.text("scoped"), element.text("forwarding")
     inside = [child for child in element.all_children() if child.tag != "keep"]
     return GroupAction(
@@ -127,12 +128,12 @@ def _append(element: Element) -> Action:
 
 
 def _replace(element: Element) -> Action:
-    pairs = {one.word("name"): one.need("value") for one in element.parts("env")}
+    pairs: dict[Text, Text] = {one.word("name"): one.need("value") for one in element.parts("env")}
     return ReplaceEnvironmentVariables(pairs)
 
 
 def _reset(element: Element) -> Action:
-    kept = {one.word("name"): one.need("value") for one in element.parts("keep")}
+    kept: dict[Text, Text] = {one.word("name"): one.need("value") for one in element.parts("keep")}
     return ResetLaunchConfigurations(kept)
 
 

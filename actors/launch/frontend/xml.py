@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 from xml.parsers import expat
 
 from actors.launch.errors import LaunchError, Line
@@ -56,5 +55,5 @@ class _Reader:
     def _end(self, tag: str) -> None:
         self.open.pop()
 
-    def _entity(self, name: str, *_: Any) -> None:
+    def _entity(self, name: str, *_: object) -> None:
         raise LaunchError(f"the entity {name!r} is defined in the file: that is not supported", self._line())

@@ -41,7 +41,7 @@ class _Reader:
         self.path = path
         self.loader = loader
 
-    def root(self, node: Any) -> Element:
+    def root(self, node: object) -> Element:
         pairs = self.pairs(node, "the file")
         names = [name for name, _ in pairs]
         if names != ["launch"]:
@@ -57,7 +57,7 @@ class _Reader:
             if node.value in ("", "~", "null"):
                 return Element(tag, {}, (), line)
             raise LaunchError(f"{tag!r} takes attributes, {tag}: {{name: value}}, not {node.value!r:.60}", line)
-        attributes: dict[str, Any] = {}
+        attributes: dict[str, object] = {}
         children: list[Element] = []
         for name, value in self.pairs(node, tag):
             if name == "children":

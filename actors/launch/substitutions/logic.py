@@ -70,7 +70,7 @@ class EqualsSubstitution(Substitution):
 
     equal = True
 
-    def __init__(self, left: Any, right: Any) -> None:
+    def __init__(self, left: Any, right: object) -> None:
         self.left, self.right = normalized(_plain(left)), normalized(_plain(right))
 
     def perform(self, context: LaunchContext) -> str:
@@ -105,7 +105,7 @@ class IfElseSubstitution(Substitution):
 class StringJoinSubstitution(Substitution):
     """Texts, joined by a delimiter."""
 
-    def __init__(self, substitutions: Any, delimiter: Text = "") -> None:
+    def __init__(self, substitutions: Iterable[Text], delimiter: Text = "") -> None:
         self.parts = [normalized(each) for each in substitutions]
         self.delimiter = normalized(delimiter)
 
@@ -119,7 +119,7 @@ class StringJoinSubstitution(Substitution):
 class PythonExpression(Substitution):
     """The value of a Python expression. It sees the modules named, and the functions of `math` by their own names."""
 
-    def __init__(self, expression: Text, python_modules: Any = ("math",)) -> None:
+    def __init__(self, expression: Text, python_modules: Iterable[Text] = ("math",)) -> None:
         self.expression = normalized(expression)
         self.python_modules = [normalized(one) for one in python_modules]
 
@@ -127,7 +127,7 @@ class PythonExpression(Substitution):
         from importlib import import_module
 
         expression = perform(context, self.expression)
-        names: dict[str, Any] = {}
+        names: dict[str, object] = {}
         try:
             for module in (import_module(perform(context, name)) for name in self.python_modules):
                 names |= {**vars(module), module.__name__: module} if module is math else {module.__name__: module}
@@ -144,7 +144,7 @@ def _word(truth: bool) -> str:
     return "true" if truth else "false"
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     if value is None:
         return ""
     return _word(value) if isinstance(value, bool) else str(value) if isinstance(value, (int, float)) else value

@@ -6,8 +6,9 @@ import os
 import shlex
 import shutil
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.launch.errors import LaunchError, SubstitutionFailure
 from actors.launch.packages import Program
@@ -43,9 +44,9 @@ class PathSubstitution(Substitution):
 class PathJoinSubstitution(PathSubstitution):
     """The parts of a path, joined as `os.path.join` does."""
 
-    def __init__(self, substitutions: Any) -> None:
-        super().__init__(substitutions)
+    def __init__(self, substitutions: Iterable[Text]) -> None:
         self.parts = [normalized(part) for part in substitutions]
+        super().__init__([one for part in self.parts for one in part])
 
     def perform(self, context: LaunchContext) -> str:
         return os.path.join(*(perform(context, part) for part in self.parts))

@@ -21,14 +21,14 @@ NEARBY = 3
 class _Known(Protocol):
     def processes(self) -> list[Any]: ...
 
-    def __getitem__(self, key: Any, /) -> Any: ...
+    def __getitem__(self, key: object, /) -> Any: ...
 
 
 def assert_exit_codes(
     proc_info: _Known,
     allowable_exit_codes: Iterable[Any] = (EXIT_OK,),
-    process: Any = None,
-    cmd_args: Any = None,
+    process: object = None,
+    cmd_args: object = None,
     *,
     strict_proc_matching: bool = True,
 ) -> None:
@@ -52,7 +52,7 @@ def assert_exit_codes(
 def assert_in_stream(
     proc_output: _Known,
     expected_output: Expected,
-    process: Any,
+    process: object,
     cmd_args: Any = None,
     *,
     output_filter: Callable[[str], str] | None = None,
@@ -80,14 +80,14 @@ def assert_in_stream(
 
 
 def assert_in_stdout(
-    proc_output: _Known, expected_output: Expected, process: Any, cmd_args: Any = None, **options: Any
+    proc_output: _Known, expected_output: Expected, process: object, cmd_args: Any = None, **options: Any
 ) -> None:
     """`assert_in_stream` for stdout."""
     assert_in_stream(proc_output, expected_output, process, cmd_args, stream="stdout", **options)
 
 
 def assert_in_stderr(
-    proc_output: _Known, expected_output: Expected, process: Any, cmd_args: Any = None, **options: Any
+    proc_output: _Known, expected_output: Expected, process: object, cmd_args: Any = None, **options: Any
 ) -> None:
     """`assert_in_stream` for stderr."""
     assert_in_stream(proc_output, expected_output, process, cmd_args, stream="stderr", **options)
@@ -125,7 +125,7 @@ class SequentialTextChecker:
 
 @contextmanager
 def assert_sequential_stdout(
-    proc_output: _Known, process: Any, cmd_args: Any = None
+    proc_output: _Known, process: object, cmd_args: object = None
 ) -> Generator[SequentialTextChecker]:
     """Give a checker of what one process has written, on both streams."""
     (action,) = resolve_processes(proc_output, process=process, cmd_args=cmd_args)

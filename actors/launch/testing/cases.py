@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import Any
 
 
-def suite_of(module: ModuleType, given: Mapping[str, Any], *, after: bool) -> unittest.TestSuite:
+def suite_of(module: ModuleType, given: Mapping[str, object], *, after: bool) -> unittest.TestSuite:
     """The tests of a module that run beside the launch, or those that run `after` its end.
 
     What is `given` reaches a test, ``setUp`` and so on by the names of their arguments, and as ``self.<name>``.
@@ -36,11 +36,11 @@ def _bound(case: type[unittest.TestCase], names: Sequence[str], given: Mapping[s
     return type(case.__name__, (case,), members)
 
 
-def _with(function: Callable[..., Any], given: Mapping[str, Any]) -> Callable[..., Any]:
+def _with(function: Callable[..., object], given: Mapping[str, object]) -> Callable[..., Any]:
     chosen = {name: given[name] for name in inspect.signature(function).parameters if name in given}
 
     @functools.wraps(function)
-    def call(*arguments: Any) -> Any:
+    def call(*arguments: object) -> Any:
         return function(*arguments, **chosen)
 
     return call

@@ -23,7 +23,7 @@ class LaunchTestService:
 
     def add_fixture_action(
         self, launch_description: LaunchDescription, action: Any, exit_allowed: Collection[int] | bool = (0,)
-    ) -> Any:
+    ) -> object:
         """Add an action that the tests need. `exit_allowed` are the exit codes with which its process may end; True: any, False: none."""
 
         def ended(event: ProcessExited, context: LaunchContext) -> EmitEvent | None:
@@ -38,7 +38,7 @@ class LaunchTestService:
             launch_description.add_action(RegisterEventHandler(OnProcessExit(target_action=action, on_exit=ended)))
         return action
 
-    def add_test_action(self, launch_description: LaunchDescription, action: Any) -> Any:
+    def add_test_action(self, launch_description: LaunchDescription, action: Any) -> object:
         """Add an action that is a test. A process passes with exit code 0."""
         self._left.add(action)
 

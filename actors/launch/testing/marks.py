@@ -30,10 +30,10 @@ def keep_alive(test_description: Any_) -> Any_:
     return _marked("__keep_alive__", True)(test_description)
 
 
-def parametrize(argnames: str, argvalues: Iterable[Any]) -> Callable[[Any_], Any_]:
+def parametrize(argnames: str, argvalues: Iterable[object]) -> Callable[[Any_], Any_]:
     """The file is launched and tested once for each of the values: the names are those of arguments, separated by commas."""
     names = [name.strip() for name in argnames.split(",") if name.strip()]
-    rows: list[tuple[Any, ...]] = [value if isinstance(value, tuple) else (value,) for value in argvalues]
+    rows: list[tuple[object, ...]] = [value if isinstance(value, tuple) else (value,) for value in argvalues]
     return _marked("__parametrized__", [dict(zip(names, row, strict=True)) for row in rows])
 
 
@@ -42,9 +42,9 @@ def retry_on_failure(*, times: int, delay: float | None = None) -> Callable[[Any
     if times < 1:
         raise ValueError(f"retry_on_failure(times={times}): at least 1")
 
-    def decorate(test: Callable[..., Any]) -> Callable[..., Any]:
+    def decorate(test: Callable[..., object]) -> Callable[..., Any]:
         @functools.wraps(test)
-        def tried(*arguments: Any, **keywords: Any) -> Any:
+        def tried(*arguments: object, **keywords: object) -> Any:
             for _ in range(times - 1):
                 try:
                     return test(*arguments, **keywords)
@@ -77,8 +77,8 @@ class ReadyAggregator:
 class StdoutReadyListener(OnProcessIO):
     """Does actions when a process has written a line with a text to stdout."""
 
-    def __init__(self, *, target_action: Any = None, ready_txt: str, actions: Any) -> None:
-        def written(event: Any) -> Any:
+    def __init__(self, *, target_action: Any = None, ready_txt: str, actions: object) -> None:
+        def written(event: Any) -> object:
             return actions if ready_txt in event.text.decode(errors="replace") else None
 
         super().__init__(target_action=target_action, on_stdout=written)
@@ -90,7 +90,7 @@ def keep_alive_process() -> ExecuteProcess:
     return ExecuteProcess(cmd=[sys.executable, "-c", program])
 
 
-def _marked(name: str, value: Any) -> Callable[[Any_], Any_]:
+def _marked(name: str, value: object) -> Callable[[Any_], Any_]:
     def decorate(marked: Any_) -> Any_:
         setattr(marked, name, value)
         return marked

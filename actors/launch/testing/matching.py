@@ -28,7 +28,7 @@ class Records(Protocol):
 
 
 def resolve_processes(
-    info_obj: Records, *, process: Any = None, cmd_args: Any = None, strict_proc_matching: bool = True
+    info_obj: Records, *, process: object = None, cmd_args: object = None, strict_proc_matching: bool = True
 ) -> list[Any]:
     """The actions of the processes that are meant: all for None, that of an action, or those whose names contain a text.
 
@@ -70,7 +70,7 @@ def _shown(action: Any) -> str:
     return "a process that was not started" if details is None else " ".join([details["name"], *details["cmd"][1:]])
 
 
-def _listed(actions: Sequence[Any]) -> str:
+def _listed(actions: Sequence[object]) -> str:
     return ", ".join(sorted(map(_shown, actions))) or "none"
 
 

@@ -51,7 +51,7 @@ class ProcInfoHandler:
         """The names of all processes that have started."""
         return [event.process_name for event in self]
 
-    def __getitem__(self, key: Any) -> Any:
+    def __getitem__(self, key: object) -> Any:
         """The last event of a process, by its action or by a part of its name. Raises `KeyError`."""
         with self._changed:
             if not isinstance(key, str):
@@ -61,15 +61,15 @@ class ProcInfoHandler:
                     return event
         raise KeyError(key)
 
-    def assertWaitForStartup(self, process: Any, cmd_args: Any = None, *, timeout: float = WAIT_SECONDS) -> None:
+    def assertWaitForStartup(self, process: object, cmd_args: object = None, *, timeout: float = WAIT_SECONDS) -> None:
         """Wait until a process has started; AssertionError after `timeout` seconds."""
         self._wait(process, cmd_args, timeout, lambda event: True, "start")
 
-    def assertWaitForShutdown(self, process: Any, cmd_args: Any = None, *, timeout: float = WAIT_SECONDS) -> None:
+    def assertWaitForShutdown(self, process: object, cmd_args: object = None, *, timeout: float = WAIT_SECONDS) -> None:
         """Wait until a process has ended; AssertionError after `timeout` seconds."""
         self._wait(process, cmd_args, timeout, lambda event: isinstance(event, ProcessExited), "end")
 
-    def _wait(self, process: Any, cmd_args: Any, timeout: float, holds: Callable[[Any], bool], what: str) -> None:
+    def _wait(self, process: object, cmd_args: object, timeout: float, holds: Callable[[Any], bool], what: str) -> None:
         def met() -> bool:
             try:
                 found = resolve_processes(self, process=process, cmd_args=cmd_args)
@@ -93,7 +93,7 @@ class IoHandler:
     def __init__(self) -> None:
         self._changed = Condition()
         self._lines: dict[str, list[Any]] = {}
-        self._all: list[Any] = []
+        self._all: list[object] = []
 
     @property
     def io_event(self) -> Condition:
@@ -127,14 +127,14 @@ class IoHandler:
         with self._changed:
             return list(self._lines)
 
-    def __getitem__(self, key: Any) -> list[Any]:
+    def __getitem__(self, key: Any) -> list[object]:
         """The lines of a process, by its action or its name. Raises `KeyError`."""
         name = str(key if isinstance(key, str) or not key.process_details else key.process_details["name"])
         with self._changed:
             return list(self._lines[name])
 
     def assertWaitFor(
-        self, expected_output: Expected, process: Any = None, cmd_args: Any = None, **options: Any
+        self, expected_output: Expected, process: object = None, cmd_args: Any = None, **options: Any
     ) -> None:
         """Wait for a text, as `waitFor` does; AssertionError where it does not come."""
         if not self.waitFor(expected_output, process, cmd_args, **options):
@@ -143,7 +143,7 @@ class IoHandler:
     def waitFor(
         self,
         expected_output: Expected,
-        process: Any = None,
+        process: object = None,
         cmd_args: Any = None,
         *,
         timeout: float = WAIT_SECONDS,

@@ -61,7 +61,7 @@ class LaunchTest(metaclass=NoPublicConstructor):
         path: Path,
         module: ModuleType,
         make: Callable[..., Any],
-        parameters: Mapping[str, Any],
+        parameters: Mapping[str, object],
         context: LaunchContext,
     ) -> None:
         values = ", ".join(map(str, parameters.values()))
@@ -95,7 +95,7 @@ class LaunchTest(metaclass=NoPublicConstructor):
 
     def _described(self) -> tuple[LaunchDescription, Mapping[str, Any]]:
         """What the function of the file returns: the description, and what tests are given."""
-        made: Any = self._make(**self._parameters)
+        made: object = self._make(**self._parameters)
         description, given = cast("tuple[Any, Mapping[str, Any]]", made if isinstance(made, tuple) else (made, {}))
         if not isinstance(description, LaunchDescription):
             raise LaunchError(f"{self._path}: {MAKER}() returned {described(description)}, no LaunchDescription")
@@ -134,10 +134,10 @@ class _Execution:
             self._info.append(event)
             self._output.track(event.process_name)
 
-        def ended(event: Any, context: LaunchContext) -> None:
+        def ended(event: object, context: LaunchContext) -> None:
             self._info.append(event)
 
-        def ready(event: Any, context: LaunchContext) -> None:
+        def ready(event: object, context: LaunchContext) -> None:
             self._ready.set()
 
         handlers = (
@@ -147,7 +147,7 @@ class _Execution:
             EventHandler(matcher=lambda event: isinstance(event, events.ReadyToTest), entities=ready),
         )
         source = LaunchDescriptionSource(launch_description=description)
-        include = IncludeLaunchDescription(source, launch_arguments=arguments)
+        include = IncludeLaunchDescription(source, launch_arguments=arguments.items())
         return LaunchDescription([*map(RegisterEventHandler, handlers), include])
 
     def outcome(self, seconds: float, *, stays: bool) -> Outcome:

@@ -40,7 +40,7 @@ class ProcessProxy:
         with self._info.proc_event:
             return self._info.proc_event.wait_for(lambda: self.terminated, timeout)
 
-    def wait_for_output(self, condition: Callable[[str], Any] | None = None, timeout: float | None = None) -> bool:
+    def wait_for_output(self, condition: Callable[[str], object] | None = None, timeout: float | None = None) -> bool:
         """Wait until the condition holds for what it has written, or until it has written anything; whether it does, in time."""
         holds = bool if condition is None else condition
         with self._output.io_event:
@@ -128,7 +128,7 @@ def expect_output(
     *,
     lines: Sequence[str] | None = None,
     expected_text: Expected | None = None,
-    expected_lines: Sequence[Any] | None = None,
+    expected_lines: Sequence[object] | None = None,
     strip_ansi_escape_sequences: bool = True,
     strict: bool = False,
 ) -> bool:

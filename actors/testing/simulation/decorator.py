@@ -16,7 +16,6 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Awaitable, Callable, Sequence
-from typing import Any
 
 import pytest
 
@@ -57,11 +56,11 @@ def scenario(
         (name_of_stage,) = stages
 
         @functools.wraps(test)
-        def run(request: pytest.FixtureRequest, **fixtures: Any) -> None:
+        def run(request: pytest.FixtureRequest, **fixtures: object) -> None:
             if "request" in signature.parameters:
                 fixtures["request"] = request
 
-            async def body(stage: Any) -> None:
+            async def body(stage: object) -> None:
                 await test(**{name_of_stage: stage}, **fixtures)
 
             played = Scenario(body, tuple(invariants), patience, on_hosts=name_of_stage == "lab")

@@ -225,7 +225,7 @@ def _signature(error: BaseException | None) -> tuple[str, str]:
     return type(fault).__name__, place_of(fault)
 
 
-def _problem(context: dict[str, Any]) -> BaseException:
+def _problem(context: dict[str, object]) -> BaseException:
     """The error in an exception context that the event loop would only have logged."""
     error = context.get("exception")
     return error if isinstance(error, BaseException) else RuntimeError(str(context.get("message", context)))
