@@ -72,8 +72,17 @@ def owner_of(file: str) -> int:
 
 def origin_of(error: BaseException) -> Place | None:
     """The line that raised an error; None if it was never raised, or only by `actors`."""
-    place = _users_own(place for place in _raised(error) if not place.file.startswith(_ASYNCIO))
-    return None if place is None or owner_of(place.file) == ACTORS else place
+    trace, nearest = error.__traceback__, ACTORS
+    best: TracebackType | None = None
+    while trace is not None:
+        file = trace.tb_frame.f_code.co_filename
+        owner, package = _filed(file)
+        if owner == PACKAGE and package in _claimed:
+            owner = USER
+        if owner <= nearest and owner != ACTORS and not file.startswith(_ASYNCIO):
+            best, nearest = trace, owner
+        trace = trace.tb_next
+    return None if best is None else _place(best.tb_frame.f_code, best.tb_lineno)
 
 
 def place_of(error: BaseException) -> str:
@@ -181,13 +190,6 @@ def _filed(file: str) -> tuple[int, str]:
             package = parts[len(parts) - parts[::-1].index(folder)].removesuffix(".py")
             return (PYTHON if package in _MACHINERY else PACKAGE), package
     return (PYTHON if file.startswith((_PYTHON, "<frozen ")) else USER), ""
-
-
-def _raised(error: BaseException) -> Iterator[Place]:
-    trace = error.__traceback__
-    while trace is not None:
-        yield _place(trace.tb_frame.f_code, trace.tb_lineno)
-        trace = trace.tb_next
 
 
 def _wrapped(awaitable: object) -> Any:

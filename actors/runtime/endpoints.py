@@ -17,6 +17,7 @@ from actors.actions.server import ActionServer
 from actors.checks import create
 from actors.contracts.contracts import Service
 from actors.errors import DeclarationError
+from actors.parameters.declare import INTROSPECTION
 from actors.parameters.descriptor import ParameterDescriptor
 from actors.qos import (
     ACTION_FEEDBACK,
@@ -30,7 +31,7 @@ from actors.qos import (
 )
 from actors.qos.overriding import changes
 from actors.qos.policies import QoS
-from actors.runtime.introspection import Introspection, has_introspection
+from actors.runtime.introspection import Introspection
 from actors.services.client import Client, submit
 from actors.services.server import InterceptedServer, Request, Server
 from actors.time.deadlines import check_timeout
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from actors.graph.graph import TopicEntry
     from actors.graph.servers import ServiceEntry
     from actors.interfaces.message import Message
+    from actors.qos.overriding import Overriding
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.interceptor import Interceptor
     from actors.services.peers import ServicePeer, Submit
@@ -86,7 +88,7 @@ class Endpoints:
         self._graph = life.runtime.graph
         self._introspection: tuple[Introspection, ...] | None = None
         """Empty if the node lacks its parameters; None until the first service, client or action."""
-        self.publishers: dict[Publisher[Any], None] = {}
+        self.publishers: list[Publisher[Any]] = []
         """The open publishers, in the order in which they were made."""
         self.publishing = True
         """Whether the node's declared publishers deliver. For a lifecycle node that depends on its state."""
@@ -102,8 +104,9 @@ class Endpoints:
         life = self._life
         life.check_use()
         entry = self._graph.topic(life.identity.topic(topic.name))
-        qos = self._overridden(entry.name, "publisher", qos)
-        offered = resolve_publisher(qos, [one.qos for one in entry.subscriptions])
+        if qos.overriding is not None:
+            qos = self._overridden(entry.name, "publisher", qos, qos.overriding)
+        offered = resolve_publisher(qos, (one.qos for one in entry.readers))
         made = publisher_for(life, entry, topic.type, offered)
         self._add(made)
         if not self.publishing:
@@ -125,12 +128,12 @@ class Endpoints:
 
     def _add(self, publisher: Publisher[Any]) -> None:
         """Let `publisher` join its topic. It is kept until it is closed."""
-        self.publishers[publisher] = None
+        self.publishers.append(publisher)
         publisher.on_close = self._publisher_closed
         publisher.entry.add_publisher(publisher)
 
     def _publisher_closed(self, publisher: Publisher[Any]) -> None:
-        del self.publishers[publisher]
+        self.publishers.remove(publisher)
         self._life.record.note((publisher.entry,))
 
     def let_publish(self, allowed: bool) -> None:
@@ -150,8 +153,9 @@ class Endpoints:
         life = self._life
         life.check_use()
         entry = self._graph.topic(life.identity.topic(topic.name))
-        qos = self._overridden(entry.name, "subscription", qos)
-        requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
+        if qos.overriding is not None:
+            qos = self._overridden(entry.name, "subscription", qos, qos.overriding)
+        requested = resolve_subscription(qos, (one.qos for one in entry.writers))
         subscription = StreamSubscription(life, entry, topic.type, requested, self.stream_closed, filter, patience)
         self.join(subscription)
         return create(Stream, subscription, life.runtime.loop)
@@ -189,12 +193,14 @@ class Endpoints:
         life = self._life
         life.check_use()
         entry = self._graph.topic(life.identity.topic(topic.name))
-        qos = self._overridden(entry.name, "subscription", qos)
-        subscription = self._left_over(entry, topic.type, label, concurrent, filter is not None)
-        if subscription is not None:
-            subscription.take_over(life, handler, filter)
-            return
-        qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
+        if qos.overriding is not None:
+            qos = self._overridden(entry.name, "subscription", qos, qos.overriding)
+        if life.incarnation > 1:
+            subscription = self._left_over(entry, topic.type, label, concurrent, filter is not None)
+            if subscription is not None:
+                subscription.take_over(life, handler, filter)
+                return
+        qos = resolve_subscription(qos, (one.qos for one in entry.writers))
         if concurrent:
             subscription = ConcurrentSubscription(
                 life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter
@@ -220,15 +226,12 @@ class Endpoints:
                 return each
         return None
 
-    def _overridden(self, topic: str, kind: str, qos: QoS) -> QoS:
+    def _overridden(self, topic: str, kind: str, qos: QoS, overriding: Overriding) -> QoS:
         """The profile of a new endpoint, a ``publisher`` or ``subscription`` of `topic` (its full name), as the node's parameters say.
 
         The parameters are declared, unless an earlier endpoint has done that. Raises `InvalidQoS` for values that are none, or that the
         endpoint refuses.
         """
-        overriding = qos.overriding
-        if overriding is None:
-            return qos
         life, values = self._life, dict[str, Any]()
         store = life.parameters
         for policy, (name, default) in overriding.parameters(topic, kind, qos).items():
@@ -359,7 +362,8 @@ class Endpoints:
         """Those of this life; the first is the nearest to the node."""
         life, own = self._life, self._introspection
         if own is None:
-            has = has_introspection(life.identity.overrides) or has_introspection(life.declarations.table.values)
+            overrides = life.identity.overrides
+            has = life.declarations.introspected or (overrides and not overrides.keys().isdisjoint(INTROSPECTION))
             own = self._introspection = (Introspection(life, self._level, self._publish_on),) if has else ()
         return (*own, *life.runtime.interceptors) if own else life.runtime.interceptors
 

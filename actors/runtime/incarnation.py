@@ -65,7 +65,7 @@ Phase: TypeAlias = Literal["new", "on_start", "begin", "running"]
 class Incarnation:
     """One life of one node. For its supervisor it is a `Life`; for endpoints it is the node that they belong to.
 
-    Its parts: `endpoints`, `tasks`, `timers` and `ros_time()`, the last two made at their first use.
+    Its parts: `endpoints`, `tasks`, `timers` and `ros_time()`, each made at its first use.
 
     Invariants:
 
@@ -78,8 +78,8 @@ class Incarnation:
     """
 
     __slots__ = (
-        "_child", "_ids", "_log", "_parameters", "_rng", "_timers", "asked", "clock", "declarations", "ended", "endpoints", "identity", "inbox",
-        "incarnation", "node", "phase", "record", "runtime", "serving", "sim", "tasks", "waits_for",
+        "_child", "_ids", "_log", "_parameters", "_rng", "_tasks", "_timers", "asked", "clock", "declarations", "ended", "identity", "inbox",
+        "incarnation", "node", "opened", "phase", "record", "runtime", "serving", "sim", "waits_for",
     )  # fmt: skip
 
     def __init__(self, runtime: Runtime, record: NodeRecord, node: Node) -> None:
@@ -100,8 +100,9 @@ class Incarnation:
         self.serving = self.ended = False
         self.waits_for: Any = None
         self._child: ChildTask | None = None
-        self.tasks = Tasks(self)
-        self.endpoints = Endpoints(self)
+        self.opened: Endpoints | None = None
+        """Its `endpoints`, once it has had any."""
+        self._tasks: Tasks | None = None
         self._timers: Timers | None = None
         self.sim: SimTime | None = None
         self._parameters: ParameterStore | None = None
@@ -131,7 +132,8 @@ class Incarnation:
                 if self.asked is not None:
                     self.request_stop(self.asked)
                 self.serving = True
-                self.endpoints.serve_concurrently()
+                if self.opened is not None:
+                    self.opened.serve_concurrently()
                 await self.inbox.serve(self.on_error, self.on_holding)
             except BaseException as error:
                 try:
@@ -141,7 +143,7 @@ class Incarnation:
                     # Before `release`, so that no caller is answered with `NodeRestarting`.
                     raise _exit(self.runtime, self.fqn, request) from request
             finally:
-                killed = bool(self.tasks.running) and self.killed
+                killed = bool(self._tasks) and self.killed
                 if not self.ended:  # else it was abandoned and released already, and another incarnation may run
                     self.release()
                     self.runtime.ended(self)
@@ -210,12 +212,14 @@ class Incarnation:
         announced = declarations.parameters and (overrides or self.runtime.observers.parameters)
         if announced and declarations.overridable:
             self.open_parameters(announce=True)
-        self.endpoints.open_published()
+        if declarations.endpoints:
+            self.endpoints.open_published()
         if announced and not declarations.overridable:
             self.open_parameters(announce=True)
         if "use_sim_time" in overrides and self.parameters.value("use_sim_time"):
             self.ros_time().use(True)
-        self.endpoints.open_declared()
+        if declarations.endpoints:
+            self.endpoints.open_declared()
 
     async def _failed(self, error: BaseException) -> None:
         """Clean up after an error; raise the failure that it means if that is another error."""
@@ -254,8 +258,8 @@ class Incarnation:
             cleaning += action.stop(f"{self.fqn} stops: {reason}")
         if cleaning:
             await asyncio.wait(cleaning)
-        if self.tasks.running:
-            await self.tasks.cancel()
+        if self._tasks:
+            await self._tasks.cancel()
         try:
             if self.phase in ("begin", "running"):
                 await node.__finish__()
@@ -363,8 +367,8 @@ class Incarnation:
                 self.ros_time().use(parameter.value is True)
             elif parameter.name in self.declarations.rates:
                 self.timers.retime(self.declarations, parameter.name, parameter.value)
-            elif parameter.name in INTROSPECTION:
-                self.endpoints.introspect()
+            elif parameter.name in INTROSPECTION and self.opened is not None:
+                self.opened.introspect()
         with outside():
             for observer in self.runtime.observers.parameters:
                 observer(self, change)
@@ -419,7 +423,8 @@ class Incarnation:
 
     def check_use(self) -> None:
         """Raise `WrongThread` in a foreign thread, and `Ended` after the end of this incarnation."""
-        self.check_thread()
+        if get_ident() != self.runtime.thread:
+            self.check_thread()
         if self.ended:
             raise self._over()
 
@@ -538,7 +543,25 @@ class Incarnation:
             return NotRunning(f"{self.fqn} has stopped: {reason}")
         return NodeRestarting(self.fqn, self.incarnation)
 
-    # -- tasks --------------------------------------------------------------------------------------------------------------
+    # -- endpoints and tasks ------------------------------------------------------------------------------------------------
+
+    @property
+    def endpoints(self) -> Endpoints:
+        """Its publishers, subscriptions, servers and clients; the part is made at its first use."""
+        if self.opened is None:
+            self.opened = Endpoints(self)
+        return self.opened
+
+    @property
+    def tasks(self) -> Tasks:
+        """The tasks that it owns; the part is made at its first use."""
+        if self._tasks is None:
+            self._tasks = Tasks(self)
+        return self._tasks
+
+    def owns(self, task: asyncio.Task[Any]) -> bool:
+        """Whether `task` is one of its `tasks`."""
+        return self._tasks is not None and task in self._tasks
 
     def spawn(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
         """Run `work` in a task that the node owns: its failure is the node's failure, and the node's end cancels it. Raises `Ended`."""
@@ -589,11 +612,13 @@ class Incarnation:
         record.life = None
         if self._timers is not None:
             self._timers.close()
-        for task in reversed(self.tasks.running):
-            task.cancel()
+        if self._tasks is not None:
+            for task in reversed(self._tasks.running):
+                task.cancel()
         if self.sim is not None:
             self.sim.close()
-        self.endpoints.close()
+        if self.opened is not None:
+            self.opened.close()
         record.park(self.absent)
 
 

@@ -96,12 +96,13 @@ class Journal:
         for observer in self._observers:
             observer(report)
 
-    def write_report(self, report: Report, ended_at: float | None) -> None:
-        """Log a supervisor's report. `ended_at` is the loop time at which the last life of the node in question ended, or None."""
-        if report.context == "progress" and report.child.incarnation == 1 and self.level > DEBUG:
+    def write_report(self, report: Report, reason: str, ended_at: float | None) -> None:
+        """Log a supervisor's report. `reason` is the text of its reason, `ended_at` the loop time at which the last life of the node in
+        question ended, or None."""
+        if report.context == "progress" and report.child.incarnation == 1 and self.levels.default > DEBUG:
             return  # this is reported for every node; do not even make the fields of a line that is not written
-        level, event, fields = log_line(report, ended_at)
-        if level < self.level:
+        level, event, fields = log_line(report, reason, ended_at)
+        if level < self.levels.default:
             return
         error, times = None, 1
         cause = None if report.reason is None else cause_of(report.reason)

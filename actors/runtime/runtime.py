@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 from actors.checks import create
 from actors.errors import DeclarationError
 from actors.graph.graph import Graph
-from actors.inbox.boundary import outside
+from actors.inbox.boundary import BOUNDARY, outside
 from actors.inbox.inbox import Inbox
 from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
@@ -365,8 +365,7 @@ class Directory:
     def owner_of(self, task: asyncio.Task[Any]) -> NodeRecord | None:
         """The node that `task` belongs to: its main task or one that it owns. None for any other task. May be called from any thread."""
         for record in list(self.records.values()):
-            life = record.life
-            if record.inbox.task is task or (life is not None and task in life.tasks):
+            if record.inbox.task is task or (record.life is not None and record.life.owns(task)):
                 return record
         return None
 
@@ -603,9 +602,10 @@ class Runtime:
         """Keep a supervisor's report, tell the observers, and log it."""
         record = self.directory.records.get(report.child.path)
         self.journal.keep(report)
+        reason = "" if report.reason is None else str(report.reason)
         if report.context == "child_terminated" and record is not None:
-            record.note_restart(self.clock.now(), str(report.reason))
-        self.journal.write_report(report, None if record is None else record.ended_at)
+            record.note_restart(self.clock.now(), reason)
+        self.journal.write_report(report, reason, None if record is None else record.ended_at)
 
     # -- the lives of nodes -------------------------------------------------------------------------------------------------
 
@@ -630,12 +630,15 @@ class Runtime:
 
     def ready(self, life: Incarnation) -> None:
         """Note that an incarnation is ready, and tell the observers."""
-        with outside():
+        token = BOUNDARY.set(None)  # `outside`, without its two calls for each start
+        try:
             self.starts.end(life.inbox)
             if not life.ended:  # else it was abandoned, and another one may run in its place
                 life.record.node_class = type(life.node)
                 for observer in self.observers.ready:
                     observer(life)
+        finally:
+            BOUNDARY.reset(token)
 
     def ended(self, life: Incarnation) -> None:
         """Note that an incarnation has ended, and tell the observers. If the system stops, close its record as well."""

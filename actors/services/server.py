@@ -16,6 +16,7 @@ import msgspec
 
 from actors.errors import CallTimeout, ServiceFailed, WrongType
 from actors.inbox.control import blame
+from actors.inbox.inbox import NOTHING
 from actors.services.cycles import cycle_of
 from actors.services.peers import Caller, Registration, Requester
 from actors.time.deadlines import FEW
@@ -102,7 +103,7 @@ class Server:
         request = self.request(self, message, inbox.loop.create_future(), caller, self.calls)
         self.deadlines.watch(request, timeout)
         if not self.concurrent:
-            inbox.items.append(request)
+            (inbox.queue() if inbox.items is NOTHING else inbox.items).append(request)
             # `Inbox.put`, inlined to save a call per request. An idle node has a waiter to wake. A busy one is told only of the first
             # request that waits, which starts the watch over the handler that delays it.
             if inbox.waiter is not None or inbox.watch is None:
