@@ -224,7 +224,7 @@ class Graph:
         self.interceptors: list[TopicInterceptor] = []
         """What stands between the ends of topics; the first is the nearest to the nodes."""
         self.watchers: list[GraphWatcher] = []
-        """Told of every endpoint that joins or leaves."""
+        """Told of every endpoint that joins or leaves, and of every search for a server."""
         self.elsewhere: Callable[[], Iterable[KnownElsewhere]] = tuple
         """Returns the known nodes of other processes."""
         self.complete: Callable[[], bool] = _nobody_else
@@ -255,6 +255,12 @@ class Graph:
             entry = self.actions[name] = ActionEntry(self, name)
             entry.stopped = self.departed.pop(name, None)
         return entry
+
+    def seek(self, entry: ServiceEntry) -> None:
+        """Open the service `entry`, for which a node looks, if it is a standard one, and tell the watchers."""
+        self.open_standard_service(entry)
+        for watcher in self.watchers:
+            watcher.server_sought(entry)
 
     def drop(self, entry: ServerEntry[Any]) -> None:
         """Remove a name without server and waiting tasks. Its last server is remembered, so that a later caller learns at once that it has

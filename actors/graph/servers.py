@@ -169,11 +169,11 @@ class ServiceEntry(ServerEntry["ServicePeer"]):
         return self.graph.services.get(self.name, self)
 
     async def available(self) -> ServicePeer:
-        self.graph.open_standard_service(self)
+        self.graph.seek(self)
         return await super().available()
 
     async def require(self) -> ServicePeer:
-        self.graph.open_standard_service(self)
+        self.graph.seek(self)
         return await super().require()
 
 

@@ -192,6 +192,8 @@ class Endpoints:
         """Subscribe `handler` to `topic`. A subscription of the last life is taken over, with the messages that wait in it."""
         life = self._life
         life.check_use()
+        if life.runtime.interceptors:
+            handler = life.invoking(label, handler)
         entry = self._graph.topic(life.identity.topic(topic.name))
         if qos.overriding is not None:
             qos = self._overridden(entry.name, "subscription", qos, qos.overriding)
@@ -309,6 +311,8 @@ class Endpoints:
         entry = self._graph.service(life.identity.service(service.name))
         if entry.local is not None:
             self._refuse_second(entry.name, entry.local, "service", service.type)
+        if life.runtime.interceptors:
+            handler = life.invoking(label, handler)
         server = self.server(entry, service.type, handler, label, concurrent, declared=True)
         life.record.services[entry.name] = server
         entry.open(server)

@@ -439,8 +439,11 @@ class Incarnation:
         if self._timers is None:
             runtime = self.runtime
             on_late = None if runtime.stalls is None else partial(self._loop_late, runtime.stalls)
-            ticking = [each.ticking for each in runtime.interceptors] if runtime.interceptors else ()
-            self._timers = Timers(self.inbox, runtime.ticker, on_late, ticking)
+            if runtime.interceptors:
+                ticking = [each.ticking for each in runtime.interceptors]
+                self._timers = Timers(self.inbox, runtime.ticker, on_late, ticking, self.invoking)
+            else:
+                self._timers = Timers(self.inbox, runtime.ticker, on_late)
         return self._timers
 
     def start_timers(self) -> None:
@@ -474,6 +477,12 @@ class Incarnation:
         for each in self.runtime.interceptors:
             enter = each.entering(self, what, enter)
         return enter
+
+    def invoking(self, label: str, handler: Callable[..., Any]) -> Callable[..., Any]:
+        """`handler` behind the interceptors; see `Interceptor.invoking`."""
+        for each in self.runtime.interceptors:
+            handler = each.invoking(self, label, handler)
+        return handler
 
     def goal_failed(self, action: str, error: Exception, event: str = "goal failed") -> None:
         """Handle an exception that left an action's body or hook, and that its caller has been given.

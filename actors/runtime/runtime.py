@@ -447,7 +447,8 @@ class Runtime:
     """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.seam.Runtime`.
 
     `options` are those of the run. `processes` makes the source of lives in other processes, at its first use; without it the system has
-    none. `placement` is that of this system in the tree of which it is a part. `make_graph` makes the graph.
+    none. `placement` is that of this system in the tree of which it is a part. `make_graph` and `make_deadlines` make
+    the graph and the timeouts of calls.
 
     Invariants:
 
@@ -467,6 +468,7 @@ class Runtime:
         processes: Callable[[Runtime], OtherProcesses] | None = None,
         placement: Placement = HERE,
         make_graph: Callable[..., Graph] = Graph,
+        make_deadlines: Callable[[asyncio.AbstractEventLoop], Deadlines] = Deadlines,
     ) -> None:
         self.loop = loop = asyncio.get_running_loop()
         self.thread = get_ident()
@@ -474,7 +476,7 @@ class Runtime:
         self.placement = placement
         self.clock = create(Clock, loop, virtual=bool(getattr(loop, "virtual", False)))
         self.ticker = Ticker(loop)
-        self.deadlines = Deadlines(loop)
+        self.deadlines = make_deadlines(loop)
         self.threads = CallsFromThreads(loop)
         self.offload = Offload(self.clock)
         self.rng = self.random("supervision")

@@ -301,24 +301,27 @@ class Timers:
     """The timers of one life of a node: those that its class declares by `@every`, and those that it makes while it runs.
 
     `ticker` gives the ticks until `use` names another source; `on_late` is called when the event loop was late for a tick by a period or more.
+    `ticking` and `invoking` are those of the interceptors.
 
     Invariants: all timers tick by the same source, and show the time of its clock.
     """
 
-    __slots__ = ("_inbox", "_on_late", "_source", "_ticking", "_time", "declared", "made")
+    __slots__ = ("_inbox", "_invoking", "_on_late", "_source", "_ticking", "_time", "declared", "made")
 
     def __init__(
         self,
         inbox: Inbox,
         ticker: TickSource,
         on_late: Callable[[NodeTimer, float, int], None] | None,
-        ticking: Sequence[Callable[[NodeTimer, Ticked], Ticked]],
+        ticking: Sequence[Callable[[NodeTimer, Ticked], Ticked]] = (),
+        invoking: Callable[[str, Callable[..., Any]], Callable[..., Any]] | None = None,
     ) -> None:
         self._inbox = inbox
         self._source = ticker
         self._time: Callable[[], float] | None = None
         self._on_late = on_late
         self._ticking = ticking
+        self._invoking = invoking
         self.declared: list[NodeTimer] = []
         """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
         self.made: dict[NodeTimer, None] = {}
@@ -344,6 +347,8 @@ class Timers:
             record.hz = hz
             handler, label = getattr(node, declared.attribute), declarations.labels[declared.attribute]
             timer = NodeTimer(self._inbox, handler, hz, declared.late, label, record, self._on_late, self._ticking)
+            if self._invoking is not None:
+                timer.handler = self._invoking(label, handler)
             self.declared.append(timer)
             self._begin(timer)
 
