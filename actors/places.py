@@ -61,9 +61,12 @@ class Place(NamedTuple):
 
 def claim(module: str) -> None:
     """Count the package of this module as the user's own, also if it is installed, because it defines a node class."""
-    _claimed.add(module.partition(".")[0])
+    if (package := module.partition(".")[0]) not in _claimed:
+        _claimed.add(package)
+        owner_of.cache_clear()
 
 
+@lru_cache(maxsize=4096)
 def owner_of(file: str) -> int:
     """The owner of a file: `USER`, `PACKAGE`, `PYTHON` or `ACTORS`."""
     owner, package = _filed(file)
@@ -76,9 +79,7 @@ def origin_of(error: BaseException) -> Place | None:
     best: TracebackType | None = None
     while trace is not None:
         file = trace.tb_frame.f_code.co_filename
-        owner, package = _filed(file)
-        if owner == PACKAGE and package in _claimed:
-            owner = USER
+        owner = owner_of(file)
         if owner <= nearest and owner != ACTORS and not file.startswith(_ASYNCIO):
             best, nearest = trace, owner
         trace = trace.tb_next
@@ -179,7 +180,6 @@ def _users_own(places: Iterable[Place]) -> Place | None:
     return best
 
 
-@lru_cache(maxsize=4096)
 def _filed(file: str) -> tuple[int, str]:
     """The owner of a file, and the name of its package if that is installed. Packages that were claimed are not considered."""
     if file.startswith((_OURS, *_MADE)):

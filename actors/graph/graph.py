@@ -127,7 +127,7 @@ class TopicEntry:
             with outside():  # not a reading of the clock by the node that happens to be the first
                 self.opened = self.graph.now()
         self.writers[publisher] = None
-        for subscription in self.subscriptions:
+        for subscription in list(self.readers):
             # A subscription that is garbage-collected during this loop has left `readers`.
             if subscription in self.readers and self._match(publisher, subscription):
                 publisher.join(subscription)
@@ -155,7 +155,7 @@ class TopicEntry:
         one."""
         self.graph.open_standard_topic(self)
         self.readers[subscription] = None
-        for publisher in self.publishers:
+        for publisher in list(self.writers):
             if self._match(publisher, subscription):
                 publisher.join(subscription)
                 subscription.join(publisher)

@@ -102,7 +102,8 @@ class ServerEntry(Generic[S]):
             self.server = self.local if self.local is not None else next(iter(self.remotes), None)
         if self.server is not None:
             self.stopped = None
-            self.waiters.wake_all()
+            if self.waiters:
+                self.waiters.wake_all()
 
     def _changed(self) -> None:
         self.graph.changed()

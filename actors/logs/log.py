@@ -78,8 +78,9 @@ class LogRecord:
 
     def let_go(self) -> None:
         """Store the traceback and drop the error."""
-        self._keep_traceback()
-        self.error = None
+        if self.error is not None:
+            self._keep_traceback()
+            self.error = None
 
     def _keep_traceback(self) -> None:
         if self.error is not None and self._traceback is None:

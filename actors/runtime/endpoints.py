@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Coroutine, Iterable
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 from actors.actions.client import DIRECT, Goal
@@ -64,6 +65,7 @@ Resp = TypeVar("Resp", bound="Message")
 CLIENTS: Final = 256
 """The most service clients that a life keeps. When there are more, all are dropped; each is made again at its next call."""
 
+_QOS: Final = attrgetter("qos")
 _EVENT_QOS: Final = {
     "parameter_events": PARAMETER_EVENTS,
     "rosout": ROSOUT,
@@ -106,7 +108,7 @@ class Endpoints:
         entry = self._graph.topic(life.identity.topic(topic.name))
         if qos.overriding is not None:
             qos = self._overridden(entry.name, "publisher", qos, qos.overriding)
-        offered = resolve_publisher(qos, (one.qos for one in entry.readers))
+        offered = resolve_publisher(qos, map(_QOS, entry.readers))
         made = publisher_for(life, entry, topic.type, offered)
         self._add(made)
         if not self.publishing:
@@ -155,7 +157,7 @@ class Endpoints:
         entry = self._graph.topic(life.identity.topic(topic.name))
         if qos.overriding is not None:
             qos = self._overridden(entry.name, "subscription", qos, qos.overriding)
-        requested = resolve_subscription(qos, (one.qos for one in entry.writers))
+        requested = resolve_subscription(qos, map(_QOS, entry.writers))
         subscription = StreamSubscription(life, entry, topic.type, requested, self.stream_closed, filter, patience)
         self.join(subscription)
         return create(Stream, subscription, life.runtime.loop)
@@ -202,7 +204,7 @@ class Endpoints:
             if subscription is not None:
                 subscription.take_over(life, handler, filter)
                 return
-        qos = resolve_subscription(qos, (one.qos for one in entry.writers))
+        qos = resolve_subscription(qos, map(_QOS, entry.writers))
         if concurrent:
             subscription = ConcurrentSubscription(
                 life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter
@@ -321,7 +323,9 @@ class Endpoints:
         self, entry: ServiceEntry, type: Any, handler: Any, label: str, concurrent: int, *, declared: bool
     ) -> Server:
         """A server that is not open yet, behind the interceptors; only they hear of the handling of what is not `declared`."""
-        interceptors = [each for each in self._interceptors if each.of_servers]
+        interceptors = self._interceptors
+        if interceptors:
+            interceptors = tuple(each for each in interceptors if each.of_servers)
         if not interceptors:
             return Server(self._life, entry, type, handler, label, concurrent)
         server = InterceptedServer(self._life, entry, type, handler, label, concurrent)
@@ -418,7 +422,8 @@ class Endpoints:
             if isinstance(subscription, ConcurrentSubscription):
                 subscription.start(life.spawn)
         for server in life.record.services.values():
-            server.begin()
+            if server.waiting:
+                server.begin()
 
     def retire(self, error: Callable[[], Exception]) -> None:
         """Close all declared endpoints of a node that goes on for its standard services only. What it publishes from now on is discarded.

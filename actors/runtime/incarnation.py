@@ -25,7 +25,7 @@ from actors.errors import (
     ProgramExit,
     WrongThread,
 )
-from actors.inbox.boundary import outside
+from actors.inbox.boundary import BOUNDARY, outside
 from actors.inbox.control import Failure, StopRequest, StopServing, blame, stray_cancel
 from actors.logs import ERROR, WARN
 from actors.parameters.declare import INTROSPECTION, LOGGER_SERVICE, OPTIONAL_PARAMETERS
@@ -196,8 +196,8 @@ class Incarnation:
             from actors.parameters.unknown import refuse_unknown
 
             refuse_unknown(self.parameters, type(node).__name__, self.identity.optional)
-        if self.incarnation > 1:
-            self.runtime.lost(self.fqn, record.sweep(self))
+        if self.incarnation > 1 and (lost := record.sweep(self)):
+            self.runtime.lost(self.fqn, lost)
         if not node.managed:
             self.start_timers()
         for background in self.declarations.backgrounds:
@@ -212,18 +212,19 @@ class Incarnation:
         announced = declarations.parameters and (overrides or self.runtime.observers.parameters)
         if announced and declarations.overridable:
             self.open_parameters(announce=True)
-        if declarations.endpoints:
-            self.endpoints.open_published()
+        endpoints = self.endpoints if declarations.endpoints else None
+        if endpoints is not None:
+            endpoints.open_published()
         if announced and not declarations.overridable:
             self.open_parameters(announce=True)
         if "use_sim_time" in overrides and self.parameters.value("use_sim_time"):
             self.ros_time().use(True)
-        if declarations.endpoints:
-            self.endpoints.open_declared()
+        if endpoints is not None:
+            endpoints.open_declared()
 
     async def _failed(self, error: BaseException) -> None:
         """Clean up after an error; raise the failure that it means if that is another error."""
-        failure = blame(error, f"{self.fqn} {self.phase}")
+        failure = blame(error, f"{self.identity.fqn} {self.phase}")
         child = self.child
         if failure is None or child is None or child.task is not asyncio.current_task():
             return  # the task is being ended and cannot await, or the incarnation was abandoned
@@ -251,8 +252,11 @@ class Incarnation:
         node, record = self.node, self.record
         self.inbox.task = asyncio.current_task()
         if self.asked is None and (child := self.child) is not None:  # else its end has a limit already
-            with outside():
+            token = BOUNDARY.set(None)
+            try:
                 child.bound()
+            finally:
+                BOUNDARY.reset(token)
         cleaning: list[asyncio.Task[None]] = []
         for action in record.actions.values():
             cleaning += action.stop(f"{self.fqn} stops: {reason}")

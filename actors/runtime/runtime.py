@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 from actors.checks import create
 from actors.errors import DeclarationError
 from actors.graph.graph import Graph
-from actors.inbox.boundary import BOUNDARY, outside
+from actors.inbox.boundary import BOUNDARY
 from actors.inbox.inbox import Inbox
 from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
@@ -271,12 +271,13 @@ class NodeRecord:
 
     def sweep(self, life: Incarnation) -> int:
         """Close the subscriptions and servers of the last incarnation that `life` has not opened. Returns how many messages were lost."""
-        gone = [each for each in self.subscriptions if each.node is not life]
-        lost = sum(len(each.messages) for each in gone)
-        for subscription in gone:
-            subscription.close()
-        self.inbox.clear(keep=lambda item: not isinstance(item, HandlerSubscription) or item.node is life)
-        self.subscriptions = [each for each in self.subscriptions if each.node is life]
+        lost = 0
+        if gone := [each for each in self.subscriptions if each.node is not life]:
+            lost = sum(len(each.messages) for each in gone)
+            for subscription in gone:
+                subscription.close()
+            self.inbox.clear(keep=lambda item: not isinstance(item, HandlerSubscription) or item.node is life)
+            self.subscriptions = [each for each in self.subscriptions if each.node is life]
         held: tuple[dict[str, Any], ...] = (self.services, self.actions)
         for servers in held:
             for name, server in list(servers.items()):
@@ -575,9 +576,9 @@ class Runtime:
 
     def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
         """Make a new life of `child`, which takes over inbox and waiting messages of the last one. Raises what `incarnate` raises."""
-        if child.process or isinstance(child, Supervisor):
-            return self.processes.life(child, path, incarnation)
-        return self.new_life(child, self.enter(child, path))
+        if isinstance(child, Child) and not child.process:
+            return self.new_life(child, self.directory.enter(child, path, self.stalls))
+        return self.processes.life(child, path, incarnation)
 
     @property
     def processes(self) -> OtherProcesses:
@@ -644,13 +645,16 @@ class Runtime:
 
     def ended(self, life: Incarnation) -> None:
         """Note that an incarnation has ended, and tell the observers. If the system stops, close its record as well."""
-        with outside():
+        token = BOUNDARY.set(None)
+        try:
             record = life.record
             record.ended_at = self.loop.time()
-            if self.stop_reason is not None:
+            if self.tree.stop_reason is not None:
                 self._dismiss(record)
             for observer in self.observers.ended:
                 observer(life)
+        finally:
+            BOUNDARY.reset(token)
 
     def exits(self, request: ProgramExit) -> None:
         """Stop the tree in order because a node's code asks the program to exit; the block of `run` raises `request.error`."""

@@ -179,7 +179,7 @@ class NodeTimer:
 
     def begin(self, ticker: TickSource, start: float | None = None) -> None:
         """Start ticking. The first tick is due one period from now, or from `start`, seconds on the clock of `ticker`."""
-        self.handle = ticker.add(self.hz, self.taker(), start)
+        self.handle = ticker.add(self.hz, self.taker() if self.ticking else self.on_tick, start)
         self.record.since = self.loop_time()
 
     def taker(self) -> Ticked:

@@ -166,7 +166,7 @@ class Executor:
                 self._carry_out[type(act)](act)
 
     def _handle_end(self, event: Ended) -> None:
-        entry = self._children.entries[event.life.ref.id]
+        entry = self._children.entries[event.life.ref.path[-1]]
         life, entry.now = entry.now, None
         assert life is not None
         answer = decide(event, self._children)
