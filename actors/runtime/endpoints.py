@@ -7,9 +7,10 @@ else is closed with the life.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Coroutine, Iterable, Mapping
 from functools import partial
 from operator import attrgetter
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 from actors.actions.client import DIRECT, Goal
@@ -62,6 +63,9 @@ F = TypeVar("F", bound="Message")
 Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
 
+NOTHING: Final[Mapping[Any, Any]] = MappingProxyType({})
+"""What nodes have in the place of empty tables, each of which would take a hundredth of what a node takes."""
+
 CLIENTS: Final = 256
 """The most service clients that a life keeps. When there are more, all are dropped; each is made again at its next call."""
 
@@ -95,8 +99,8 @@ class Endpoints:
         self.publishing = True
         """Whether the node's declared publishers deliver. For a lifecycle node that depends on its state."""
         self.streams: list[StreamSubscription[Any]] = []
-        self.clients: dict[Any, Client[Any, Any]] = {}
-        self.standard: list[Server] = []
+        self.clients: Mapping[Any, Client[Any, Any]] = NOTHING
+        self.standard: tuple[Server, ...] = ()
         """The standard services of the node that have been opened, because they were asked for."""
 
     # -- topics -------------------------------------------------------------------------------------------------------------
@@ -215,7 +219,7 @@ class Endpoints:
             subscription = HandlerSubscription(
                 life, entry, topic.type, qos, life.inbox, label, handler, patience, filter
             )
-        life.record.subscriptions.append(subscription)
+        life.record.subscriptions = (*life.record.subscriptions, subscription)
         entry.add_subscription(subscription)
 
     def _left_over(
@@ -260,9 +264,10 @@ class Endpoints:
         life = self._life
         if len(self.clients) >= CLIENTS:  # the node makes contracts while it runs: bound what they cost
             life.record.note(one.entry for one in self.clients.values())
-            self.clients.clear()
+            self.clients = NOTHING
         entry = self._graph.service(life.identity.service(service.name))
-        made = self.clients[service] = Client(life, entry, service)
+        made = Client(life, entry, service)
+        self.clients = {**self.clients, service: made}
         if interceptors := self._interceptors:
             sending: Submit = submit
             for each in reversed(interceptors):
@@ -316,7 +321,7 @@ class Endpoints:
         if life.runtime.interceptors:
             handler = life.invoking(label, handler)
         server = self.server(entry, service.type, handler, label, concurrent, declared=True)
-        life.record.services[entry.name] = server
+        life.record.services = {**life.record.services, entry.name: server}
         entry.open(server)
 
     def server(
@@ -348,7 +353,7 @@ class Endpoints:
             self._refuse_second(entry.name, entry.local, "action", server.type)
         for each in self._interceptors:
             server.ways = each.serving_goals(server, server.ways)
-        life.record.actions[entry.name] = server
+        life.record.actions = {**life.record.actions, entry.name: server}
         entry.open(server)
         for part in ("status", "feedback"):  # a subscription that outlives the last life receives from this one
             topic = graph.topics.get(f"{entry.name}/_action/{part}")
@@ -439,7 +444,7 @@ class Endpoints:
             stream.close()
         for subscription in record.subscriptions:
             subscription.close()
-        record.subscriptions.clear()
+        record.subscriptions = ()
         record.inbox.discard(lambda item: isinstance(item, HandlerSubscription))
         for action in record.actions.values():
             action.stop(str(error()))
@@ -450,8 +455,7 @@ class Endpoints:
         told = tuple(f"{name}/_action/" for name in record.actions)
         for publisher in [one for one in self.publishers if one.entry.name.startswith(told)]:
             publisher.close()
-        record.services.clear()
-        record.actions.clear()
+        record.services = record.actions = NOTHING
 
     def close(self) -> None:
         """Close the endpoints that belong to this life only: publishers, streams, clients and standard services.
@@ -471,4 +475,4 @@ class Endpoints:
             for server in self.standard:
                 server.fail_all(life.absent)
                 server.entry.withdraw()
-            self.standard.clear()
+            self.standard = ()

@@ -453,7 +453,8 @@ class Incarnation:
     def start_timers(self) -> None:
         """Start the timers that the class declares."""
         if self.declarations.timers:
-            self.timers.start(self.node, self.declarations, lambda: self.parameters, self.record.timers)
+            record = self.record
+            record.timers = self.timers.start(self.node, self.declarations, lambda: self.parameters, record.timers)
 
     def _loop_late(self, stalls: StallWatch, timer: NodeTimer, seconds: float, lost: int) -> None:
         """Report to the stall watch that the event loop was late for a tick by a period or more."""

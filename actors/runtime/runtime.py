@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Coroutine, Iterable, Mapping
 from functools import partial
 from random import Random
 from threading import get_ident
@@ -17,6 +17,7 @@ from actors.inbox.boundary import BOUNDARY
 from actors.inbox.inbox import Inbox
 from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
+from actors.runtime.endpoints import NOTHING
 from actors.runtime.incarnation import Incarnation, made
 from actors.runtime.journal import Journal
 from actors.runtime.offload import CallsFromThreads, Offload
@@ -199,10 +200,10 @@ class NodeRecord:
         """The primary state that was last requested of a lifecycle node; None before the first request."""
         self.saved: Any = None
         """The state that the node left for its next incarnation by `checkpoint` or `handover`; None without any."""
-        self.timers: dict[str, TimerRecord] = {}
-        self.subscriptions: list[HandlerSubscription[Any]] = []
-        self.services: dict[str, Server] = {}
-        self.actions: dict[str, ActionServer] = {}
+        self.timers: Mapping[str, TimerRecord] = NOTHING
+        self.subscriptions: tuple[HandlerSubscription[Any], ...] = ()
+        self.services: Mapping[str, Server] = NOTHING
+        self.actions: Mapping[str, ActionServer] = NOTHING
         self.used: set[GraphEntry] | None = None
         """The graph entries that endpoints of this node used and left; see `forget`. None instead of an empty set."""
 
@@ -277,14 +278,13 @@ class NodeRecord:
             for subscription in gone:
                 subscription.close()
             self.inbox.clear(keep=lambda item: not isinstance(item, HandlerSubscription) or item.node is life)
-            self.subscriptions = [each for each in self.subscriptions if each.node is life]
-        held: tuple[dict[str, Any], ...] = (self.services, self.actions)
-        for servers in held:
-            for name, server in list(servers.items()):
-                if server.node is not life:
-                    del servers[name]
-                    if server.entry.server is None:
-                        server.entry.close(self.identity.fqn)
+            self.subscriptions = tuple(each for each in self.subscriptions if each.node is life)
+        if left := [each for each in self._servers() if each.node is not life]:
+            self.services = {name: each for name, each in self.services.items() if each.node is life}
+            self.actions = {name: each for name, each in self.actions.items() if each.node is life}
+            for server in left:
+                if server.entry.server is None:
+                    server.entry.close(self.identity.fqn)
         return lost
 
     def close(self) -> int:
@@ -295,14 +295,13 @@ class NodeRecord:
             self.note(each.entry for each in self.subscriptions)
             for subscription in self.subscriptions:
                 subscription.close()
-            self.subscriptions.clear()
+            self.subscriptions = ()
         if servers := self._servers():
             self.note(server.entry for server in servers)
             for server in servers:
                 if server.entry.server is None:
                     server.entry.close(self.identity.fqn)
-            self.services.clear()
-            self.actions.clear()
+            self.services = self.actions = NOTHING
         self.inbox.clear(keep=lambda item: False)
         return dead_letters
 
@@ -351,7 +350,7 @@ class Directory:
         To be called between two lives. Returns how many messages were lost.
         """
         lost = record.close()
-        record.inbox, record.timers = self._inbox(stalls), {}
+        record.inbox, record.timers = self._inbox(stalls), NOTHING
         return lost
 
     def _inbox(self, stalls: StallWatch | None) -> Inbox:

@@ -9,9 +9,9 @@ from __future__ import annotations
 import inspect
 from array import array
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.checks import NoPublicConstructor, is_number
 from actors.errors import TickMissed
@@ -33,6 +33,10 @@ BACKLOG = 1000
 
 SHORTEST = 1e-6
 """The shortest period of a timer, seconds: that of the fastest `every`."""
+
+
+NONE_SEEN: Final = array("d")
+"""What a timer has before its first tick."""
 
 
 class Tick:
@@ -63,10 +67,12 @@ class Lateness:
     __slots__ = ("_next", "_seen")
 
     def __init__(self) -> None:
-        self._seen = array("d")
+        self._seen = NONE_SEEN
         self._next = 0
 
     def add(self, seconds: float) -> None:
+        if self._seen is NONE_SEEN:
+            self._seen = array("d")
         if len(self._seen) < KEPT:
             self._seen.append(seconds)
         else:
@@ -336,14 +342,16 @@ class Timers:
         node: object,
         declarations: Declarations,
         parameters: Callable[[], ParameterStore],
-        kept: dict[str, TimerRecord],
-    ) -> None:
-        """Start the timers that the class of `node` declares. `kept` holds their figures over all lives, by the name of the method."""
+        kept: Mapping[str, TimerRecord],
+    ) -> dict[str, TimerRecord]:
+        """Start the timers that the class of `node` declares. `kept` holds their figures over all earlier lives, by the name of the
+        method. Returns those over all lives."""
+        records = dict(kept)
         for declared in declarations.timers:
             hz: float = parameters().value(declared.hz) if isinstance(declared.hz, str) else declared.hz
-            record = kept.get(declared.attribute)
+            record = records.get(declared.attribute)
             if record is None:
-                record = kept[declared.attribute] = TimerRecord(hz)
+                record = records[declared.attribute] = TimerRecord(hz)
             record.hz = hz
             handler, label = getattr(node, declared.attribute), declarations.labels[declared.attribute]
             timer = NodeTimer(self._inbox, handler, hz, declared.late, label, record, self._on_late, self._ticking)
@@ -351,6 +359,7 @@ class Timers:
                 timer.handler = self._invoking(label, handler)
             self.declared.append(timer)
             self._begin(timer)
+        return records
 
     def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
         """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
