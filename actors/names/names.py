@@ -200,7 +200,7 @@ def expand(name: str, node: str, namespace: str, substitutions: Mapping[str, str
     ``expand("~/scan", "lidar", "/front")`` is ``/front/lidar/scan``. ``namespace`` must be normalised (``/`` or ``/ns``). Raises
     ``InvalidName`` for an invalid name, node, namespace or result.
     """
-    if substitutions is None and (shared := _expand_without_node(name, namespace)) is not None:
+    if substitutions is None and (shared := expand_shared(name, namespace)) is not None:
         validate_node_name(node)
         return shared
     full = expand_only(name, node, namespace, substitutions)
@@ -209,9 +209,7 @@ def expand(name: str, node: str, namespace: str, substitutions: Mapping[str, str
 
 
 def expand_for(name: str, node: str, namespace: str) -> str:
-    """As `expand`, for a node whose name and namespace have been checked."""
-    if (shared := _expand_without_node(name, namespace)) is not None:
-        return shared
+    """As `expand`, for a node whose name and namespace have been checked, and a name that depends on the node: see `expand_shared`."""
     if (own := _below_node(name)) is not None:
         full = fully_qualified(namespace, node) + own
         if len(full) <= MAX_FULL_NAME:
@@ -229,7 +227,7 @@ def _below_node(name: str) -> str | None:
 
 
 @lru_cache(maxsize=4096)
-def _expand_without_node(name: str, namespace: str) -> str | None:
+def expand_shared(name: str, namespace: str) -> str | None:
     """The full name of `name` for every node of a namespace; None if it depends on the node.
 
     It is cached, so that a thousand nodes of one class check their names once.

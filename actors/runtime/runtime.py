@@ -621,6 +621,8 @@ class Runtime:
 
     def new_life(self, child: Child, record: NodeRecord) -> Life:
         """A new life of this node, behind the interceptors. Raises what `incarnate` raises."""
+        if not self.interceptors:
+            return self.incarnate(child, record)
         make: Callable[[], Life] = partial(self.incarnate, child, record)
         for each in self.interceptors:
             make = partial(each.life, record.path, make)

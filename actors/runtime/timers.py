@@ -358,14 +358,18 @@ class Timers:
             if self._invoking is not None:
                 timer.handler = self._invoking(label, handler)
             self.declared.append(timer)
-            self._begin(timer)
+            if self._time is not None:
+                timer.time = self._time
+            timer.begin(self._source)
         return records
 
     def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
         """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
         timer = NodeTimer(self._inbox, handler, hz, late, label, TimerRecord(hz), self._on_late, self._ticking)
         self.made[timer] = None
-        self._begin(timer)
+        if self._time is not None:
+            timer.time = self._time
+        timer.begin(self._source)
         return timer
 
     def end(self, timer: NodeTimer) -> None:
@@ -394,11 +398,6 @@ class Timers:
         self.stop()
         for timer in list(self.made):
             self.end(timer)
-
-    def _begin(self, timer: NodeTimer) -> None:
-        if self._time is not None:
-            timer.time = self._time
-        timer.begin(self._source)
 
 
 class _Run:

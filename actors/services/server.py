@@ -10,7 +10,7 @@ import asyncio
 import math
 from collections import deque
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import msgspec
 
@@ -73,7 +73,8 @@ class Server:
         self.deadlines = node.deadlines
         self.entry = entry
         self.type = kind
-        self.response: type[Message] = cast("Any", kind).Response
+        named: Any = kind
+        self.response: type[Message] = named.Response
         self.handler = handler
         self.label = label
         self.concurrent = concurrent

@@ -183,7 +183,8 @@ class Executor:
 
     def _confirm(self, act: acts.Confirm) -> None:
         entry = self._children.entries[act.child]
-        life = alive(entry)
+        life = entry.now
+        assert life is not None
         life.ready = True
         entry.intent, entry.fresh, entry.ready_at = "", False, self.loop.time()
         self._report("progress", life)

@@ -76,7 +76,7 @@ class Subscription(Endpoint, Generic[M]):
         self.senders: Waiters | None = None
         """The tasks that wait in `room`; None until the first one does."""
         self.must_unwrap = False
-        if (period := nanoseconds(qos.deadline)) is not None:
+        if qos.deadline is not None and (period := nanoseconds(qos.deadline)) is not None:
             from actors.qos.events import DeadlineWatch
 
             self.keep_events().deadline = DeadlineWatch(period)
