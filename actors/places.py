@@ -61,9 +61,12 @@ class Place(NamedTuple):
 
 def claim(module: str) -> None:
     """Count the package of this module as the user's own, also if it is installed, because it defines a node class."""
-    _claimed.add(module.partition(".")[0])
+    if (package := module.partition(".")[0]) not in _claimed:
+        _claimed.add(package)
+        owner_of.cache_clear()
 
 
+@lru_cache(maxsize=4096)
 def owner_of(file: str) -> int:
     """The owner of a file: `USER`, `PACKAGE`, `PYTHON` or `ACTORS`."""
     owner, package = _filed(file)
@@ -72,8 +75,15 @@ def owner_of(file: str) -> int:
 
 def origin_of(error: BaseException) -> Place | None:
     """The line that raised an error; None if it was never raised, or only by `actors`."""
-    place = _users_own(place for place in _raised(error) if not place.file.startswith(_ASYNCIO))
-    return None if place is None or owner_of(place.file) == ACTORS else place
+    trace, nearest = error.__traceback__, ACTORS
+    best: TracebackType | None = None
+    while trace is not None:
+        file = trace.tb_frame.f_code.co_filename
+        owner = owner_of(file)
+        if owner <= nearest and owner != ACTORS and not file.startswith(_ASYNCIO):
+            best, nearest = trace, owner
+        trace = trace.tb_next
+    return None if best is None else _place(best.tb_frame.f_code, best.tb_lineno)
 
 
 def place_of(error: BaseException) -> str:
@@ -170,7 +180,6 @@ def _users_own(places: Iterable[Place]) -> Place | None:
     return best
 
 
-@lru_cache(maxsize=4096)
 def _filed(file: str) -> tuple[int, str]:
     """The owner of a file, and the name of its package if that is installed. Packages that were claimed are not considered."""
     if file.startswith((_OURS, *_MADE)):
@@ -181,13 +190,6 @@ def _filed(file: str) -> tuple[int, str]:
             package = parts[len(parts) - parts[::-1].index(folder)].removesuffix(".py")
             return (PYTHON if package in _MACHINERY else PACKAGE), package
     return (PYTHON if file.startswith((_PYTHON, "<frozen ")) else USER), ""
-
-
-def _raised(error: BaseException) -> Iterator[Place]:
-    trace = error.__traceback__
-    while trace is not None:
-        yield _place(trace.tb_frame.f_code, trace.tb_lineno)
-        trace = trace.tb_next
 
 
 def _wrapped(awaitable: object) -> Any:

@@ -63,7 +63,7 @@ class System(metaclass=NoPublicConstructor):
             seed=seed, sinks=sinks, level=level, options=options, processes=processes, placement=placement
         )
         StandardEndpoints(runtime)
-        self.master = ApplicationMaster(runtime)
+        self.master = create(ApplicationMaster, runtime)
         self._tree = runtime.tree
         self.seed, self.loop = seed, runtime.loop
         self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log

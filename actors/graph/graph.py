@@ -127,7 +127,7 @@ class TopicEntry:
             with outside():  # not a reading of the clock by the node that happens to be the first
                 self.opened = self.graph.now()
         self.writers[publisher] = None
-        for subscription in self.subscriptions:
+        for subscription in list(self.readers):
             # A subscription that is garbage-collected during this loop has left `readers`.
             if subscription in self.readers and self._match(publisher, subscription):
                 publisher.join(subscription)
@@ -155,7 +155,7 @@ class TopicEntry:
         one."""
         self.graph.open_standard_topic(self)
         self.readers[subscription] = None
-        for publisher in self.publishers:
+        for publisher in list(self.writers):
             if self._match(publisher, subscription):
                 publisher.join(subscription)
                 subscription.join(publisher)
@@ -224,7 +224,7 @@ class Graph:
         self.interceptors: list[TopicInterceptor] = []
         """What stands between the ends of topics; the first is the nearest to the nodes."""
         self.watchers: list[GraphWatcher] = []
-        """Told of every endpoint that joins or leaves."""
+        """Told of every endpoint that joins or leaves, and of every search for a server."""
         self.elsewhere: Callable[[], Iterable[NodeElsewhere]] = tuple
         """Returns the known nodes of other processes."""
         self.complete: Callable[[], bool] = _nobody_else
@@ -255,6 +255,12 @@ class Graph:
             entry = self.actions[name] = ActionEntry(self, name)
             entry.stopped = self.departed.pop(name, None)
         return entry
+
+    def seek(self, entry: ServiceEntry) -> None:
+        """Open the service `entry`, for which a node looks, if it is a standard one, and tell the watchers."""
+        self.open_standard_service(entry)
+        for watcher in self.watchers:
+            watcher.server_sought(entry)
 
     def drop(self, entry: ServerEntry[Any]) -> None:
         """Remove a name without server and waiting tasks. Its last server is remembered, so that a later caller learns at once that it has

@@ -102,7 +102,8 @@ class ServerEntry(Generic[S]):
             self.server = self.local if self.local is not None else next(iter(self.remotes), None)
         if self.server is not None:
             self.stopped = None
-            self.waiters.wake_all()
+            if self.waiters:
+                self.waiters.wake_all()
 
     def _changed(self) -> None:
         self.graph.changed()
@@ -169,11 +170,11 @@ class ServiceEntry(ServerEntry["ServicePeer"]):
         return self.graph.services.get(self.name, self)
 
     async def available(self) -> ServicePeer:
-        self.graph.open_standard_service(self)
+        self.graph.seek(self)
         return await super().available()
 
     async def require(self) -> ServicePeer:
-        self.graph.open_standard_service(self)
+        self.graph.seek(self)
         return await super().require()
 
 

@@ -24,6 +24,10 @@ class GraphWatcher(Protocol):
         """The server of this process for a name has been opened, or has gone, for a time or for good."""
         ...
 
+    def server_sought(self, entry: ServerEntry[Any]) -> None:
+        """A node looks for the server of a service that has none; a standard one has been opened by that."""
+        ...
+
 
 class KnownLink(Protocol):
     """What has been exchanged with another process; see `actors.transport.protocol.Link`."""

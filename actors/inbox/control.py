@@ -68,6 +68,8 @@ def blame(error: BaseException, label: str) -> BaseException | None:
     `SystemExit` and `KeyboardInterrupt`, also inside of an exception group, become `ProgramExit`: raised out of a task they would end the
     event loop before any node has cleaned up.
     """
+    if isinstance(error, Exception) and not isinstance(error, BaseExceptionGroup):
+        return error
     if isinstance(error, asyncio.CancelledError):
         return stray_cancel(error, label)
     if exits := _exits_in(error):

@@ -11,7 +11,7 @@ import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from actors.inbox.control import blame
 
@@ -30,6 +30,19 @@ LOOKS = 8
 
 TURN = 256
 """After this many items without a pause the inbox yields to the event loop, so that a flood in one node cannot starve the others."""
+
+
+class _Nothing(deque[Any]):
+    """An empty queue that stays empty."""
+
+    __slots__ = ()
+
+    def append(self, item: Any, /) -> None:
+        raise RuntimeError(f"{item!r:.60} was put into a queue that has not been made")
+
+
+NOTHING: Final[deque[Any]] = _Nothing()
+"""The queue of every inbox, and of every subscription with a handler, before its first item: an empty deque of its own takes 760 bytes."""
 
 
 class Item(Protocol):
@@ -53,6 +66,7 @@ class Inbox:
 
     - At most one item runs at a time: `current`, in `task`. `task` is the task of the node's start phase, service or clean-up; `current`,
       `on_error` and `on_holding` are None unless it serves.
+    - `items` is `NOTHING` until the first data item comes, or `clear` has been called. Nothing is ever put into that.
     - `waiter` is set only while `serve` waits for work, and then `items` and `control` are empty.
     - `handled` counts the items that have run; one that ends the incarnation does not count.
     - `mark` is set while the waiting time of one item or message is measured. A `_Mark` stands in `items` directly before the item that
@@ -85,7 +99,7 @@ class Inbox:
         self.clock = loop.time if getattr(loop, "virtual", False) else monotonic
         """What the time is measured with that an item takes. Not the loop's clock on the real one: that of a loop that keeps step with a world
         stands still meanwhile, and the journal of a node holds each reading of it."""
-        self.items: deque[Item] = deque()
+        self.items: deque[Item] = NOTHING
         self.control: list[Item] = []  # rarely more than one, and an empty list is a tenth of a deque
         self.waiter: asyncio.Future[None] | None = None
         self.task: asyncio.Task[Any] | None = None
@@ -104,8 +118,14 @@ class Inbox:
 
     def put(self, item: Item) -> None:
         """Append a data item. Never blocks and never runs the item."""
-        self.items.append(item)
+        (self.queue() if self.items is NOTHING else self.items).append(item)
         self.wake()
+
+    def queue(self) -> deque[Item]:
+        """The queue of data items, made if there is none yet. For those who append to `items` by themselves."""
+        if self.items is NOTHING:
+            self.items = deque()
+        return self.items
 
     def put_control(self, item: Item) -> None:
         """Append a control item, which is taken before all data items. Never blocks and never runs the item."""
@@ -139,7 +159,7 @@ class Inbox:
         """Drop the waiting items that `unwanted` accepts, while the others go on to be served."""
         kept = [item for item in self.items if not unwanted(item)]
         self.items.clear()
-        self.items.extend(kept)
+        self.queue().extend(kept)
 
     async def serve(
         self,
@@ -155,7 +175,7 @@ class Inbox:
         # read, and the yield to the event loop is considered, only for the item at which `budget` reaches 0. `paused` is the value of
         # `handled` at the last pause, that is at the last yield or at the last wait for work; the next budget never passes
         # `paused + TURN`, so at most TURN items run in between. An item that is done at once is not awaited and makes no coroutine.
-        # `items` and `control` are locals; `clear` therefore replaces the queues and empties the old ones.
+        # `items` and `control` are locals; `clear` therefore replaces the queues and empties the old ones. The first item makes the queue.
         self.on_error, self.on_holding = on_error, on_holding
         items, control = self.items, self.control
         self.task = task = asyncio.current_task()
@@ -186,6 +206,9 @@ class Inbox:
                     self.handled += 1
                 if self.task is not task:  # this task was abandoned after it refused a kill; another one serves now
                     return
+                if items is NOTHING and self.items is not NOTHING:  # the first item has made the queue
+                    items = self.items
+                    continue
                 self.current = None
                 self.waiter = waiter = self.loop.create_future()
                 await waiter

@@ -73,13 +73,18 @@ class LogRecord:
     @property
     def traceback(self) -> str:
         """The traceback of the error and its causes, beginning in user code; empty if there is no error."""
-        shown = self._traceback if self.error is None else traceback_of(self.error)
-        return self._trace if shown is None else "".join(shown.format()).rstrip()
+        self._keep_traceback()
+        return self._trace if self._traceback is None else "".join(self._traceback.format()).rstrip()
 
     def let_go(self) -> None:
         """Store the traceback and drop the error."""
         if self.error is not None:
-            self._traceback, self.error = traceback_of(self.error), None
+            self._keep_traceback()
+            self.error = None
+
+    def _keep_traceback(self) -> None:
+        if self.error is not None and self._traceback is None:
+            self._traceback = traceback_of(self.error)
 
 
 LogSink: TypeAlias = Callable[[LogRecord], None]

@@ -43,10 +43,12 @@ class Identity:
         """The full name of a topic for this node: expanded and remapped. Raises ``InvalidName``."""
         if self.remapping is not None:
             return self.remapping.resolve_topic(name, self.name, self.namespace)
-        return names.expand(name, self.name, self.namespace)
+        shared = names.expand_shared(name, self.namespace)
+        return names.expand_for(name, self.name, self.namespace) if shared is None else shared
 
     def service(self, name: str) -> str:
         """The full name of a service, or of an action by its base name, for this node: expanded and remapped. Raises ``InvalidName``."""
         if self.remapping is not None:
             return self.remapping.resolve_service(name, self.name, self.namespace)
-        return names.expand(name, self.name, self.namespace)
+        shared = names.expand_shared(name, self.namespace)
+        return names.expand_for(name, self.name, self.namespace) if shared is None else shared

@@ -200,7 +200,7 @@ def expand(name: str, node: str, namespace: str, substitutions: Mapping[str, str
     ``expand("~/scan", "lidar", "/front")`` is ``/front/lidar/scan``. ``namespace`` must be normalised (``/`` or ``/ns``). Raises
     ``InvalidName`` for an invalid name, node, namespace or result.
     """
-    if substitutions is None and (shared := _expand_without_node(name, namespace)) is not None:
+    if substitutions is None and (shared := expand_shared(name, namespace)) is not None:
         validate_node_name(node)
         return shared
     full = expand_only(name, node, namespace, substitutions)
@@ -208,8 +208,26 @@ def expand(name: str, node: str, namespace: str, substitutions: Mapping[str, str
     return full
 
 
+def expand_for(name: str, node: str, namespace: str) -> str:
+    """As `expand`, for a node whose name and namespace have been checked, and a name that depends on the node: see `expand_shared`."""
+    if (own := _below_node(name)) is not None:
+        full = fully_qualified(namespace, node) + own
+        if len(full) <= MAX_FULL_NAME:
+            return full
+    return expand(name, node, namespace)
+
+
 @lru_cache(maxsize=4096)
-def _expand_without_node(name: str, namespace: str) -> str | None:
+def _below_node(name: str) -> str | None:
+    """``/scan`` of ``~/scan``: what follows the full name of the node; None for a name of another form, and an invalid one."""
+    if not name.startswith("~/") or not _PLAIN_NAME.match(name):
+        return None
+    own = name[1:]
+    return own if _FULL_NAME.match(own) else None
+
+
+@lru_cache(maxsize=4096)
+def expand_shared(name: str, namespace: str) -> str | None:
     """The full name of `name` for every node of a namespace; None if it depends on the node.
 
     It is cached, so that a thousand nodes of one class check their names once.

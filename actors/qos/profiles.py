@@ -124,7 +124,13 @@ def of(qos_or_depth: QoS | int) -> QoS:
         return qos_or_depth
     if isinstance(qos_or_depth, bool) or not isinstance(cast(object, qos_or_depth), int):
         raise TypeError(f"a QoS or a depth (a number of messages) was expected, not {qos_or_depth!r}")
-    return QoS(depth=qos_or_depth)
+    return _of_depth(qos_or_depth) if qos_or_depth > 0 else QoS(depth=qos_or_depth)
+
+
+@lru_cache(maxsize=64)
+def _of_depth(depth: int) -> QoS:
+    """One profile for all who give this depth: the same one is found faster than an equal one."""
+    return QoS(depth=depth)
 
 
 # Matching -----------------------------------------------------------------------------------------------------------

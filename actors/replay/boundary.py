@@ -173,6 +173,9 @@ class JournalBoundary(Interceptor):
     def server_changed(self, entry: ServerEntry[Any]) -> None:
         """Do nothing."""
 
+    def server_sought(self, entry: ServerEntry[Any]) -> None:
+        """Do nothing."""
+
     # -- what comes in ------------------------------------------------------------------------------------------------------
 
     def entering(self, node: Caller, what: str, enter: Callable[..., Any]) -> Callable[..., Any]:

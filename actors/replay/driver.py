@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.inbox.boundary import BOUNDARY
 from actors.replay.inputs import Inputs
 from actors.replay.lives import PlayedNodes
 from actors.replay.recording import SENT, comes_in
-from actors.replay.replay_deadlines import ReplayDeadlines
-from actors.replay.replaying_boundary import ReplayingBoundary, run_handle
+from actors.replay.replaying_boundary import run_handle
 from actors.time.ticker import TickHandle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.replay.debugger import Break
     from actors.replay.recording import Entry, Recording, Start
+    from actors.replay.replay_deadlines import ReplayDeadlines
     from actors.replay.replay_loop import ReplayLoop
+    from actors.replay.replaying_boundary import ReplayingBoundary
     from actors.runtime.timers import NodeTimer
     from actors.supervision.child import Child
     from actors.system import System
@@ -41,32 +41,21 @@ class Driver:
         loop: ReplayLoop,
         recording: Recording,
         declared: Callable[[Start], Child],
-        pause: Break | None,
-        limit: int,
+        boundary: ReplayingBoundary,
+        deadlines: ReplayDeadlines,
     ) -> None:
-        self.boundary = ReplayingBoundary(recording, pause, limit)
-        self.played = PlayedNodes(system, self.boundary, declared)
-        self.inputs = Inputs(system, loop, recording, self.boundary, self.played)
+        self.boundary, self._deadlines = boundary, deadlines
+        self.played = PlayedNodes(system, boundary, declared)
+        self.inputs = Inputs(system, loop, recording, boundary, self.played)
         self.over: asyncio.Future[None] = loop.create_future()
         self._loop, self._recording = loop, recording
         self._known_timers = {one[4] for one in recording.entries if isinstance(one, tuple) and one[0] == "tick"}
         self._ticking = 0
         """How many of the timers are known to tick by the recording, or by themselves."""
-        self.boundary.apply = self.inputs.apply
-        runtime: Any = system.runtime
-        runtime.deadlines = self._deadlines = ReplayDeadlines(lambda: self.boundary.now)
-        runtime.intercept(self.played)
-        runtime.intercept(self.boundary, first=True)
-        graph: Any = system.graph
-        opened = graph.open_standard_service
-
-        def open_standard_service(entry: Any) -> None:
-            opened(entry)
-            if BOUNDARY.get() is self.boundary:
-                self.boundary.served(entry)
-
-        graph.open_standard_service = open_standard_service
-        graph.watchers.append(self.boundary)
+        boundary.apply = self.inputs.apply
+        system.runtime.intercept(self.played)
+        system.runtime.intercept(boundary, first=True)
+        system.graph.watchers.append(boundary)
 
     # -- the course of the recording ----------------------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ import asyncio
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,10 @@ from actors.replay.journaled_loop import journaled
 from actors.replay.lives import replayed_path, tree_of
 from actors.replay.parts import parts_of, whole
 from actors.replay.recording import Recording, named, starts_of, unlike_versions
+from actors.replay.replay_deadlines import ReplayDeadlines
 from actors.replay.replay_loop import ReplayLoop
+from actors.replay.replaying_boundary import ReplayingBoundary
+from actors.runtime.runtime import Runtime
 from actors.system import System
 
 if TYPE_CHECKING:
@@ -146,11 +150,14 @@ async def _play(
 ) -> Driver:
     start = recording.start
     journaled(loop)
+    boundary = ReplayingBoundary(recording, stop, limit)
+    deadlines = ReplayDeadlines(lambda: boundary.now)
     system = create(
-        System, seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options, trust=recording.trusted)
-    )
+        System, seed=start.seed, sinks=sinks, level=start.level, options=thawed(start.options, trust=recording.trusted),
+        make_runtime=partial(Runtime, make_deadlines=lambda loop: deadlines),
+    )  # fmt: skip
     system.runtime.distinguish(start.process)
-    driver = Driver(system, loop, recording, declared, stop, limit)
+    driver = Driver(system, loop, recording, declared, boundary, deadlines)
     await system.start(tree_of(recording), replayed_path(recording.root))
     loop.call_soon(driver.drive)
     try:

@@ -6,7 +6,7 @@ import math
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from actors.time.deadlines import FEW
+from actors.time.deadlines import FEW, Deadlines
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from actors.time.deadlines import Waiting
 
 
-class ReplayDeadlines:
-    """Takes the place of the `Deadlines` of a system in which a recording is played. None passes by itself: the recording says which calls were not
+class ReplayDeadlines(Deadlines):
+    """The `Deadlines` of a system in which a recording is played. None passes by itself: the recording says which calls were not
     answered in time, and once the nodes have left it, the driver has deadlines pass when they are due.
 
     `now()` is the time, seconds on the clock of the event loop.

@@ -14,6 +14,7 @@ from actors.replay.comparison import ABSENT, Difference, first_difference
 from actors.replay.recording import APART, BACK, NO_TIME, SENT, WITHIN, Entry, Recording, comes_in
 
 if TYPE_CHECKING:
+    from actors.graph.servers import ServerEntry
     from actors.replay.debugger import Break
     from actors.replay.journaled_loop import Callback
 
@@ -187,9 +188,9 @@ class ReplayingBoundary(JournalBoundary):
             publisher.sent(entry[5])
             target(entry[5])
 
-    def served(self, entry: Any) -> None:
-        """The node waits for the server of a name; it may be one that is opened by that."""
-        self._come_back()
+    def server_sought(self, entry: ServerEntry[Any]) -> None:
+        if BOUNDARY.get() is self:
+            self._come_back()
 
     def look_ahead(self) -> None:
         """Put into the graph what the step that begins now will find there."""

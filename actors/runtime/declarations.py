@@ -22,7 +22,7 @@ from actors.contracts.contracts import (
 from actors.contracts.declaration import Declaration, declarations_of, positional
 from actors.contracts.signatures import check_argument, check_nothing_returned, check_response, check_steps
 from actors.errors import DeclarationError, NotStarted
-from actors.parameters.declare import NO_PARAMETERS, ParameterDeclaration, ParameterTable
+from actors.parameters.declare import INTROSPECTION, NO_PARAMETERS, ParameterDeclaration, ParameterTable
 from actors.parameters.hooks import ParameterHook
 from actors.parameters.rates import check_rate_parameter, rate_objection
 from actors.qos import of
@@ -222,7 +222,9 @@ class Declarations:
         "actions",
         "backgrounds",
         "clean",
+        "endpoints",
         "hooks",
+        "introspected",
         "labels",
         "overridable",
         "owner",
@@ -263,6 +265,10 @@ class Declarations:
         self.overridable = any(qos.overriding is not None for qos in profiles)
         """Whether parameters may override the quality of service of an endpoint."""
         self.table = ParameterTable(self.parameters) if self.parameters else NO_PARAMETERS
+        self.endpoints = bool(self.publishers or self.streams or self.topics or self.services or self.actions)
+        """Whether a node of the class has endpoints from its start on."""
+        self.introspected = not self.table.values.keys().isdisjoint(INTROSPECTION)
+        """Whether the class declares a parameter of service introspection."""
 
     def _take(self, name: str, value: object) -> None:
         if isinstance(value, PublisherDeclaration):

@@ -7,8 +7,10 @@ else is closed with the life.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Coroutine, Iterable, Mapping
 from functools import partial
+from operator import attrgetter
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 from actors.actions.client import DIRECT, Goal
@@ -17,6 +19,7 @@ from actors.actions.server import ActionServer
 from actors.checks import create
 from actors.contracts.contracts import Service
 from actors.errors import DeclarationError
+from actors.parameters.declare import INTROSPECTION
 from actors.parameters.descriptor import ParameterDescriptor
 from actors.qos import (
     ACTION_FEEDBACK,
@@ -30,7 +33,7 @@ from actors.qos import (
 )
 from actors.qos.overriding import changes
 from actors.qos.policies import QoS
-from actors.runtime.introspection import Introspection, has_introspection
+from actors.runtime.introspection import Introspection
 from actors.services.client import Client, submit
 from actors.services.server import InterceptedServer, Request, Server
 from actors.time.deadlines import check_timeout
@@ -45,6 +48,7 @@ if TYPE_CHECKING:
     from actors.graph.graph import TopicEntry
     from actors.graph.servers import ServiceEntry
     from actors.interfaces.message import Message
+    from actors.qos.overriding import Overriding
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.interceptor import Interceptor
     from actors.services.peers import ServicePeer, Submit
@@ -59,9 +63,13 @@ F = TypeVar("F", bound="Message")
 Req = TypeVar("Req", bound="Message")
 Resp = TypeVar("Resp", bound="Message")
 
+NOTHING: Final[Mapping[Any, Any]] = MappingProxyType({})
+"""What nodes have in the place of empty tables, each of which would take a hundredth of what a node takes."""
+
 CLIENTS: Final = 256
 """The most service clients that a life keeps. When there are more, all are dropped; each is made again at its next call."""
 
+_QOS: Final = attrgetter("qos")
 _EVENT_QOS: Final = {
     "parameter_events": PARAMETER_EVENTS,
     "rosout": ROSOUT,
@@ -86,13 +94,13 @@ class Endpoints:
         self._graph = life.runtime.graph
         self._introspection: tuple[Introspection, ...] | None = None
         """Empty if the node lacks its parameters; None until the first service, client or action."""
-        self.publishers: dict[Publisher[Any], None] = {}
+        self.publishers: list[Publisher[Any]] = []
         """The open publishers, in the order in which they were made."""
         self.publishing = True
         """Whether the node's declared publishers deliver. For a lifecycle node that depends on its state."""
         self.streams: list[StreamSubscription[Any]] = []
-        self.clients: dict[Any, Client[Any, Any]] = {}
-        self.standard: list[Server] = []
+        self.clients: Mapping[Any, Client[Any, Any]] = NOTHING
+        self.standard: tuple[Server, ...] = ()
         """The standard services of the node that have been opened, because they were asked for."""
 
     # -- topics -------------------------------------------------------------------------------------------------------------
@@ -102,8 +110,9 @@ class Endpoints:
         life = self._life
         life.check_use()
         entry = self._graph.topic(life.identity.topic(topic.name))
-        qos = self._overridden(entry.name, "publisher", qos)
-        offered = resolve_publisher(qos, [one.qos for one in entry.subscriptions])
+        if qos.overriding is not None:
+            qos = self._overridden(entry.name, "publisher", qos, qos.overriding)
+        offered = resolve_publisher(qos, map(_QOS, entry.readers))
         made = publisher_for(life, entry, topic.type, offered)
         self._add(made)
         if not self.publishing:
@@ -125,12 +134,12 @@ class Endpoints:
 
     def _add(self, publisher: Publisher[Any]) -> None:
         """Let `publisher` join its topic. It is kept until it is closed."""
-        self.publishers[publisher] = None
+        self.publishers.append(publisher)
         publisher.on_close = self._publisher_closed
         publisher.entry.add_publisher(publisher)
 
     def _publisher_closed(self, publisher: Publisher[Any]) -> None:
-        del self.publishers[publisher]
+        self.publishers.remove(publisher)
         self._life.record.note((publisher.entry,))
 
     def let_publish(self, allowed: bool) -> None:
@@ -150,8 +159,9 @@ class Endpoints:
         life = self._life
         life.check_use()
         entry = self._graph.topic(life.identity.topic(topic.name))
-        qos = self._overridden(entry.name, "subscription", qos)
-        requested = resolve_subscription(qos, [one.qos for one in entry.publishers])
+        if qos.overriding is not None:
+            qos = self._overridden(entry.name, "subscription", qos, qos.overriding)
+        requested = resolve_subscription(qos, map(_QOS, entry.writers))
         subscription = StreamSubscription(life, entry, topic.type, requested, self.stream_closed, filter, patience)
         self.join(subscription)
         return create(Stream, subscription, life.runtime.loop)
@@ -188,13 +198,17 @@ class Endpoints:
         """Subscribe `handler` to `topic`. A subscription of the last life is taken over, with the messages that wait in it."""
         life = self._life
         life.check_use()
+        if life.runtime.interceptors:
+            handler = life.invoking(label, handler)
         entry = self._graph.topic(life.identity.topic(topic.name))
-        qos = self._overridden(entry.name, "subscription", qos)
-        subscription = self._left_over(entry, topic.type, label, concurrent, filter is not None)
-        if subscription is not None:
-            subscription.take_over(life, handler, filter)
-            return
-        qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
+        if qos.overriding is not None:
+            qos = self._overridden(entry.name, "subscription", qos, qos.overriding)
+        if life.incarnation > 1:
+            subscription = self._left_over(entry, topic.type, label, concurrent, filter is not None)
+            if subscription is not None:
+                subscription.take_over(life, handler, filter)
+                return
+        qos = resolve_subscription(qos, map(_QOS, entry.writers))
         if concurrent:
             subscription = ConcurrentSubscription(
                 life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter
@@ -205,7 +219,7 @@ class Endpoints:
             subscription = HandlerSubscription(
                 life, entry, topic.type, qos, life.inbox, label, handler, patience, filter
             )
-        life.record.subscriptions.append(subscription)
+        life.record.subscriptions = (*life.record.subscriptions, subscription)
         entry.add_subscription(subscription)
 
     def _left_over(
@@ -220,15 +234,12 @@ class Endpoints:
                 return each
         return None
 
-    def _overridden(self, topic: str, kind: str, qos: QoS) -> QoS:
+    def _overridden(self, topic: str, kind: str, qos: QoS, overriding: Overriding) -> QoS:
         """The profile of a new endpoint, a ``publisher`` or ``subscription`` of `topic` (its full name), as the node's parameters say.
 
         The parameters are declared, unless an earlier endpoint has done that. Raises `InvalidQoS` for values that are none, or that the
         endpoint refuses.
         """
-        overriding = qos.overriding
-        if overriding is None:
-            return qos
         life, values = self._life, dict[str, Any]()
         store = life.parameters
         for policy, (name, default) in overriding.parameters(topic, kind, qos).items():
@@ -253,9 +264,10 @@ class Endpoints:
         life = self._life
         if len(self.clients) >= CLIENTS:  # the node makes contracts while it runs: bound what they cost
             life.record.note(one.entry for one in self.clients.values())
-            self.clients.clear()
+            self.clients = NOTHING
         entry = self._graph.service(life.identity.service(service.name))
-        made = self.clients[service] = Client(life, entry, service)
+        made = Client(life, entry, service)
+        self.clients = {**self.clients, service: made}
         if interceptors := self._interceptors:
             sending: Submit = submit
             for each in reversed(interceptors):
@@ -306,15 +318,19 @@ class Endpoints:
         entry = self._graph.service(life.identity.service(service.name))
         if entry.local is not None:
             self._refuse_second(entry.name, entry.local, "service", service.type)
+        if life.runtime.interceptors:
+            handler = life.invoking(label, handler)
         server = self.server(entry, service.type, handler, label, concurrent, declared=True)
-        life.record.services[entry.name] = server
+        life.record.services = {**life.record.services, entry.name: server}
         entry.open(server)
 
     def server(
         self, entry: ServiceEntry, type: Any, handler: Any, label: str, concurrent: int, *, declared: bool
     ) -> Server:
         """A server that is not open yet, behind the interceptors; only they hear of the handling of what is not `declared`."""
-        interceptors = [each for each in self._interceptors if each.of_servers]
+        interceptors = self._interceptors
+        if interceptors:
+            interceptors = tuple(each for each in interceptors if each.of_servers)
         if not interceptors:
             return Server(self._life, entry, type, handler, label, concurrent)
         server = InterceptedServer(self._life, entry, type, handler, label, concurrent)
@@ -337,7 +353,7 @@ class Endpoints:
             self._refuse_second(entry.name, entry.local, "action", server.type)
         for each in self._interceptors:
             server.ways = each.serving_goals(server, server.ways)
-        life.record.actions[entry.name] = server
+        life.record.actions = {**life.record.actions, entry.name: server}
         entry.open(server)
         for part in ("status", "feedback"):  # a subscription that outlives the last life receives from this one
             topic = graph.topics.get(f"{entry.name}/_action/{part}")
@@ -359,7 +375,8 @@ class Endpoints:
         """Those of this life; the first is the nearest to the node."""
         life, own = self._life, self._introspection
         if own is None:
-            has = has_introspection(life.identity.overrides) or has_introspection(life.declarations.table.values)
+            overrides = life.identity.overrides
+            has = life.declarations.introspected or (overrides and not overrides.keys().isdisjoint(INTROSPECTION))
             own = self._introspection = (Introspection(life, self._level, self._publish_on),) if has else ()
         return (*own, *life.runtime.interceptors) if own else life.runtime.interceptors
 
@@ -410,7 +427,8 @@ class Endpoints:
             if isinstance(subscription, ConcurrentSubscription):
                 subscription.start(life.create_task)
         for server in life.record.services.values():
-            server.begin()
+            if server.waiting:
+                server.begin()
 
     def retire(self, error: Callable[[], Exception]) -> None:
         """Close all declared endpoints of a node that goes on for its standard services only. What it publishes from now on is discarded.
@@ -426,7 +444,7 @@ class Endpoints:
             stream.close()
         for subscription in record.subscriptions:
             subscription.close()
-        record.subscriptions.clear()
+        record.subscriptions = ()
         record.inbox.discard(lambda item: isinstance(item, HandlerSubscription))
         for action in record.actions.values():
             action.stop(str(error()))
@@ -437,8 +455,7 @@ class Endpoints:
         told = tuple(f"{name}/_action/" for name in record.actions)
         for publisher in [one for one in self.publishers if one.entry.name.startswith(told)]:
             publisher.close()
-        record.services.clear()
-        record.actions.clear()
+        record.services = record.actions = NOTHING
 
     def close(self) -> None:
         """Close the endpoints that belong to this life only: publishers, streams, clients and standard services.
@@ -458,4 +475,4 @@ class Endpoints:
             for server in self.standard:
                 server.fail_all(life.absent)
                 server.entry.withdraw()
-            self.standard.clear()
+            self.standard = ()

@@ -25,7 +25,7 @@ from actors.errors import (
     ProgramExit,
     WrongThread,
 )
-from actors.inbox.boundary import outside
+from actors.inbox.boundary import BOUNDARY, outside
 from actors.inbox.control import Failure, StopRequest, StopServing, blame, stray_cancel
 from actors.logs import ERROR, WARN
 from actors.parameters.declare import INTROSPECTION, LOGGER_SERVICE, OPTIONAL_PARAMETERS
@@ -65,7 +65,7 @@ Phase: TypeAlias = Literal["new", "on_start", "begin", "running"]
 class Incarnation:
     """One life of one node. For its supervisor it is a `Life`; for endpoints it is the node that they belong to.
 
-    Its parts: `endpoints`, `tasks`, `timers` and `ros_time()`, the last two made at their first use.
+    Its parts: `endpoints`, `tasks`, `timers` and `ros_time()`, each made at its first use.
 
     Invariants:
 
@@ -78,8 +78,8 @@ class Incarnation:
     """
 
     __slots__ = (
-        "_child", "_ids", "_log", "_parameters", "_rng", "_timers", "asked", "clock", "declarations", "ended", "endpoints", "identity", "inbox",
-        "incarnation", "node", "phase", "record", "runtime", "serving", "sim", "tasks", "waits_for",
+        "_child", "_ids", "_log", "_parameters", "_rng", "_tasks", "_timers", "asked", "clock", "declarations", "ended", "identity", "inbox",
+        "incarnation", "node", "opened", "phase", "record", "runtime", "serving", "sim", "waits_for",
     )  # fmt: skip
 
     def __init__(self, runtime: Runtime, record: NodeRecord, node: Node) -> None:
@@ -100,8 +100,9 @@ class Incarnation:
         self.serving = self.ended = False
         self.waits_for: Any = None
         self._child: ChildTask | None = None
-        self.tasks = Tasks(self)
-        self.endpoints = Endpoints(self)
+        self.opened: Endpoints | None = None
+        """Its `endpoints`, once it has had any."""
+        self._tasks: Tasks | None = None
         self._timers: Timers | None = None
         self.sim: SimTime | None = None
         self._parameters: ParameterStore | None = None
@@ -131,7 +132,8 @@ class Incarnation:
                 if self.asked is not None:
                     self.request_stop(self.asked)
                 self.serving = True
-                self.endpoints.serve_concurrently()
+                if self.opened is not None:
+                    self.opened.serve_concurrently()
                 await self.inbox.serve(self.on_error, self.on_holding)
             except BaseException as error:
                 try:
@@ -141,7 +143,7 @@ class Incarnation:
                     # Before `release`, so that no caller is answered with `NodeRestarting`.
                     raise _exit(self.runtime, self.fqn, request) from request
             finally:
-                killed = bool(self.tasks.running) and self.killed
+                killed = bool(self._tasks) and self.killed
                 if not self.ended:  # else it was abandoned and released already, and another incarnation may run
                     self.release()
                     self.runtime.ended(self)
@@ -194,8 +196,8 @@ class Incarnation:
             from actors.parameters.unknown import refuse_unknown
 
             refuse_unknown(self.parameters, type(node).__name__, self.identity.optional)
-        if self.incarnation > 1:
-            self.runtime.lost(self.fqn, record.sweep(self))
+        if self.incarnation > 1 and (lost := record.sweep(self)):
+            self.runtime.lost(self.fqn, lost)
         if not node.managed:
             self.start_timers()
         for background in self.declarations.backgrounds:
@@ -210,16 +212,19 @@ class Incarnation:
         announced = declarations.parameters and (overrides or self.runtime.observers.parameters)
         if announced and declarations.overridable:
             self.open_parameters(announce=True)
-        self.endpoints.open_published()
+        endpoints = self.endpoints if declarations.endpoints else None
+        if endpoints is not None:
+            endpoints.open_published()
         if announced and not declarations.overridable:
             self.open_parameters(announce=True)
         if "use_sim_time" in overrides and self.parameters.value("use_sim_time"):
             self.ros_time().use(True)
-        self.endpoints.open_declared()
+        if endpoints is not None:
+            endpoints.open_declared()
 
     async def _failed(self, error: BaseException) -> None:
         """Clean up after an error; raise the failure that it means if that is another error."""
-        failure = blame(error, f"{self.fqn} {self.phase}")
+        failure = blame(error, f"{self.identity.fqn} {self.phase}")
         child = self.child
         if failure is None or child is None or child.task is not asyncio.current_task():
             return  # the task is being ended and cannot await, or the incarnation was abandoned
@@ -247,15 +252,18 @@ class Incarnation:
         node, record = self.node, self.record
         self.inbox.task = asyncio.current_task()
         if self.asked is None and (child := self.child) is not None:  # else its end has a limit already
-            with outside():
+            token = BOUNDARY.set(None)
+            try:
                 child.bound()
+            finally:
+                BOUNDARY.reset(token)
         cleaning: list[asyncio.Task[None]] = []
         for action in record.actions.values():
             cleaning += action.stop(f"{self.fqn} stops: {reason}")
         if cleaning:
             await asyncio.wait(cleaning)
-        if self.tasks.running:
-            await self.tasks.cancel()
+        if self._tasks:
+            await self._tasks.cancel()
         try:
             if self.phase in ("begin", "running"):
                 await node.__finish__()
@@ -363,8 +371,8 @@ class Incarnation:
                 self.ros_time().use(parameter.value is True)
             elif parameter.name in self.declarations.rates:
                 self.timers.retime(self.declarations, parameter.name, parameter.value)
-            elif parameter.name in INTROSPECTION:
-                self.endpoints.introspect()
+            elif parameter.name in INTROSPECTION and self.opened is not None:
+                self.opened.introspect()
         with outside():
             for observer in self.runtime.observers.parameters:
                 observer(self, change)
@@ -419,7 +427,8 @@ class Incarnation:
 
     def check_use(self) -> None:
         """Raise `WrongThread` in a foreign thread, and `Ended` after the end of this incarnation."""
-        self.check_thread()
+        if get_ident() != self.runtime.thread:
+            self.check_thread()
         if self.ended:
             raise self._over()
 
@@ -434,14 +443,18 @@ class Incarnation:
         if self._timers is None:
             runtime = self.runtime
             on_late = None if runtime.stalls is None else partial(self._loop_late, runtime.stalls)
-            ticking = [each.ticking for each in runtime.interceptors] if runtime.interceptors else ()
-            self._timers = Timers(self.inbox, runtime.ticker, on_late, ticking)
+            if runtime.interceptors:
+                ticking = [each.ticking for each in runtime.interceptors]
+                self._timers = Timers(self.inbox, runtime.ticker, on_late, ticking, self.invoking)
+            else:
+                self._timers = Timers(self.inbox, runtime.ticker, on_late)
         return self._timers
 
     def start_timers(self) -> None:
         """Start the timers that the class declares."""
         if self.declarations.timers:
-            self.timers.start(self.node, self.declarations, lambda: self.parameters, self.record.timers)
+            record = self.record
+            record.timers = self.timers.start(self.node, self.declarations, lambda: self.parameters, record.timers)
 
     def _loop_late(self, stalls: StallWatch, timer: NodeTimer, seconds: float, lost: int) -> None:
         """Report to the stall watch that the event loop was late for a tick by a period or more."""
@@ -469,6 +482,12 @@ class Incarnation:
         for each in self.runtime.interceptors:
             enter = each.entering(self, what, enter)
         return enter
+
+    def invoking(self, label: str, handler: Callable[..., Any]) -> Callable[..., Any]:
+        """`handler` behind the interceptors; see `Interceptor.invoking`."""
+        for each in self.runtime.interceptors:
+            handler = each.invoking(self, label, handler)
+        return handler
 
     def goal_failed(self, action: str, error: Exception, event: str = "goal failed") -> None:
         """Handle an exception that left an action's body or hook, and that its caller has been given.
@@ -538,7 +557,25 @@ class Incarnation:
             return NotRunning(f"{self.fqn} has stopped: {reason}")
         return NodeRestarting(self.fqn, self.incarnation)
 
-    # -- tasks --------------------------------------------------------------------------------------------------------------
+    # -- endpoints and tasks ------------------------------------------------------------------------------------------------
+
+    @property
+    def endpoints(self) -> Endpoints:
+        """Its publishers, subscriptions, servers and clients; the part is made at its first use."""
+        if self.opened is None:
+            self.opened = Endpoints(self)
+        return self.opened
+
+    @property
+    def tasks(self) -> Tasks:
+        """The tasks that it owns; the part is made at its first use."""
+        if self._tasks is None:
+            self._tasks = Tasks(self)
+        return self._tasks
+
+    def owns(self, task: asyncio.Task[Any]) -> bool:
+        """Whether `task` is one of its `tasks`."""
+        return self._tasks is not None and task in self._tasks
 
     def create_task(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
         """Run `work` in a task that the node owns: its failure is the node's failure, and the node's end cancels it. Raises `Ended`."""
@@ -589,11 +626,13 @@ class Incarnation:
         record.life = None
         if self._timers is not None:
             self._timers.close()
-        for task in reversed(self.tasks.running):
-            task.cancel()
+        if self._tasks is not None:
+            for task in reversed(self._tasks.running):
+                task.cancel()
         if self.sim is not None:
             self.sim.close()
-        self.endpoints.close()
+        if self.opened is not None:
+            self.opened.close()
         record.park(self.absent)
 
 

@@ -38,6 +38,11 @@ class Interceptor(TopicInterceptor):
         """Return the function by which other code sets the ``parameters`` of a node, or makes it ``crash``."""
         return enter
 
+    def invoking(self, node: Caller, label: str, handler: Callable[..., Any]) -> Callable[..., Any]:
+        """Return the function to call instead of a handler of the node, of messages, requests or the ticks of `every`. `label` names it in
+        reports; it takes and returns what the handler does."""
+        return handler
+
     def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
         """Return the function that sends the requests of a client to the server."""
         return submit

@@ -18,7 +18,7 @@ from actors.services.introspection import CallStep, caller_id
 
 if TYPE_CHECKING:
     import asyncio
-    from collections.abc import Callable, Container
+    from collections.abc import Callable
 
     from actors.actions.driver import Host
     from actors.actions.goals import GoalRecord
@@ -35,11 +35,6 @@ _SERVICE, _CLIENT, _ACTION = INTROSPECTION
 
 PublishOn: TypeAlias = "Callable[[Any, str], Publisher[Any]]"
 """Gives the publisher of a node for messages of a type on a topic, by its full name."""
-
-
-def has_introspection(parameters: Container[str]) -> bool:
-    """Whether one of its parameters is among these."""
-    return _SERVICE in parameters or _CLIENT in parameters or _ACTION in parameters
 
 
 class Introspection(Interceptor):

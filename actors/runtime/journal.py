@@ -65,18 +65,23 @@ class Journal:
     def write(self, record: LogRecord) -> None:
         """Keep a line and give it to all sinks. If a sink raises, the event loop's exception handler is called, and the others get it."""
         self.records.append(record)
-        if (boundary := BOUNDARY.get()) is not None:
+        if (boundary := BOUNDARY.get()) is None:
+            self._pass_on(record)
+        else:
             boundary.send(
                 "log", LEVEL_NAMES.get(record.level, ""), (record.event, _ADDRESS.sub("", repr(record.fields)))
             )
-        with outside():
-            for sink in self._sinks:
-                try:
-                    sink(record)
-                except Exception as error:  # a broken pipe or a full disk must not stop a robot
-                    message = f"the log sink {getattr(sink, '__qualname__', sink)} failed; the line is lost: {record!r}"
-                    self._loop.call_exception_handler({"message": message, "exception": error})
+            with outside():
+                self._pass_on(record)
         record.let_go()
+
+    def _pass_on(self, record: LogRecord) -> None:
+        for sink in self._sinks:
+            try:
+                sink(record)
+            except Exception as error:  # a broken pipe or a full disk must not stop a robot
+                message = f"the log sink {getattr(sink, '__qualname__', sink)} failed; the line is lost: {record!r}"
+                self._loop.call_exception_handler({"message": message, "exception": error})
 
     def new_error(self, error: BaseException, place: str) -> tuple[BaseException | None, int]:
         """The error to show in a log line, None if the last line with an error showed this one, and its number among those of its kind.
@@ -96,12 +101,13 @@ class Journal:
         for observer in self._observers:
             observer(report)
 
-    def write_report(self, report: Report, ended_at: float | None) -> None:
-        """Log a supervisor's report. `ended_at` is the loop time at which the last life of the node in question ended, or None."""
-        if report.context == "progress" and report.child.incarnation == 1 and self.level > DEBUG:
+    def write_report(self, report: Report, reason: str, ended_at: float | None) -> None:
+        """Log a supervisor's report. `reason` is the text of its reason, `ended_at` the loop time at which the last life of the node in
+        question ended, or None."""
+        if report.context == "progress" and report.child.incarnation == 1 and self.levels.default > DEBUG:
             return  # this is reported for every node; do not even make the fields of a line that is not written
-        level, event, fields = log_line(report, ended_at)
-        if level < self.level:
+        level, event, fields = log_line(report, reason, ended_at)
+        if level < self.levels.default:
             return
         error, times = None, 1
         cause = None if report.reason is None else cause_of(report.reason)

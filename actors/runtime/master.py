@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
+from actors.checks import NoPublicConstructor
 from actors.errors import NotRunning, NotStarted
 from actors.runtime.joined import JoinedNodes
 from actors.runtime.tree import Top
@@ -16,9 +17,11 @@ if TYPE_CHECKING:
     from actors.supervision.declarations import DynamicSupervisor, Supervisor
 
 
-class ApplicationMaster:
+class ApplicationMaster(metaclass=NoPublicConstructor):
     """Starts and ends one system, as an application master of OTP: it runs two supervisors, those of the tree and of the nodes beside it,
     restarts neither, and stops them in reverse order.
+
+    It has no public constructor: each `System` has one.
 
     Invariants:
 

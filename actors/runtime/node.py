@@ -243,7 +243,8 @@ class Node(Habits):
         `ValueError` for a timeout that is no number of seconds (`math.inf` is one).
         """
         life = self.__machinery__ or _life_of(self)
-        client = life.endpoints.clients.get(service) or life.endpoints.client(service)
+        endpoints = life.opened or life.endpoints
+        client = endpoints.clients.get(service) or endpoints.client(service)
         return client.call(request, timeout)
 
     async def wait_for(

@@ -15,7 +15,7 @@ from actors.names.names import fully_qualified, normalize_namespace, validate_no
 
 if TYPE_CHECKING:
     from actors.logs.levels import LevelTree
-    from actors.names.remapping import Remapping, Rule
+    from actors.names.remapping import Rule
     from actors.parameters.files import ParameterOverrides
     from actors.supervision.child import Child
 
@@ -46,20 +46,17 @@ class RunOptions(NamedTuple):
 
 def identity_of(child: Child, path: tuple[str, ...], options: RunOptions | None = None) -> Identity:
     """The identity of the node of `child` at `path` in the tree, in a run with these options. Raises `InvalidName`."""
-    remapping = _remapping(child, () if options is None else options.rules)
+    remapping = None
+    if child.remap or (options is not None and options.rules):
+        from actors.names.remapping import Remapping, Rule  # imported here because few trees remap
+
+        own = [Rule.parse(f"{old}:={new}") for old, new in child.remap.items()]
+        remapping = Remapping(own, () if options is None else options.rules)
     name, namespace = child.name, normalize_namespace(child.namespace or "")
     validate_node_name(name)
     if remapping is not None:
         name, namespace = remapping.identity(name, namespace)
     if options is None:
         return Identity(name, namespace, path, child.parameters, remapping)
-    fqn, own = fully_qualified(namespace, name), child.parameters
-    return Identity(name, namespace, path, options.overrides(fqn, own), remapping, options.optional(fqn, own))
-
-
-def _remapping(child: Child, rules: tuple[Rule, ...]) -> Remapping | None:
-    if not child.remap and not rules:
-        return None
-    from actors.names.remapping import Remapping, Rule  # imported here because few trees remap
-
-    return Remapping([Rule.parse(f"{old}:={new}") for old, new in child.remap.items()], rules)
+    fqn, given = fully_qualified(namespace, name), child.parameters
+    return Identity(name, namespace, path, options.overrides(fqn, given), remapping, options.optional(fqn, given))

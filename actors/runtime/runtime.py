@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Coroutine, Iterable, Mapping
 from functools import partial
 from random import Random
 from threading import get_ident
@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 from actors.checks import create
 from actors.errors import DeclarationError
 from actors.graph.graph import Graph
-from actors.inbox.boundary import outside
+from actors.inbox.boundary import BOUNDARY
 from actors.inbox.inbox import Inbox
 from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
+from actors.runtime.endpoints import NOTHING
 from actors.runtime.incarnation import Incarnation, made
 from actors.runtime.journal import Journal
 from actors.runtime.offload import CallsFromThreads, Offload
@@ -199,10 +200,10 @@ class NodeRecord:
         """The primary state that was last requested of a lifecycle node; None before the first request."""
         self.saved: Any = None
         """The state that the node left for its next incarnation by `checkpoint` or `handover`; None without any."""
-        self.timers: dict[str, TimerRecord] = {}
-        self.subscriptions: list[HandlerSubscription[Any]] = []
-        self.services: dict[str, Server] = {}
-        self.actions: dict[str, ActionServer] = {}
+        self.timers: Mapping[str, TimerRecord] = NOTHING
+        self.subscriptions: tuple[HandlerSubscription[Any], ...] = ()
+        self.services: Mapping[str, Server] = NOTHING
+        self.actions: Mapping[str, ActionServer] = NOTHING
         self.used: set[GraphEntry] | None = None
         """The graph entries that endpoints of this node used and left; see `forget`. None instead of an empty set."""
 
@@ -271,19 +272,19 @@ class NodeRecord:
 
     def sweep(self, life: Incarnation) -> int:
         """Close the subscriptions and servers of the last incarnation that `life` has not opened. Returns how many messages were lost."""
-        gone = [each for each in self.subscriptions if each.node is not life]
-        lost = sum(len(each.messages) for each in gone)
-        for subscription in gone:
-            subscription.close()
-        self.inbox.clear(keep=lambda item: not isinstance(item, HandlerSubscription) or item.node is life)
-        self.subscriptions = [each for each in self.subscriptions if each.node is life]
-        held: tuple[dict[str, Any], ...] = (self.services, self.actions)
-        for servers in held:
-            for name, server in list(servers.items()):
-                if server.node is not life:
-                    del servers[name]
-                    if server.entry.server is None:
-                        server.entry.close(self.identity.fqn)
+        lost = 0
+        if gone := [each for each in self.subscriptions if each.node is not life]:
+            lost = sum(len(each.messages) for each in gone)
+            for subscription in gone:
+                subscription.close()
+            self.inbox.clear(keep=lambda item: not isinstance(item, HandlerSubscription) or item.node is life)
+            self.subscriptions = tuple(each for each in self.subscriptions if each.node is life)
+        if left := [each for each in self._servers() if each.node is not life]:
+            self.services = {name: each for name, each in self.services.items() if each.node is life}
+            self.actions = {name: each for name, each in self.actions.items() if each.node is life}
+            for server in left:
+                if server.entry.server is None:
+                    server.entry.close(self.identity.fqn)
         return lost
 
     def close(self) -> int:
@@ -294,14 +295,13 @@ class NodeRecord:
             self.note(each.entry for each in self.subscriptions)
             for subscription in self.subscriptions:
                 subscription.close()
-            self.subscriptions.clear()
+            self.subscriptions = ()
         if servers := self._servers():
             self.note(server.entry for server in servers)
             for server in servers:
                 if server.entry.server is None:
                     server.entry.close(self.identity.fqn)
-            self.services.clear()
-            self.actions.clear()
+            self.services = self.actions = NOTHING
         self.inbox.clear(keep=lambda item: False)
         return dead_letters
 
@@ -350,7 +350,7 @@ class Directory:
         To be called between two lives. Returns how many messages were lost.
         """
         lost = record.close()
-        record.inbox, record.timers = self._inbox(stalls), {}
+        record.inbox, record.timers = self._inbox(stalls), NOTHING
         return lost
 
     def _inbox(self, stalls: StallWatch | None) -> Inbox:
@@ -365,8 +365,7 @@ class Directory:
     def owner_of(self, task: asyncio.Task[Any]) -> NodeRecord | None:
         """The node that `task` belongs to: its main task or one that it owns. None for any other task. May be called from any thread."""
         for record in list(self.records.values()):
-            life = record.life
-            if record.inbox.task is task or (life is not None and task in life.tasks):
+            if record.inbox.task is task or (record.life is not None and record.life.owns(task)):
                 return record
         return None
 
@@ -448,7 +447,8 @@ class Runtime:
     """The parts of one system that all its nodes share: clock, graph, logs, random numbers and tree. It is a `supervision.peers.Runtime`.
 
     `options` are those of the run. `processes` makes the source of lives in other processes, at its first use; without it the system has
-    none. `placement` is that of this system in the tree of which it is a part. `make_graph` makes the graph.
+    none. `placement` is that of this system in the tree of which it is a part. `make_graph` and `make_deadlines` make
+    the graph and the timeouts of calls.
 
     Invariants:
 
@@ -468,6 +468,7 @@ class Runtime:
         processes: Callable[[Runtime], OtherProcesses] | None = None,
         placement: Placement = HERE,
         make_graph: Callable[..., Graph] = Graph,
+        make_deadlines: Callable[[asyncio.AbstractEventLoop], Deadlines] = Deadlines,
     ) -> None:
         self.loop = loop = asyncio.get_running_loop()
         self.thread = get_ident()
@@ -475,7 +476,7 @@ class Runtime:
         self.placement = placement
         self.clock = create(Clock, loop, virtual=bool(getattr(loop, "virtual", False)))
         self.ticker = Ticker(loop)
-        self.deadlines = Deadlines(loop)
+        self.deadlines = make_deadlines(loop)
         self.threads = CallsFromThreads(loop)
         self.offload = Offload(self.clock)
         self.rng = self.random("supervision")
@@ -574,9 +575,9 @@ class Runtime:
 
     def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
         """Make a new life of `child`, which takes over inbox and waiting messages of the last one. Raises what `incarnate` raises."""
-        if child.process or isinstance(child, Supervisor):
-            return self.processes.life(child, path, incarnation)
-        return self.new_life(child, self.enter(child, path))
+        if isinstance(child, Child) and not child.process:
+            return self.new_life(child, self.directory.enter(child, path, self.stalls))
+        return self.processes.life(child, path, incarnation)
 
     @property
     def processes(self) -> OtherProcesses:
@@ -603,9 +604,10 @@ class Runtime:
         """Keep a supervisor's report, tell the observers, and log it."""
         record = self.directory.records.get(report.child.path)
         self.journal.keep(report)
+        reason = "" if report.reason is None else str(report.reason)
         if report.context == "child_terminated" and record is not None:
-            record.note_restart(self.clock.now(), str(report.reason))
-        self.journal.write_report(report, None if record is None else record.ended_at)
+            record.note_restart(self.clock.now(), reason)
+        self.journal.write_report(report, reason, None if record is None else record.ended_at)
 
     # -- the lives of nodes -------------------------------------------------------------------------------------------------
 
@@ -619,6 +621,8 @@ class Runtime:
 
     def new_life(self, child: Child, record: NodeRecord) -> Life:
         """A new life of this node, behind the interceptors. Raises what `incarnate` raises."""
+        if not self.interceptors:
+            return self.incarnate(child, record)
         make: Callable[[], Life] = partial(self.incarnate, child, record)
         for each in self.interceptors:
             make = partial(each.life, record.path, make)
@@ -630,22 +634,28 @@ class Runtime:
 
     def ready(self, life: Incarnation) -> None:
         """Note that an incarnation is ready, and tell the observers."""
-        with outside():
+        token = BOUNDARY.set(None)  # `outside`, without its two calls for each start
+        try:
             self.starts.end(life.inbox)
             if not life.ended:  # else it was abandoned, and another one may run in its place
                 life.record.node_class = type(life.node)
                 for observer in self.observers.ready:
                     observer(life)
+        finally:
+            BOUNDARY.reset(token)
 
     def ended(self, life: Incarnation) -> None:
         """Note that an incarnation has ended, and tell the observers. If the system stops, close its record as well."""
-        with outside():
+        token = BOUNDARY.set(None)
+        try:
             record = life.record
             record.ended_at = self.loop.time()
-            if self.stop_reason is not None:
+            if self.tree.stop_reason is not None:
                 self._dismiss(record)
             for observer in self.observers.ended:
                 observer(life)
+        finally:
+            BOUNDARY.reset(token)
 
     def exits(self, request: ProgramExit) -> None:
         """Stop the tree in order because a node's code asks the program to exit; the block of `run` raises `request.error`."""

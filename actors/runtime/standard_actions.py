@@ -31,7 +31,7 @@ Handlers = tuple[Any, Any]
 def serve_standard(life: Incarnation, entry: ServiceEntry, type: Any, handler: Any, concurrent: int = 0) -> None:
     """Serve `entry` from now until the end of this incarnation, besides what its node declares."""
     server = life.endpoints.server(entry, type, handler, entry.name, concurrent, declared=False)
-    life.endpoints.standard.append(server)
+    life.endpoints.standard += (server,)
     entry.open(server)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
-from actors.inbox.boundary import outside
+from actors.inbox.boundary import BOUNDARY
 from actors.places import awaited_in
 
 if TYPE_CHECKING:
@@ -51,12 +51,15 @@ class StartWatch:
 
     def begin(self, inbox: Inbox, warn: Callable[..., None]) -> None:
         """Note that the start phase of the node with this inbox begins. `warn` logs a warning in its name."""
-        with outside():
+        token = BOUNDARY.set(None)  # `outside`, without its two calls for each start
+        try:
             now = self._loop.time()
             self._begun.pop(inbox, None)  # of a life that was abandoned
             self._begun[inbox] = now, warn
             if self._timer is None:
                 self._timer = self._loop.call_at(now + HUNG_SECONDS, self._look)
+        finally:
+            BOUNDARY.reset(token)
 
     def end(self, inbox: Inbox) -> None:
         """Note that the start phase has ended, in whichever way. Calling it twice is fine."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 import inspect
 from array import array
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.checks import NoPublicConstructor, is_number
 from actors.errors import TickMissed
@@ -33,6 +33,10 @@ BACKLOG = 1000
 
 SHORTEST = 1e-6
 """The shortest period of a timer, seconds: that of the fastest `every`."""
+
+
+NONE_SEEN: Final = array("d")
+"""What a timer has before its first tick."""
 
 
 class Tick:
@@ -63,10 +67,12 @@ class Lateness:
     __slots__ = ("_next", "_seen")
 
     def __init__(self) -> None:
-        self._seen = array("d")
+        self._seen = NONE_SEEN
         self._next = 0
 
     def add(self, seconds: float) -> None:
+        if self._seen is NONE_SEEN:
+            self._seen = array("d")
         if len(self._seen) < KEPT:
             self._seen.append(seconds)
         else:
@@ -179,7 +185,7 @@ class NodeTimer:
 
     def begin(self, ticker: TickSource, start: float | None = None) -> None:
         """Start ticking. The first tick is due one period from now, or from `start`, seconds on the clock of `ticker`."""
-        self.handle = ticker.add(self.hz, self.taker(), start)
+        self.handle = ticker.add(self.hz, self.taker() if self.ticking else self.on_tick, start)
         self.record.since = self.loop_time()
 
     def taker(self) -> Ticked:
@@ -301,24 +307,27 @@ class Timers:
     """The timers of one life of a node: those that its class declares by `@every`, and those that it makes while it runs.
 
     `ticker` gives the ticks until `use` names another source; `on_late` is called when the event loop was late for a tick by a period or more.
+    `ticking` and `invoking` are those of the interceptors.
 
     Invariants: all timers tick by the same source, and show the time of its clock.
     """
 
-    __slots__ = ("_inbox", "_on_late", "_source", "_ticking", "_time", "declared", "made")
+    __slots__ = ("_inbox", "_invoking", "_on_late", "_source", "_ticking", "_time", "declared", "made")
 
     def __init__(
         self,
         inbox: Inbox,
         ticker: TickSource,
         on_late: Callable[[NodeTimer, float, int], None] | None,
-        ticking: Sequence[Callable[[NodeTimer, Ticked], Ticked]],
+        ticking: Sequence[Callable[[NodeTimer, Ticked], Ticked]] = (),
+        invoking: Callable[[str, Callable[..., Any]], Callable[..., Any]] | None = None,
     ) -> None:
         self._inbox = inbox
         self._source = ticker
         self._time: Callable[[], float] | None = None
         self._on_late = on_late
         self._ticking = ticking
+        self._invoking = invoking
         self.declared: list[NodeTimer] = []
         """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
         self.made: dict[NodeTimer, None] = {}
@@ -333,25 +342,34 @@ class Timers:
         node: object,
         declarations: Declarations,
         parameters: Callable[[], ParameterStore],
-        kept: dict[str, TimerRecord],
-    ) -> None:
-        """Start the timers that the class of `node` declares. `kept` holds their figures over all lives, by the name of the method."""
+        kept: Mapping[str, TimerRecord],
+    ) -> dict[str, TimerRecord]:
+        """Start the timers that the class of `node` declares. `kept` holds their figures over all earlier lives, by the name of the
+        method. Returns those over all lives."""
+        records = dict(kept)
         for declared in declarations.timers:
             hz: float = parameters().value(declared.hz) if isinstance(declared.hz, str) else declared.hz
-            record = kept.get(declared.attribute)
+            record = records.get(declared.attribute)
             if record is None:
-                record = kept[declared.attribute] = TimerRecord(hz)
+                record = records[declared.attribute] = TimerRecord(hz)
             record.hz = hz
             handler, label = getattr(node, declared.attribute), declarations.labels[declared.attribute]
             timer = NodeTimer(self._inbox, handler, hz, declared.late, label, record, self._on_late, self._ticking)
+            if self._invoking is not None:
+                timer.handler = self._invoking(label, handler)
             self.declared.append(timer)
-            self._begin(timer)
+            if self._time is not None:
+                timer.time = self._time
+            timer.begin(self._source)
+        return records
 
     def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
         """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
         timer = NodeTimer(self._inbox, handler, hz, late, label, TimerRecord(hz), self._on_late, self._ticking)
         self.made[timer] = None
-        self._begin(timer)
+        if self._time is not None:
+            timer.time = self._time
+        timer.begin(self._source)
         return timer
 
     def end(self, timer: NodeTimer) -> None:
@@ -380,11 +398,6 @@ class Timers:
         self.stop()
         for timer in list(self.made):
             self.end(timer)
-
-    def _begin(self, timer: NodeTimer) -> None:
-        if self._time is not None:
-            timer.time = self._time
-        timer.begin(self._source)
 
 
 class _Run:

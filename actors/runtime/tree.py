@@ -137,8 +137,8 @@ class Tree:
 
     def _above(self, path: tuple[str, ...]) -> RunningSupervisor | None:
         """The supervisor at the top that has the node at `path` below it."""
-        for top in self.tops:
-            if path[: len(top.supervisor.path)] == top.supervisor.path:
+        for top in (self.joined, self.root):
+            if top is not None and path[: len(top.supervisor.path)] == top.supervisor.path:
                 return top.supervisor
         return None
 

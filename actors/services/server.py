@@ -10,12 +10,13 @@ import asyncio
 import math
 from collections import deque
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import msgspec
 
 from actors.errors import CallTimeout, ServiceFailed, WrongType
 from actors.inbox.control import blame
+from actors.inbox.inbox import NOTHING
 from actors.services.cycles import cycle_of
 from actors.services.peers import Caller, Registration, Requester
 from actors.time.deadlines import FEW
@@ -72,7 +73,8 @@ class Server:
         self.deadlines = node.deadlines
         self.entry = entry
         self.type = kind
-        self.response: type[Message] = cast("Any", kind).Response
+        named: Any = kind
+        self.response: type[Message] = named.Response
         self.handler = handler
         self.label = label
         self.concurrent = concurrent
@@ -102,7 +104,7 @@ class Server:
         request = self.request(self, message, inbox.loop.create_future(), caller, self.calls)
         self.deadlines.watch(request, timeout)
         if not self.concurrent:
-            inbox.items.append(request)
+            (inbox.queue() if inbox.items is NOTHING else inbox.items).append(request)
             # `Inbox.put`, inlined to save a call per request. An idle node has a waiter to wake. A busy one is told only of the first
             # request that waits, which starts the watch over the handler that delays it.
             if inbox.waiter is not None or inbox.watch is None:

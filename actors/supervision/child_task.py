@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable
+from contextvars import Context
 from typing import Any, Literal, Protocol
 
 from actors.supervision.errors import SupervisorGaveUp
@@ -34,6 +35,7 @@ class Owner(Protocol):
     """What a `ChildTask` needs of the supervisor that made it."""
 
     loop: asyncio.AbstractEventLoop
+    of_ends: Context
 
     def make_life(self, incarnation: ChildTask, /) -> Life: ...
     def grace_of(self, life: Life | None, /) -> float: ...
@@ -95,7 +97,7 @@ class ChildTask:
         self.timer: asyncio.TimerHandle | None = None
         self.watchers: dict[Callable[[Down], object], None] | None = None
         self.task: asyncio.Task[None] = owner.loop.create_task(self._live(), name=str(ref))
-        self.task.add_done_callback(self._done)
+        self.task.add_done_callback(self._done, context=self.owner.of_ends)
         self.made = True
 
     def __repr__(self) -> str:
@@ -193,7 +195,7 @@ class ChildTask:
     def _watch_task(self) -> None:
         """Attach the done callback again: a child that removed it from its task (OTP: unlinked itself) must not hang its supervisor."""
         self.task.remove_done_callback(self._done)
-        self.task.add_done_callback(self._done)
+        self.task.add_done_callback(self._done, context=self.owner.of_ends)
 
     def _after(self, delay: float, callback: Callable[..., None], *args: float) -> None:
         if self.timer is not None:

@@ -51,7 +51,7 @@ def _ready(event: Ready, children: Children) -> Sequence[Act]:
     life = event.life
     if life.over or life.ready:
         return (Tell("unexpected", life, note="it said once more that it has started; dropped"),)
-    return () if life.asked is not None or life.imposed is not None else (Confirm(life.ref.id),)
+    return () if life.asked is not None or life.imposed is not None else (Confirm(life.ref.path[-1]),)
 
 
 # ---------------------------------------------------------------------- the end of a life
@@ -60,7 +60,7 @@ def _ready(event: Ready, children: Children) -> Sequence[Act]:
 def _ended(event: Ended, children: Children) -> Sequence[Act]:
     if children.phase == "stopping":
         return _ended_while_stopping(event, children)
-    life, child = event.life, children.entries[event.life.ref.id]
+    life, child = event.life, children.entries[event.life.ref.path[-1]]
     if life.asked is not None or child.marked:
         return _ended_by_request(event, child, children)
     if life.ready:
@@ -210,7 +210,7 @@ def _alive(children: Children) -> list[str]:
 
 
 def _ended_while_stopping(event: Ended, children: Children) -> Sequence[Act]:
-    life, reason, child = event.life, event.reason, children.entries[event.life.ref.id]
+    life, reason, child = event.life, event.reason, children.entries[event.life.ref.path[-1]]
     by_itself = life.asked is None and life.killed is None
     told: tuple[Act, ...] = ()
     if by_itself and not life.ready:

@@ -43,8 +43,10 @@ class Declaration(ABC):
 
     def varied(self, **changes: Any) -> Self:
         """A copy with these options changed, which are valid: nothing is checked."""
-        copy = object.__new__(type(self))
-        copy._set(**(self._fields() | changes))
+        copy, put = object.__new__(type(self)), object.__setattr__
+        names: tuple[str, ...] = self.__slots__
+        for name in names:
+            put(copy, name, changes[name] if name in changes else getattr(self, name))
         return copy
 
     def _fields(self) -> dict[str, Any]:

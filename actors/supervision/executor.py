@@ -71,6 +71,8 @@ class Executor:
         self._killed = killed
         self._nest = nest
         self._context = contextvars.copy_context()
+        self.of_ends = contextvars.copy_context()
+        """The context in which the ends of tasks are noted: one for all, since each callback would copy the present one."""
         self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
         self._busy = False
         self._over: asyncio.Future[None] = self.loop.create_future()
@@ -164,7 +166,7 @@ class Executor:
                 self._carry_out[type(act)](act)
 
     def _handle_end(self, event: Ended) -> None:
-        entry = self._children.entries[event.life.ref.id]
+        entry = self._children.entries[event.life.ref.path[-1]]
         life, entry.now = entry.now, None
         assert life is not None
         answer = decide(event, self._children)
@@ -181,7 +183,8 @@ class Executor:
 
     def _confirm(self, act: acts.Confirm) -> None:
         entry = self._children.entries[act.child]
-        life = alive(entry)
+        life = entry.now
+        assert life is not None
         life.ready = True
         entry.intent, entry.fresh, entry.ready_at = "", False, self.loop.time()
         self._report("progress", life)

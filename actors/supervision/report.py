@@ -40,8 +40,9 @@ class Report(msgspec.Struct, frozen=True):
         return f"{text}: {details}" if details else text
 
 
-def log_line(report: Report, ended_at: float | None) -> tuple[int, str, dict[str, Any]]:
-    """The level, the text and the fields of a report's log line. `ended_at` is the loop time at which the child's last life ended, or None.
+def log_line(report: Report, reason: str, ended_at: float | None) -> tuple[int, str, dict[str, Any]]:
+    """The level, the text and the fields of a report's log line. `reason` is the text of its reason, `ended_at` the loop time at which the
+    child's last life ended, or None.
 
     The number of the child's life is not among the fields: the log line itself has it.
     """
@@ -53,8 +54,8 @@ def log_line(report: Report, ended_at: float | None) -> tuple[int, str, dict[str
         return Level.INFO, f"restarted {child} (life {report.child.incarnation}){_after(report, ended_at)}", fields
     if report.context == "shutdown" and report.note.startswith("auto_shutdown="):
         return Level.INFO, f"{supervisor} stops, because {child} has ended: {_end(report)}", fields
-    if report.reason is not None:
-        fields["reason"] = str(report.reason)
+    if reason:
+        fields["reason"] = reason
     if report.context == "shutdown":
         return Level.ERROR, f"{supervisor} gives up: {report.note}", fields
     if report.note:

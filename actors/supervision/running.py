@@ -202,7 +202,7 @@ class RunningSupervisor(metaclass=NoPublicConstructor):
 
         Raises `AlreadyStarted`, `AlreadyPresent`, `DeclarationError`; `StartFailed`, and then the child is not kept.
         """
-        return await self._request(StartChild(child_of(spec)))
+        return await self.ask(StartChild(child_of(spec)))
 
     async def spawn(
         self, *args: object, name: str | None = None, parameters: Mapping[str, object] | None = None
@@ -212,7 +212,7 @@ class RunningSupervisor(metaclass=NoPublicConstructor):
         `args` follow the template's own arguments, `parameters` override its parameters; both are kept for restarts.
         `name` defaults to that of the template with a number. Raises `TooManyChildren`, and what `start_child` raises.
         """
-        return await self._request(Spawn(args, name, parameters))
+        return await self.ask(Spawn(args, name, parameters))
 
     async def terminate_child(self, target: str | ChildRef) -> None:
         """Stop a child, or drop its pending restart, and return when it has ended.
@@ -221,18 +221,18 @@ class RunningSupervisor(metaclass=NoPublicConstructor):
         forgotten. Nothing happens for a child that is stopped already, or a reference to an ended incarnation. Raises
         `NotFound`.
         """
-        await self._request(TerminateChild(target))
+        await self.ask(TerminateChild(target))
 
     async def restart_child(self, id: str) -> ChildRef | None:
         """Start a stopped child. Returns its reference when it is ready, None if it declined to start.
 
         Raises `Running`, `Restarting`, `NotFound`; `StartFailed`, and then the child is kept, without an automatic retry.
         """
-        return await self._request(RestartChild(id))
+        return await self.ask(RestartChild(id))
 
     async def delete_child(self, id: str) -> None:
         """Forget a stopped child. Raises `Running`, `Restarting`, `NotFound`."""
-        await self._request(DeleteChild(id))
+        await self.ask(DeleteChild(id))
 
     async def replace(self, id: str, factory: Callable[..., object]) -> ChildRef | None:
         """Replace the factory of a child, and if the child runs, restart it in order; other children go on.
@@ -241,7 +241,7 @@ class RunningSupervisor(metaclass=NoPublicConstructor):
         start. This does not count as a restart. Raises `NotFound`, `DeclarationError`; `StartFailed`, and then the child is
         stopped.
         """
-        return await self._request(ReplaceFactory(id, factory))
+        return await self.ask(ReplaceFactory(id, factory))
 
     async def reconfigure(self, spec: Supervisor | DynamicSupervisor) -> None:
         """Replace the declaration of this supervisor by another one of the same kind and name.
@@ -251,10 +251,7 @@ class RunningSupervisor(metaclass=NoPublicConstructor):
         until they are terminated; new ones are added, but not started. Raises `DeclarationError`, and then nothing has
         changed.
         """
-        await self._request(Reconfigure(spec))
-
-    async def _request(self, request: Request) -> ChildRef | None:
-        return await self.ask(request)
+        await self.ask(Reconfigure(spec))
 
     def ask(self, request: Request) -> Caller:
         """Have a request handled in its turn. The future has the answer, which this or a later event gives."""

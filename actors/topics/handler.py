@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast
 
@@ -11,8 +12,6 @@ from actors.inbox.inbox import Inbox
 from actors.topics.subscription import Subscription
 
 if TYPE_CHECKING:
-    from collections import deque
-
     from actors.contracts.content_filter import ContentFilter
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
@@ -34,11 +33,15 @@ class HandlerSubscription(Subscription[M]):
     # * While the node runs, the inbox holds this item exactly once for each waiting message. `deliver` and `take_over` put it there.
     # * It outlives an incarnation of its node. Messages that wait when the node ends are handled by the next incarnation, after
     #   `take_over`.
+    # * `limit` is 0 until the first message, and from then on `depth`: the first one finds the subscription full, and `_overflow` makes the
+    #   queues. So `deliver` need not ask for them.
     # * `timed` is the number of waiting messages that are a `TimedMessage`.
     # * `must_unwrap` stays true once a message with a lifespan has arrived. Otherwise it becomes false when the last timed message is taken
     #   out.
 
-    __slots__ = ("expiring", "handler", "inbox", "label", "timed")
+    __slots__ = ("expiring", "handler", "inbox", "label", "limit", "timed")
+
+    late_queue = True
 
     def __init__(
         self,
@@ -56,6 +59,7 @@ class HandlerSubscription(Subscription[M]):
         self.inbox = inbox
         self.label = label
         self.handler = handler
+        self.limit = 0
         self.expiring = False
         """Whether a message with a lifespan has ever arrived."""
         self.timed = 0
@@ -67,7 +71,7 @@ class HandlerSubscription(Subscription[M]):
         # Called once per message and subscription, so it makes no call in the common case: `Inbox.put` and `Inbox.wake` are inlined.
         # `Inbox.wake` is called only for a busy node whose handler is not being watched yet.
         self.received += 1
-        if len(self.messages) >= self.depth:
+        if len(self.messages) >= self.limit:
             self._overflow(message)
             return
         self.messages.append(message)
@@ -98,11 +102,18 @@ class HandlerSubscription(Subscription[M]):
         waiting = {id(one.message if isinstance(one, ExpiringMessage) else one) for one in held}
         latched = [one for publisher in self.publishers for one in publisher.latched[-self.depth :]]
         missing = [one for one in latched if id(one) not in waiting and self._takes(one)]
+        self._open()
         room = self.depth - len(self.messages)
         missing = missing[-room:] if room > 0 else []
         self.received += len(missing)
         self.messages.extendleft(reversed(missing))
         self._announce(len(missing))
+
+    def _open(self) -> None:
+        """Make the queues, its own and that of the inbox, unless they are there."""
+        if not self.limit:
+            self.messages, self.limit = deque(), self.depth
+            self.inbox.queue()
 
     def _announce(self, count: int) -> None:
         """Put this item into the inbox `count` times. No task serves the inbox yet, so none is woken."""
@@ -129,6 +140,11 @@ class HandlerSubscription(Subscription[M]):
         return fresh
 
     def _overflow(self, message: M) -> None:
+        if not self.limit:
+            self._open()
+            self.received -= 1  # `deliver` counts it
+            self.deliver(message)
+            return
         oldest = self.messages[0]
         super()._overflow(message)
         if isinstance(oldest, TimedMessage) and oldest is not self.messages[0]:
@@ -176,6 +192,7 @@ class ConcurrentSubscription(HandlerSubscription[M]):
         filter: ContentFilter | None = None,
     ) -> None:
         super().__init__(node, entry, type, qos, inbox, label, handler, patience, filter)
+        self._open()
         self.concurrent = concurrent
         self.active = 0
         self._create_task: CreateTask | None = None
@@ -187,6 +204,12 @@ class ConcurrentSubscription(HandlerSubscription[M]):
         else:
             self.messages.append(message)
         self._begin_one()
+
+    def _open(self) -> None:
+        """Make the queues, its own and that of the inbox, unless they are there."""
+        if not self.limit:
+            self.messages, self.limit = deque(), self.depth
+            self.inbox.queue()
 
     def _announce(self, count: int) -> None:
         """Do nothing: `start` handles the messages that wait."""

@@ -11,11 +11,12 @@ import asyncio
 import math
 from collections import deque
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
 
 from actors.checks import create
 from actors.inbox.boundary import asked
 from actors.inbox.expiring import ExpiringMessage
+from actors.inbox.inbox import NOTHING
 from actors.topics.endpoint import Endpoint, EventStream, nanoseconds
 from actors.waiting import Waiters
 
@@ -37,7 +38,7 @@ class Subscription(Endpoint, Generic[M]):
     """
 
     # Invariants:
-    # * `messages` holds at most `depth` messages, oldest first.
+    # * `messages` holds at most `depth` messages, oldest first. With `late_queue` it is `NOTHING` until there is one.
     # * `must_unwrap` is true while a waiting message may be wrapped (`ExpiringMessage`) or a sender waits for room. The reader then passes
     #   each message that it takes out to `unwrap`. Otherwise a `popleft` is enough.
     # * A publisher is in `matched` exactly as long as it is matched with this subscription.
@@ -45,6 +46,9 @@ class Subscription(Endpoint, Generic[M]):
     __slots__ = (
         "depth", "dropped", "filter", "keep_all", "matched", "messages", "must_unwrap", "patience", "received", "senders", "type",
     )  # fmt: skip
+
+    late_queue: ClassVar[bool] = False
+    """Whether `messages` is made by the derived class, when the first message comes."""
 
     def __init__(
         self,
@@ -63,7 +67,7 @@ class Subscription(Endpoint, Generic[M]):
         """For how long what arrives from other processes may wait for more, seconds."""
         self.depth = qos.limit if qos.keep_all else qos.depth
         self.keep_all = qos.keep_all
-        self.messages: deque[M] = deque()
+        self.messages: deque[M] = NOTHING if self.late_queue else deque()
         self.received: int = 0
         self.dropped = 0
         self.matched: dict[PublisherPeer, None] = {}
@@ -71,7 +75,7 @@ class Subscription(Endpoint, Generic[M]):
         self.senders: Waiters | None = None
         """The tasks that wait in `room`; None until the first one does."""
         self.must_unwrap = False
-        if (period := nanoseconds(qos.deadline)) is not None:
+        if qos.deadline is not None and (period := nanoseconds(qos.deadline)) is not None:
             from actors.qos.watches import DeadlineWatch
 
             self.keep_events().deadline = DeadlineWatch(period)

@@ -24,7 +24,8 @@ M = TypeVar("M", bound="Message")
 def publisher_for(node: Participant, entry: TopicRegistry, type: type[M], qos: QoS) -> Publisher[M]:
     """Create a publisher that has yet to join `entry`. Only a publisher with a lifespan, deadline or lease reads the clock when it
     publishes."""
-    timed = qos.lifespan is not None or qos.deadline is not None or _lease_of(qos) is not None
+    manual = qos.liveliness is Liveliness.MANUAL_BY_TOPIC
+    timed = qos.lifespan is not None or qos.deadline is not None or (manual and _lease_of(qos) is not None)
     return create(TimedPublisher if timed else Publisher, node, entry, type, qos)
 
 

@@ -158,6 +158,9 @@ class Bridge(metaclass=NoPublicConstructor):
             part = self._actions if entry.kind == "action" else self._services
             part.server_changed(entry)
 
+    def server_sought(self, entry: ServerEntry[Any]) -> None:
+        """Do nothing: the servers of other processes are announced to all."""
+
     def _ready(self, life: Incarnation) -> None:
         with self._representable(life.fqn, life.fqn):
             self._side.node(life.fqn)

@@ -21,14 +21,11 @@ if TYPE_CHECKING:
     from actors.actions.peers import ActionPeer, GoalFollower
     from actors.graph.servers import ActionEntry
     from actors.runtime.incarnation import Incarnation
-    from actors.runtime.timers import NodeTimer
     from actors.services.client import Client
     from actors.services.peers import Caller, OpenCall, ServiceCall, ServicePeer, Submit
-    from actors.services.server import Server
     from actors.supervision.peers import Life
     from actors.supervision.report import Report
     from actors.time.virtual_loop import VirtualLoop
-    from actors.topics.handler import HandlerSubscription
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 
@@ -61,7 +58,6 @@ class Simulation(Interceptor):
         system.observe(reports=self._reported)
         system.runtime.intercept(self)
         observers = system.runtime.observers
-        observers.ready.append(self._ready)
         observers.answered.append(self.note)
         observers.ended.append(self._ended)
         self._schedule()
@@ -93,6 +89,21 @@ class Simulation(Interceptor):
         name = name or str(getattr(work, "__qualname__", work))
         return Watched(work, lambda: life.task_step(name))
 
+    def invoking(self, node: Caller, label: str, handler: Callable[..., Any]) -> Callable[..., Any]:
+        if node not in self._lives:
+            return handler
+        handled, slow = self.profile.handled, self.faults_of("slow-handler", node.fqn)
+
+        def invoked(*arguments: Any) -> Awaitable[Any] | None:
+            count = handled[node.fqn] = handled.get(node.fqn, 0) + 1
+            fault = slow.get(count)
+            if fault is None or cast("VirtualLoop", self.system.loop).stands_still:
+                result: Awaitable[Any] | None = handler(*arguments)
+                return result
+            return _late(handler, arguments, fault.by)
+
+        return invoked
+
     def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
         def submitted(server: ServicePeer, message: Any, caller: Caller, timeout: float) -> ServiceCall:
             call = submit(server, message, caller, timeout)
@@ -115,10 +126,6 @@ class Simulation(Interceptor):
     def _answered(self, future: asyncio.Future[Any]) -> None:
         if not future.cancelled() and isinstance(error := future.exception(), CallCycle):
             self.note(error)
-
-    def _ready(self, life: Incarnation) -> None:
-        if life.runtime.tree.holds(life.record.path):
-            _slow_down(life, self.profile, self.faults_of("slow-handler", life.fqn))
 
     def _ended(self, life: Incarnation) -> None:
         self._lives.pop(life, None)
@@ -224,29 +231,6 @@ def _place(suspended: object) -> str:
     """The innermost line of user code at which a coroutine waits, as ``file:line in function``."""
     frames = [frame for _, frame in chain_of(suspended) if owner_of(frame.f_code.co_filename) == USER]
     return f"{frames[-1].f_code.co_filename}:{frames[-1].f_lineno} in {frames[-1].f_code.co_qualname}" if frames else ""
-
-
-def _slow_down(life: Incarnation, profile: Profile, slow: dict[int, Fault]) -> None:
-    """Count the handler runs of a node, and delay those that a fault makes slow."""
-
-    def counted(handler: Callable[..., Any]) -> Callable[..., Any]:
-        def handle(*arguments: Any) -> Awaitable[Any] | None:
-            count = profile.handled[life.fqn] = profile.handled.get(life.fqn, 0) + 1
-            fault = slow.get(count)
-            if fault is None or cast("VirtualLoop", life.runtime.loop).stands_still:
-                result: Awaitable[Any] | None = handler(*arguments)
-                return result
-            return _late(handler, arguments, fault.by)
-
-        return handle
-
-    items: list[HandlerSubscription[Any] | NodeTimer | Server] = [
-        *life.record.subscriptions,
-        *life.timers.declared,
-        *life.record.services.values(),
-    ]
-    for item in items:
-        item.handler = counted(cast("Callable[..., Any]", item.handler))
 
 
 async def _late(handler: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> Any:

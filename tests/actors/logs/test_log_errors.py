@@ -274,11 +274,11 @@ def test_a_report_with_a_note_and_a_child_that_returned() -> None:
     odd = Report(
         "unexpected", ("lab",), child, "permanent", 2.0, None, "it said once more that it has started; dropped"
     )
-    assert log_line(odd, None) == (
+    assert log_line(odd, "", None) == (
         40, "unexpected", {"child": "lab/client", "note": "it said once more that it has started; dropped"}
     )  # fmt: skip
     done = Report("shutdown", ("lab",), child, "transient", 2.0, Returned(), "auto_shutdown=all_significant")
-    assert log_line(done, None)[1] == "lab stops, because client has ended: its work is done"
+    assert log_line(done, str(done.reason), None)[1] == "lab stops, because client has ended: its work is done"
 
 
 def test_a_record_with_a_traceback_reads_as_several_lines_and_one_without_as_one() -> None:

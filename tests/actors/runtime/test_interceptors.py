@@ -46,6 +46,9 @@ class Noting(Interceptor):
     def entering(self, node: Any, what: str, enter: Callable[..., Any]) -> Callable[..., Any]:
         return self._passing(what, enter)
 
+    def invoking(self, node: Any, label: str, handler: Callable[..., Any]) -> Callable[..., Any]:
+        return self._passing(f"invoke {label}", handler)
+
     def calling(self, client: Any, submit: Any) -> Any:
         return self._passing("call", submit)
 
@@ -134,6 +137,7 @@ async def test_each_way_leads_through_all_from_the_node_outwards_or_back(plain: 
         assert (heard("publish"), heard("deliver"), heard("tap")) == (OUT, IN, OUT)
         assert (await user.call(ADD, two(1, 2))).sum == 3
         assert (heard("call"), heard("request"), heard("handle")) == (OUT, IN, IN)
+        assert (heard("invoke All.take"), heard("invoke All.add")) == (IN, IN)
         async with user.send_goal(COUNT, order(3)) as goal:
             assert tuple((await goal).sequence) == (3,)
         assert (heard("id"), heard("send submit"), heard("serve submit"), heard("serve run")) == (OUT, OUT, IN, IN)
@@ -149,6 +153,7 @@ async def test_a_tick_comes_from_the_clock_to_the_node() -> None:
     async with run(All, observers=tuple(Noting(name, story) for name in OUT), sinks=()) as system:
         await system.clock.sleep(2.5)
         assert [name for way, name in story if way == "tick"] == [*IN, *IN]
+        assert [name for way, name in story if way == "invoke All.tick"] == [*IN, *IN]
         assert system.node(All).ticks == 2
 
 

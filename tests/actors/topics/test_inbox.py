@@ -9,7 +9,7 @@ from typing import Any
 import anyio
 import pytest
 
-from actors.inbox.inbox import HOLDING_SECONDS, TURN, Inbox
+from actors.inbox.inbox import HOLDING_SECONDS, NOTHING, TURN, Inbox
 from actors.places import awaited_in
 
 pytestmark = pytest.mark.virtual
@@ -287,3 +287,23 @@ async def test_where_a_task_waits_is_told_by_the_users_own_line() -> None:
     assert awaited_in(task).endswith(" in sleep")  # nothing but a library
     await finish(task)
     assert awaited_in(task) == ""
+
+
+def test_an_item_that_would_be_lost_without_a_queue_is_an_error() -> None:
+    with pytest.raises(RuntimeError, match="'late' was put into a queue that has not been made"):
+        NOTHING.append("late")
+    assert not NOTHING
+
+
+async def test_a_queue_that_is_made_while_an_item_runs_is_served_by_the_same_task() -> None:
+    bench = Bench()
+    task = bench.serve()
+    await asyncio.sleep(0.1)
+    bench.inbox.put_control(bench.slow("first"))
+    await asyncio.sleep(0.1)
+    bench.inbox.put(bench.quick("made the queue"))
+    await asyncio.sleep(5.0)
+    bench.inbox.put(bench.quick("later"))
+    await asyncio.sleep(0.1)
+    assert bench.story == ["begin first", "end first", "made the queue", "later"]
+    await finish(task)
