@@ -195,16 +195,10 @@ class Endpoints:
             subscription.take_over(life, handler, filter)
             return
         qos = resolve_subscription(qos, [one.qos for one in entry.publishers])
-        if concurrent:
-            subscription = ConcurrentSubscription(
-                life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter
-            )
-            if life.serving:
-                subscription.start(life.create_task)
-        else:
-            subscription = HandlerSubscription(
-                life, entry, topic.type, qos, life.inbox, label, handler, patience, filter
-            )
+        kind = ConcurrentSubscription if concurrent else HandlerSubscription
+        subscription = kind(life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter)
+        if isinstance(subscription, ConcurrentSubscription) and life.serving:
+            subscription.start(life.create_task)
         life.record.subscriptions.append(subscription)
         entry.add_subscription(subscription)
 
@@ -215,8 +209,7 @@ class Endpoints:
         life = self._life
         for each in life.record.subscriptions:
             same = each.node is not life and each.label == label and each.entry is entry and each.type is type
-            how = (each.concurrent if isinstance(each, ConcurrentSubscription) else 0, each.filter is not None)
-            if same and how == (concurrent, filtered):
+            if same and (each.concurrent, each.filter is not None) == (concurrent, filtered):
                 return each
         return None
 

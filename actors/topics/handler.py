@@ -38,7 +38,7 @@ class HandlerSubscription(Subscription[M]):
     # * `must_unwrap` stays true once a message with a lifespan has arrived. Otherwise it becomes false when the last timed message is taken
     #   out.
 
-    __slots__ = ("expiring", "handler", "inbox", "label", "timed")
+    __slots__ = ("_create_task", "active", "concurrent", "expiring", "handler", "inbox", "label", "timed")
 
     def __init__(
         self,
@@ -49,10 +49,15 @@ class HandlerSubscription(Subscription[M]):
         inbox: Inbox,
         label: str,
         handler: Handler[M],
+        concurrent: int = 0,
         patience: float = 0.0,
         filter: ContentFilter | None = None,
     ) -> None:
         super().__init__(node, entry, type, qos, patience, filter)
+        self.concurrent = concurrent
+        """How many tasks of its own run the handler at once; 0: it runs in the inbox."""
+        self.active = 0
+        self._create_task: CreateTask | None = None
         self.inbox = inbox
         self.label = label
         self.handler = handler
@@ -160,25 +165,7 @@ class ConcurrentSubscription(HandlerSubscription[M]):
     #   `concurrent`.
     # * It is never an item of the inbox.
 
-    __slots__ = ("_create_task", "active", "concurrent")
-
-    def __init__(
-        self,
-        node: Participant,
-        entry: TopicRegistry,
-        type: type[M],
-        qos: QoS,
-        inbox: Inbox,
-        label: str,
-        handler: Handler[M],
-        concurrent: int,
-        patience: float = 0.0,
-        filter: ContentFilter | None = None,
-    ) -> None:
-        super().__init__(node, entry, type, qos, inbox, label, handler, patience, filter)
-        self.concurrent = concurrent
-        self.active = 0
-        self._create_task: CreateTask | None = None
+    __slots__ = ()
 
     def deliver(self, message: M) -> None:
         self.received += 1

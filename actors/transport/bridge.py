@@ -25,6 +25,7 @@ from actors.transport.local_services import Services
 from actors.transport.local_side import LocalSide
 from actors.transport.local_topics import LocalPublisher, Topics
 from actors.transport.protocol import PublisherHere, RemoteEndpoint, RemoteNode, Transport, WireUnavailable
+from actors.transport.same_names import SameNames
 from actors.transport.standard_names import standard_publishers, standard_services
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ class Bridge(metaclass=NoPublicConstructor):
         self._side = side = LocalSide(transport, runtime)
         self._nodes: dict[RemoteNode, None] = {}
         """Those of other processes."""
+        self._same_names = SameNames(runtime, self._nodes)
         self._endpoints: dict[bytes, RemoteEndpoint] = {}
         """Those of other processes, by GID."""
         self._topics = Topics(side)
@@ -130,6 +132,7 @@ class Bridge(metaclass=NoPublicConstructor):
             self._graph.watchers.remove(self)
         self._open = False
         self._stats.close()
+        self._same_names.close()
         if self._begun:
             await self._transport.close()
         for endpoint in list(self._endpoints.values()):
@@ -167,6 +170,7 @@ class Bridge(metaclass=NoPublicConstructor):
             part.server_changed(entry)
 
     def _ready(self, life: Incarnation) -> None:
+        self._same_names.started(life.fqn)
         with self._representable(life.fqn, life.fqn):
             self._side.node(life.fqn)
             for service in standard_services(life):
@@ -192,8 +196,10 @@ class Bridge(metaclass=NoPublicConstructor):
         """See `Events.node`."""
         if there:
             self._nodes[node] = None
+            self._same_names.appeared(node)
         else:
             self._nodes.pop(node, None)
+            self._same_names.vanished(node)
         self._graph.changed()
 
     def appeared(self, endpoint: RemoteEndpoint) -> None:
