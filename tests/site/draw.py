@@ -16,6 +16,7 @@ from pathlib import Path
 from playwright.sync_api import Page, sync_playwright
 
 from tests.site.diagrams import FOLDER, THEMES, diagrams
+from tests.tools import no_arguments
 
 MERMAID = "mermaid@12.3.0"
 DRAWN = """async ([source, theme]) => {
@@ -57,4 +58,5 @@ def drawn(page: Page, source: str, theme: str) -> str:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

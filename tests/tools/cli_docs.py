@@ -22,6 +22,7 @@ from typing import NamedTuple
 from cli.command import COMMANDS, Exit, added, found
 from cli.parsing import actions_of
 from cli.verb import Group
+from tests.tools import no_arguments
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "reference" / "cli.md"
@@ -294,4 +295,5 @@ def masked(terminal: str) -> list[str]:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Mapping
 
+from tests.tools import no_arguments
 from tests.tools.cli_docs import ROBACTOR, SCENES, running
 
 RUNS = 10
@@ -53,4 +54,5 @@ def _spent() -> float:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.tools import no_arguments
+
 PAGE = Path(__file__).parents[2] / "cli" / "web" / "page"
 SENT = {".html", ".js", ".css", ".svg"}
 """What a browser asks for."""
@@ -36,4 +38,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

@@ -22,7 +22,7 @@ import actors
 from actors import Action, ActorError, Service, Topic
 from tests.project.surface import NO_CONSTRUCTOR, Surface
 from tests.site.markdown import headlines
-from tests.tools import numbers_table, parameter_table
+from tests.tools import no_arguments, numbers_table, parameter_table
 
 PAGE = Path(__file__).parents[2] / "build" / "reference.md"
 
@@ -112,7 +112,7 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "catch_up", "count_incompatible_qos", "count_incompatible_type", "count_lost", "deliver", "due", "end_events", "entry", "expiring",
         "full", "here", "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
         "timed", "unwrap", "waiting", "wrapped",
-        "handler", "inbox", "label", "must_unwrap", "run", "stamp", "take_over",
+        "active", "concurrent", "handler", "inbox", "label", "must_unwrap", "run", "stamp", "take_over",
     ),
     "RunningSupervisor": (
         "ask", "below", "incarnation", "leaked", "life", "lives", "name", "phase", "recent_restarts", "run", "statuses", "stop",
@@ -445,4 +445,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     sys.exit(main())
