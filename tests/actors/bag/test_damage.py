@@ -17,6 +17,7 @@ from actors.bag import BagError, BagReader, BagTopic, BagWriter, Player, PlayOpt
 from actors.bag import mcap_records as record
 from actors.bag.mcap_reading import McapReading, Salvage
 from actors.bag.metadata import noted
+from actors.bag.sqlite_reading import SqliteReading
 from actors.bag.yaml_text import load_yaml
 from actors.interfaces.std_msgs.msg import String
 from actors.testing import Rig
@@ -47,6 +48,12 @@ def test_what_is_of_another_format_is_named_with_the_way_out(tmp_path: Path, beg
             use(path)
     with pytest.raises(BagError, match=said):
         McapReading(path)
+
+
+def test_a_file_of_a_bag_that_has_gone_is_named(tmp_path: Path) -> None:
+    for reading in (McapReading, SqliteReading):
+        with pytest.raises(BagError, match=r"gone\.bag: (No such file|there is no such file)"):
+            reading(tmp_path / "gone.bag")
 
 
 def test_files_are_known_by_their_contents_not_by_their_names(tmp_path: Path) -> None:
