@@ -130,6 +130,18 @@ def test_a_damaged_page_of_sqlite3_is_said_and_the_rest_is_recovered(tmp_path: P
     assert recover(bag, tmp_path / "odd").damaged == 1
 
 
+def test_of_a_sqlite3_file_whose_last_page_is_damaged_all_before_it_is_recovered(tmp_path: Path) -> None:
+    words = [f"{number:04d}" * 50 for number in range(400)]
+    bag = foreign_bag(tmp_path / "walk", words, StoragePlugin.SQLITE3)
+    path = bag / "walk.db3"
+    whole = path.read_bytes()
+    at = whole.index(words[-1].encode()) // 4096 * 4096
+    path.write_bytes(whole[:at] + bytes(4096) + whole[at + 4096 :])
+    assert recover(bag, tmp_path / "new").damaged >= 1
+    kept = words_of(tmp_path / "new")
+    assert 300 < len(kept) < 400 and kept == words[: len(kept)]
+
+
 def test_a_damaged_text_time_or_index_of_sqlite3_is_said(tmp_path: Path) -> None:
     bag = foreign_bag(tmp_path / "walk", WORDS, StoragePlugin.SQLITE3)
     path = bag / "walk.db3"
