@@ -10,6 +10,7 @@ from pathlib import Path
 import lz4.frame
 import pytest
 import zstandard
+from mcap.writer import Writer
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from actors import Child, Topic
@@ -128,6 +129,26 @@ def test_a_damaged_page_of_sqlite3_is_said_and_the_rest_is_recovered(tmp_path: P
     with pytest.raises(BagError, match="a message has no topic, no time or no data"):
         words_of(bag)
     assert recover(bag, tmp_path / "odd").damaged == 1
+
+
+def test_a_chunk_of_mcap_without_messages_hinders_nothing_in_a_file_that_was_cut_off(tmp_path: Path) -> None:
+    path = tmp_path / "walk.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream, chunk_size=1)
+        writer.start("ros2", "another recorder")
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
+        channel = writer.register_channel("/words", "cdr", schema)
+        header = stream.tell()
+        writer.add_message(channel, BEGIN, text("a"), BEGIN)
+        first = stream.tell()
+        writer.finish()
+    data = path.read_bytes()
+    empty = struct.pack("<QQQIIQ", 0, 0, 0, 0, 0, 0)
+    chunk = struct.pack("<BQ", 6, len(empty)) + empty
+    path.write_bytes(data[:header] + chunk + data[header:first])
+    with BagReader(path) as read:
+        assert [(message.topic.name, message.received_ns) for message in read.messages()] == [("/words", BEGIN)]
+        assert read.metadata.message_count == 1
 
 
 def test_of_a_sqlite3_file_whose_last_page_is_damaged_all_before_it_is_recovered(tmp_path: Path) -> None:
