@@ -61,3 +61,14 @@ async def hosts():
     hosts = Hosts()
     yield hosts
     await hosts.close()
+
+
+@pytest.fixture
+def own_debugger(monkeypatch):
+    """Python's own debugger, whatever the environment says; it leaves no trace function and takes no interrupt after the test."""
+    trace, interrupt = sys.gettrace(), signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr("sys.breakpointhook", sys.__breakpointhook__)
+    monkeypatch.delenv("PYTHONBREAKPOINT", raising=False)
+    yield
+    sys.settrace(trace)
+    signal.signal(signal.SIGINT, interrupt)

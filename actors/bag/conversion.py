@@ -63,7 +63,7 @@ def _converter(
 ) -> Callable[[Any], Message] | None:
     """What makes a message of one type from one of the other; None if they have nothing in common."""
     theirs = {field.name: field for field in recorded.__ros_fields__}
-    steps: list[tuple[str, Callable[[Any], object] | None]] = []
+    steps: list[tuple[str, Callable[[Any], object]]] = []
     for field in known.__ros_fields__:
         other = theirs.get(field.name)
         step = None if other is None else _step(other, field, f"{within}{field.name}.", left_out, defaults)
@@ -71,15 +71,13 @@ def _converter(
             defaults.append(f"{within}{field.name}")
         else:
             del theirs[field.name]
-            steps.append((field.name, None if step is _same else step))
+            steps.append((field.name, step))
     left_out += [f"{within}{name}" for name in theirs]
     if not steps:
         return None
 
     def convert(message: object) -> Message:
-        return known(
-            **{name: getattr(message, name) if step is None else step(getattr(message, name)) for name, step in steps}
-        )
+        return known(**{name: step(getattr(message, name)) for name, step in steps})
 
     return convert
 

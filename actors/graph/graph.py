@@ -227,7 +227,7 @@ class Graph:
         """Told of every endpoint that joins or leaves, and of every search for a server."""
         self.elsewhere: Callable[[], Iterable[NodeElsewhere]] = tuple
         """Returns the known nodes of other processes."""
-        self.complete: Callable[[], bool] = _nobody_else
+        self.complete: Callable[[], bool] = lambda: True
         """Returns whether all is known that the other processes which have been found have told of."""
         self.links: Callable[[], Iterable[KnownLink]] = tuple
         """Returns the other processes that can be reached."""
@@ -309,8 +309,3 @@ class Graph:
                 self._listeners.remove(listener)
 
         return leave
-
-
-def _nobody_else() -> bool:
-    """Without a transport nobody is there of whom something could be missing."""
-    return True

@@ -51,8 +51,6 @@ def _fits(value: object, kind: Any) -> bool:
     """Whether a value is of this type, as the fields of events are declared, with all that it contains."""
     origin: object = get_origin(kind)
     parts: tuple[Any, ...] = get_args(kind)
-    if kind is Any:
-        return True
     if origin in (Union, UnionType):
         return any(_fits(value, one) for one in parts)
     if origin is Literal:

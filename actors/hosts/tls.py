@@ -140,8 +140,8 @@ class _Caller:
         return self._session is not None
 
     def _take(self, message: ToAgent) -> None:
-        if self._session is not None:
-            self._session.take(message)
+        assert self._session is not None  # the channel of one that was refused is closed, and reads nothing
+        self._session.take(message)
 
     def _lost(self) -> None:
         if self._end is not None:

@@ -13,7 +13,7 @@ from actors.interfaces.loading import read_file
 from actors.interfaces.lookup import find
 from actors.interfaces.message import InterfaceClass, Message, ServiceType
 from actors.interfaces.naming import closest, full_name
-from actors.interfaces.parse import DefinitionError, parse_type
+from actors.interfaces.parse import parse_type
 from actors.interfaces.registry import find_definition, known_names
 
 Comments: TypeAlias = Literal["top", "all", "none"]
@@ -90,10 +90,7 @@ def _nested_type(code: str, package: str) -> InterfaceClass | None:
         return None
     if "_" in word.rpartition("/")[2]:  # a part of a service or action, which only derived types contain
         return find(full_name(word.partition("[")[0], "srv")) or find(full_name(word.partition("[")[0], "action"))
-    try:
-        kind = parse_type(word, package)
-    except DefinitionError:
-        return None
+    kind = parse_type(word, package)
     return _resolve(kind.base) if kind.is_message else None
 
 

@@ -71,7 +71,7 @@ async def live(trees: Sequence[Spec | type[Node]], argv: Sequence[str], *, signa
     failed: list[LogRecord] = []
 
     def note(record: LogRecord) -> None:
-        if record.fields.get("errand") == "failed":
+        if record.fields.get("job") == "failed":
             failed.append(record)
 
     tree = _whole([_significant(tree, argv) for tree in trees])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -123,22 +122,20 @@ def test_a_bag_without_a_journal_is_refused_in_one_line(plain: Path) -> None:
         COMMAND.main(["replay", str(plain), "--node", "adder"])
 
 
+@pytest.mark.usefixtures("own_debugger")
 def test_a_debugger_that_is_quit_leaves_no_verdict(
     journal: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("sys.breakpointhook", sys.__breakpointhook__)
-    monkeypatch.delenv("PYTHONBREAKPOINT", raising=False)
     monkeypatch.setattr("sys.stdin", StringIO("up\nup\nquit\n"))
     with pytest.raises(REFUSED, match="the debugger was quit, and the replay with it: there is no verdict"):
         COMMAND.main(["replay", str(journal), "--break", "measured[3]"])
     assert "equal" not in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("own_debugger")
 def test_a_debugger_that_goes_on_leaves_the_verdict(
     journal: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("sys.breakpointhook", sys.__breakpointhook__)
-    monkeypatch.delenv("PYTHONBREAKPOINT", raising=False)
     monkeypatch.setattr("sys.stdin", StringIO("p 40 + 2\ncontinue\n"))
     assert COMMAND.main(["replay", str(journal), "--break", "measured[3]"]) == 0
     out = capsys.readouterr().out

@@ -10,6 +10,7 @@ from pathlib import Path
 import lz4.frame
 import pytest
 import zstandard
+from mcap.writer import Writer
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from actors import Child, Topic
@@ -17,6 +18,7 @@ from actors.bag import BagError, BagReader, BagTopic, BagWriter, Player, PlayOpt
 from actors.bag import mcap_records as record
 from actors.bag.mcap_reading import McapReading, Salvage
 from actors.bag.metadata import noted
+from actors.bag.sqlite_reading import SqliteReading
 from actors.bag.yaml_text import load_yaml
 from actors.interfaces.std_msgs.msg import String
 from actors.testing import Rig
@@ -47,6 +49,12 @@ def test_what_is_of_another_format_is_named_with_the_way_out(tmp_path: Path, beg
             use(path)
     with pytest.raises(BagError, match=said):
         McapReading(path)
+
+
+def test_a_file_of_a_bag_that_has_gone_is_named(tmp_path: Path) -> None:
+    for reading in (McapReading, SqliteReading):
+        with pytest.raises(BagError, match=r"gone\.bag: (No such file|there is no such file)"):
+            reading(tmp_path / "gone.bag")
 
 
 def test_files_are_known_by_their_contents_not_by_their_names(tmp_path: Path) -> None:
@@ -121,6 +129,38 @@ def test_a_damaged_page_of_sqlite3_is_said_and_the_rest_is_recovered(tmp_path: P
     with pytest.raises(BagError, match="a message has no topic, no time or no data"):
         words_of(bag)
     assert recover(bag, tmp_path / "odd").damaged == 1
+
+
+def test_a_chunk_of_mcap_without_messages_hinders_nothing_in_a_file_that_was_cut_off(tmp_path: Path) -> None:
+    path = tmp_path / "walk.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream, chunk_size=1)
+        writer.start("ros2", "another recorder")
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
+        channel = writer.register_channel("/words", "cdr", schema)
+        header = stream.tell()
+        writer.add_message(channel, BEGIN, text("a"), BEGIN)
+        first = stream.tell()
+        writer.finish()
+    data = path.read_bytes()
+    empty = struct.pack("<QQQIIQ", 0, 0, 0, 0, 0, 0)
+    chunk = struct.pack("<BQ", 6, len(empty)) + empty
+    path.write_bytes(data[:header] + chunk + data[header:first])
+    with BagReader(path) as read:
+        assert [(message.topic.name, message.received_ns) for message in read.messages()] == [("/words", BEGIN)]
+        assert read.metadata.message_count == 1
+
+
+def test_of_a_sqlite3_file_whose_last_page_is_damaged_all_before_it_is_recovered(tmp_path: Path) -> None:
+    words = [f"{number:04d}" * 50 for number in range(400)]
+    bag = foreign_bag(tmp_path / "walk", words, StoragePlugin.SQLITE3)
+    path = bag / "walk.db3"
+    whole = path.read_bytes()
+    at = whole.index(words[-1].encode()) // 4096 * 4096
+    path.write_bytes(whole[:at] + bytes(4096) + whole[at + 4096 :])
+    assert recover(bag, tmp_path / "new").damaged >= 1
+    kept = words_of(tmp_path / "new")
+    assert 300 < len(kept) < 400 and kept == words[: len(kept)]
 
 
 def test_a_damaged_text_time_or_index_of_sqlite3_is_said(tmp_path: Path) -> None:

@@ -57,6 +57,20 @@ async def playing(rig: Rig, bag: Path, **options: Any) -> Player:
     return rig.node(Player)
 
 
+async def test_of_a_topic_in_two_types_the_one_that_is_known_is_played(rig: Rig, tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "both") as bag:
+        for at in range(3):
+            bag.write(WORDS, text(f"{at}"), received_ns=BEGIN + at * MS, published_ns=BEGIN)
+            odd = BagTopic("/words", "garden_msgs/msg/Brick")
+            bag.write(odd, b"\0\1\0\0\5\0\0\0", received_ns=BEGIN + at * MS, published_ns=BEGIN)
+    playing_it = await playing(rig, tmp_path / "both")
+    probe = rig.probe(SAID)
+    playing_it.unpause()
+    await rig.advance(1.0)
+    assert words(probe) == ["0", "1", "2"]
+    assert len(events(rig.logs, "a topic of the bag is not played")) == 1
+
+
 def words(probe: Probe[String]) -> list[str]:
     return [one.data for one in probe]
 

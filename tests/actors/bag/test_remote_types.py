@@ -13,9 +13,11 @@ import pytest_asyncio
 
 from actors import Child, Node, Service, qos
 from actors.bag import Recorder, RecordOptions, Selection
+from actors.bag.offers import known_type
 from actors.interfaces import from_plain, get_message, load, to_plain
 from actors.interfaces.describing import described
 from actors.interfaces.foreign import ForeignType
+from actors.interfaces.std_msgs.msg import String
 from actors.interfaces.type_description_interfaces.srv import (
     GetTypeDescription,
     GetTypeDescription_Request,
@@ -183,3 +185,8 @@ async def test_an_owner_that_does_not_know_its_own_type_is_told_of(
     (line,) = events(rig.logs, UNKNOWN)
     assert line.fields["type"] == "first6_msgs/msg/Inner"
     assert "/secret" not in recorder.topics
+
+
+def test_a_type_whose_name_is_none_is_an_unknown_type() -> None:
+    assert known_type(ForeignType("no type at all", "")) is None
+    assert known_type(String) is String

@@ -104,6 +104,15 @@ def test_metadata_are_written_anew_from_the_files(tmp_path: Path) -> None:
     assert words_of(bag) == [f"{number}" for number in range(100)]
 
 
+def test_reindexing_keeps_the_texts_that_somebody_has_added_to_the_metadata(tmp_path: Path) -> None:
+    bag = write(tmp_path / "walk", ["a"], WriterOptions(custom_data={"robot": "dog"}))
+    metadata = bag / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace("robot: dog", "robot: dog\n    place: kitchen"))
+    reindex(bag)
+    with BagReader(bag) as read:
+        assert read.metadata.custom_data == {"robot": "dog", "place": "kitchen"}
+
+
 def test_reindexing_wants_the_folder_of_a_bag(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(BagError, match="is no folder: a bag is a folder with its files"):

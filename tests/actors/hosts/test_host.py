@@ -47,7 +47,7 @@ class Log:
     def info(self, event: str, **fields: object) -> None:
         self.lines.append((event, fields))
 
-    warning = info
+    warning = error = info
 
     def events(self) -> list[str]:
         return [event for event, _ in self.lines]
@@ -219,6 +219,25 @@ async def test_what_still_comes_from_a_connection_that_was_given_up_is_ignored()
     assert old.of(LeaseGrant) == [LeaseGrant(1)]
     assert stage.events == []
     assert host.usable
+    await host.close()
+
+
+@virtual
+async def test_what_a_process_tells_and_nobody_can_read_is_logged_and_what_follows_is_heard() -> None:
+    stage = Stage()
+    host = stage.host()
+    await settle()
+    (wire,) = stage.wires
+    wire.renew()
+    await settle()
+    stage.process(host)
+
+    wire.take(ProcessEvent(1, b"no event"))
+    wire.take(ProcessEvent(1, pack(Ready())))
+
+    assert stage.events == [Ready()]
+    event, fields = stage.log.lines[-1]
+    assert (event, fields["host"]) == ("what a process tells cannot be read", "base")
     await host.close()
 
 

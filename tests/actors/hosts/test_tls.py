@@ -30,7 +30,7 @@ from actors.hosts.messages import (
     ProcessEvent,
     ProcessRequest,
 )
-from actors.hosts.tls import _Caller, address_of, serve
+from actors.hosts.tls import _Caller, _end_with_certificate, address_of, serve
 from actors.processes import os_process
 from actors.processes.channel import Channel, framed
 from actors.processes.messages import Line, Opaque, Order, Over, Ready, StopAsked
@@ -203,6 +203,27 @@ async def test_what_is_sent_by_who_was_refused_is_not_taken() -> None:
 
     caller.channel.data_received(framed(Hello(LEASE)))
     caller.channel.connection_lost(None)
+
+
+async def test_a_connection_that_is_being_closed_does_not_end_with_its_certificate_as_well() -> None:
+    said: list[str] = []
+
+    class Closing:
+        def get_extra_info(self, name: str) -> dict[str, str]:
+            return {"notAfter": "Jan  5 09:34:43 2018 GMT"}
+
+        def is_closing(self) -> bool:
+            return True
+
+        def abort(self) -> None:
+            said.append("aborted")
+
+    closing: Any = Closing()
+    _end_with_certificate(closing, lambda: said.append("the certificate has ended"))
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+
+    assert said == []
 
 
 def test_mutual_tls_is_demanded(tmp_path: Path) -> None:

@@ -36,6 +36,15 @@ def test_a_type_that_is_known_stays_as_it_is() -> None:
     assert [field.name for field in String.__ros_fields__] == ["data"]
 
 
+def test_a_definition_whose_type_has_become_known_meanwhile_changes_nothing() -> None:
+    name = "lost_msgs/msg/Twice"
+    found = definitions_of(name, [answer(name, 11)])
+    define(found)
+    first = get_message(name)
+    define(found)
+    assert get_message(name) is first
+
+
 def test_a_type_that_is_not_described_is_not_defined() -> None:
     define(
         definitions_of("lost_msgs/msg/Lost", [described(GetTypeDescription.Request(type_name="std_msgs/msg/String"))])

@@ -237,10 +237,12 @@ def test_a_list_of_yaml_and_a_typed_value_keep_their_types(tmp_path: Path) -> No
             - {name: a, value: [1, 2.5]}
             - {name: b, value: 3, type: str}
             - {name: c, value: true}
+            - {name: d, value: !!float 4}
+            - {name: e, value: !!bool yes, type: str}
         """,
     )
 
-    assert tree(path)[1:] == ["a: (1.0, 2.5)", "b: '3'", "c: True"]
+    assert tree(path)[1:] == ["a: (1.0, 2.5)", "b: '3'", "c: True", "d: 4.0", "e: 'true'"]
 
 
 def test_timers_global_settings_and_shutdown_can_be_written(tmp_path: Path) -> None:

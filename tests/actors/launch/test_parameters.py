@@ -139,6 +139,11 @@ def test_a_file_that_cannot_be_read_is_left_out_with_a_note(tmp_path: Path) -> N
     ]
 
 
+def test_parameters_for_names_that_no_node_has_are_refused() -> None:
+    with pytest.raises(LaunchError, match=r"launch file: /n/\[: not a node name or pattern"):
+        effective("/n", [Layer({"a": 1}, pattern="/n/[")])
+
+
 @pytest.mark.parametrize("given", [{"a": 1}, "file.yaml", 3])
 def test_parameters_are_a_list(given: Any) -> None:
     with pytest.raises(LaunchError, match="parameters must be a list of files and of dictionaries, not "):

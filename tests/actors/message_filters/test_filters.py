@@ -220,6 +220,21 @@ def test_what_leaves_a_full_queue_is_counted() -> None:
     assert repr(near) == "<ApproximateTime of 2 inputs: 2, 0 wait>"
 
 
+def test_a_message_of_a_set_that_is_not_yet_known_to_be_best_takes_its_place_in_the_queue() -> None:
+    near = ApproximateTime([SimpleFilter[Any](), SimpleFilter[Any](), SimpleFilter[Any]()], 3)
+    for seconds, number in (
+        (1.0, 0),
+        (1.02, 1),
+        (1.4, 2),
+    ):  # a candidate: the second input may still have something later
+        near.add(point(seconds), number)
+    for seconds in (1.5, 1.6):
+        near.add(point(seconds), 0)
+    assert (near.dropped, repr(near)) == (0, "<ApproximateTime of 3 inputs: 3, 1, 1 wait>")
+    near.add(point(1.7), 0)
+    assert near.dropped == 1
+
+
 def test_messages_closer_than_the_bound_or_out_of_order_are_counted() -> None:
     near = ApproximateTime([SimpleFilter[Any](), SimpleFilter[Any]()], 10, lower_bounds={0: 1.0})
     for seconds in (1.0, 2.0, 2.5, 2.2):

@@ -6,6 +6,7 @@ import pytest
 
 from actors import (
     Action,
+    Child,
     Done,
     Node,
     Parameter,
@@ -14,10 +15,13 @@ from actors import (
     ServiceUnavailable,
     SetResult,
     Steps,
+    Supervisor,
     Topic,
+    background,
     every,
     parameter,
     qos,
+    temporary,
 )
 from actors.actions.goals import CancelCode, GoalStatus
 from actors.interfaces import derived
@@ -253,3 +257,23 @@ async def test_who_listens_to_an_action_hears_its_next_incarnation_as_well(rig: 
     assert [(one.goal_info.goal_id.uuid.tobytes(), one.status) for one in last.status_list] == [
         (goal.goal_id, GoalStatus.SUCCEEDED)
     ]
+
+
+async def test_a_node_may_start_under_a_name_whose_services_somebody_wanted_who_has_gone(rig: Rig) -> None:
+    wanted = Service(GetParameters, "/late/get_parameters")
+
+    class Asker(Node):
+        @background
+        async def ask(self) -> None:
+            with pytest.raises(ServiceUnavailable):
+                await self.call(wanted, GetParameters.Request(names=("a",)), timeout=0.1)
+            self.stop("nobody is there")
+
+    await rig.start(Supervisor("s", children=[Child(Node)]))
+    root = rig.system.supervisor
+    assert root is not None
+    await root.start_child(Child(Asker, restart=temporary))
+    await rig.advance(1.0)
+    assert wanted.name not in rig.system.graph.services
+    await root.start_child(Child(Node, name="late"))
+    assert len((await rig.call(wanted, GetParameters.Request(names=("use_sim_time",)))).values) == 1

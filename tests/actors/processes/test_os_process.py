@@ -277,3 +277,23 @@ def test_a_flight_record_that_cannot_be_written_says_why() -> None:
     assert list(save([Full()], ("top", "a"), "why")) == ["could not be written: disk full"]
     assert makers([Full(), FlightRecorder(seconds=5.0)])[0]().dump  # only what asks for it is made for processes
     assert len(makers([Full()])) == 0
+
+
+def test_an_interpreter_that_dies_before_it_has_its_preparation_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    died: list[os_process.Started] = []
+    start = os_process.start
+
+    def start_dead(name: str, *, fenced: bool) -> os_process.Started:
+        started = start(name, fenced=fenced)
+        started.popen.kill()
+        started.popen.wait()
+        died.append(started)
+        return started
+
+    monkeypatch.setattr(os_process, "start", start_dead)
+    with pytest.raises(OSError):
+        os_process.prepared("tree/a", framed("first"), fenced=False)
+    (started,) = died
+    assert started.channel.fileno() == -1
+    with pytest.raises(OSError):
+        os.fstat(started.notes)

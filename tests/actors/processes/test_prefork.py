@@ -7,9 +7,12 @@ import signal
 
 import pytest
 
-from actors import Child, DynamicSupervisor, StartFailed, Supervisor, run
-from actors.processes import os_process
+from actors import Child, DynamicSupervisor, Node, StartFailed, Supervisor, run
+from actors.hosts.launcher import transport_here
+from actors.processes import os_process, prefork
+from actors.processes.messages import Order
 from actors.processes.os_process import Started
+from actors.processes.prefork import PreforkPool
 from tests.actors.processes.kit import Diary, Scripted, in_order, running, until
 
 
@@ -70,3 +73,24 @@ async def test_one_that_dies_before_its_turn_is_replaced(diary: Diary, started: 
     kills = Child(Kills, name="kills", args=(str(diary.path), {}))
     async with run(Supervisor("tree", children=[first, kills, second]), signals=False):
         assert diary.processes("second") == [started["tree/second"].popen.pid] != dead
+
+
+def test_a_subtree_gets_one_interpreter_with_all_its_modules_and_a_child_of_another_machine_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made: dict[str, bytes] = {}
+
+    def prepared(name: str, frame: bytes, *, fenced: bool) -> None:
+        made[name] = frame
+
+    monkeypatch.setattr(prefork, "prepared", prepared)
+    first = Child(Scripted, name="first", args=("", {}), process=True)
+    pair = Supervisor("pair", children=[Child(Scripted, args=("", {})), Supervisor("pool", children=[Child(Node)])])
+    far = Child(Scripted, name="far", args=("", {}), host="base")
+    tree = Supervisor("tree", children=[first, pair.replace(process=True), far])
+    order = Order(first, ("tree", "first"), 0, 20, None, transport_here, 0)
+
+    PreforkPool(tree, ("tree",), order)
+
+    assert list(made) == ["tree/pair"]
+    assert Scripted.__module__.encode() in made["tree/pair"] and Node.__module__.encode() in made["tree/pair"]

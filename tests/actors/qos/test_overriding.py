@@ -15,6 +15,7 @@ from actors import (
     StartFailed,
     Supervisor,
     Topic,
+    parameter,
     publishes,
     qos,
     run,
@@ -55,6 +56,12 @@ class Reader(Node):
         self.seen.append(message.data)
 
 
+class Both(Laser):
+    """Has a parameter, too."""
+
+    speed = parameter(1.0)
+
+
 class Plain(Node):
     """Has an endpoint of a fixed profile."""
 
@@ -87,6 +94,12 @@ async def test_the_parameters_are_declared_with_what_holds_and_cannot_be_set_lat
     described = await client.describe("qos_overrides./scan.publisher.depth")
     assert described.read_only and described.description == "depth for publisher `/scan`"
     assert not (await client.set("qos_overrides./scan.publisher.depth", 5)).successful
+
+
+async def test_a_node_with_parameters_of_its_own_takes_both(rig: Rig) -> None:
+    await rig.start(Child(Both, parameters={"qos_overrides./scan.publisher.depth": 3, "speed": 2.0}))
+    both = rig.node(Both)
+    assert (both.scan.qos.depth, both.speed) == (3, 2.0)
 
 
 async def test_each_kind_of_endpoint_has_names_of_its_own(rig: Rig) -> None:

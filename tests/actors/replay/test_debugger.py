@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from bdb import BdbQuit
-from collections.abc import Iterator
 from io import StringIO
 
 import pytest
@@ -15,17 +13,6 @@ from actors.interfaces.std_msgs.msg import String
 from actors.replay import ReplayError, replay
 from actors.replay.debugger import Break
 from tests.actors.replay.test_divergence import Plain, recorded
-
-
-@pytest.fixture
-def own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Python's own debugger, whatever the environment says; it leaves no trace function and takes no interrupt after the test."""
-    trace, interrupt = sys.gettrace(), signal.getsignal(signal.SIGINT)
-    monkeypatch.setattr("sys.breakpointhook", sys.__breakpointhook__)
-    monkeypatch.delenv("PYTHONBREAKPOINT", raising=False)
-    yield
-    sys.settrace(trace)
-    signal.signal(signal.SIGINT, interrupt)
 
 
 def test_another_debugger_is_started_once_at_the_message() -> None:
@@ -43,7 +30,7 @@ def test_the_debugger_that_breakpoint_starts_here_is_started(monkeypatch: pytest
     assert stops == ["here"]
 
 
-@pytest.mark.usefixtures("own")
+@pytest.mark.usefixtures("own_debugger")
 def test_pythons_debugger_stops_in_the_frame_that_asked_for_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -55,7 +42,7 @@ def test_pythons_debugger_stops_in_the_frame_that_asked_for_it(
     assert f"{word.data!r}\n" in capsys.readouterr().out
 
 
-@pytest.mark.usefixtures("own")
+@pytest.mark.usefixtures("own_debugger")
 def test_a_debugger_that_was_quit_is_told_apart_from_an_error_of_the_node(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", StringIO("quit\n"))
     trace, stop = sys.gettrace(), Break("/told", 0)

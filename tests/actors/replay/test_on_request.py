@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from actors import Child, DynamicSupervisor, Node, Service, execute, publishes, run
+from actors import Child, DynamicSupervisor, Node, Service, Supervisor, execute, publishes, run
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.interfaces.std_msgs.msg import String
 from actors.logs import LogRecord
@@ -188,3 +188,18 @@ def test_a_node_that_was_removed_and_added_again_begins_anew_and_draws_further_i
     assert len({words[3] for words in said}) == 1, "the same random numbers as the first time"
     verdict = replay(recording)
     assert (verdict.differences, verdict.lacking) == ((), "")
+
+
+def test_a_subtree_that_has_gone_with_its_supervisor_is_named() -> None:
+    async def main() -> None:
+        journal = Journal(on_request=True)
+        tree = Supervisor("world", children=[Supervisor("outer", children=[Supervisor("team", children=[HERO])])])
+        async with run(OTHERS, tree, observers=(journal,), sinks=()) as system:
+            name = journal.check("system/world/outer/team")
+            assert system.supervisor is not None
+            world = next(one for one in system.supervisor.below() if one.path[-1] == "world")
+            await world.terminate_child("outer")
+            with pytest.raises(LookupError, match="team has gone with its supervisor"):
+                await journal.restart(name)
+
+    execute(main, clock="virtual")

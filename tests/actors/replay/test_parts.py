@@ -288,6 +288,9 @@ def test_a_journal_of_another_format_is_refused_by_both_numbers() -> None:
         unpack(other)
     with pytest.raises(ReplayError, match="this is no part of a journal of this version"):
         unpack(b"something else")
+    for odd in ((FORMAT, "0", []), (FORMAT, 0, ["text"]), (FORMAT, 0, [frozen(5)]), (FORMAT, 0)):
+        with pytest.raises(ReplayError, match="this is no part of a journal"):
+            unpack(zstandard.compress(frozen(odd)))
 
 
 def test_a_file_that_cannot_be_written_ends_the_journal_and_not_the_node(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ from actors.logs import LogRecord
 from actors.runtime.incarnation import incarnation_of
 from actors.system import system_here, system_of
 from actors.testing import Rig
+from tests.actors.transport.memory import Network
 from tests.stage import ADD, NUMBERS, number, total, two
 
 pytestmark = pytest.mark.virtual
@@ -44,8 +45,22 @@ class Ear:
         self.records.append(record)
 
 
+class Talks(Node):
+    out = publishes(NUMBERS)
+
+
 def opened(name: str, **options: Any) -> Any:
     return open_node(name, sinks=(Ear(),), **options)
+
+
+async def test_alone_with_a_transport_it_reaches_other_processes() -> None:
+    network = Network()
+    async with run(Talks, sinks=(), transport=network.end()) as other:
+        async with opened("listener", transport=network.end()) as node:
+            stream = node.subscribe(NUMBERS)
+            await node.clock.sleep(0.1)
+            other.node(Talks).out(number(1))
+            assert await stream.next() == number(1)
 
 
 async def test_alone_it_is_a_system_of_its_own_that_ends_with_it() -> None:

@@ -93,6 +93,16 @@ async def test_a_mapping_sets_parameters_by_full_name_and_by_pattern() -> None:
 
 
 @pytest.mark.virtual
+async def test_a_parameter_that_is_not_behind_ros_args_sets_nothing_and_is_named() -> None:
+    told = Lines()
+    argv = ["--fast", "-p", "speed:=1.0", "speed:=0.7", *ros("-p", "mode:=crawl")]
+    async with run(tree(), argv=argv, sinks=(told,)) as system:
+        assert (node(system, "/gait").speed, node(system, "/gait").mode) == (0.5, "crawl")
+    left = [line.fields["argument"] for line in told if line.event == "not after --ros-args, so not a parameter"]
+    assert left == ["-p speed:=1.0", "speed:=0.7"]
+
+
+@pytest.mark.virtual
 async def test_of_several_sources_the_later_counts_and_files_are_read(tmp_path: Path) -> None:
     first, second = tmp_path / "first.yaml", tmp_path / "second.yaml"
     first.write_text("/gait:\n  ros__parameters:\n    speed: 1.0\n    mode: pace\n", encoding="utf-8")

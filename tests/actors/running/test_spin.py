@@ -28,6 +28,7 @@ from actors import (
     temporary,
 )
 from actors.running import remove_ros_args
+from actors.running.program import live
 from actors.supervision import never  # fmt: skip
 
 greetings: list[str] = []
@@ -49,6 +50,8 @@ class Greeter(Node):
         self.count = 0
         if self.whom == "nobody":
             raise RuntimeError("nobody is there")
+        if self.whom == "late":
+            sys.exit(3)
 
     @every(hz=200)
     def greet(self) -> None:
@@ -58,6 +61,8 @@ class Greeter(Node):
             raise OSError("no voice")
         if self.whom == "exit":
             sys.exit(7)
+        if self.whom == "deaf":
+            self.log.error("there was no answer", job="failed")
         if self.count == self.times:
             raise Stop("all is said")
 
@@ -149,6 +154,20 @@ def test_other_processes_are_reached_as_the_environment_says(
 
 def test_the_exit_of_a_node_is_that_of_the_program() -> None:
     assert code_of(Child(Greeter, args=("exit",))) == 7
+
+
+def test_a_node_may_exit_during_its_start() -> None:
+    assert code_of(Child(Greeter, args=("late",))) == 3
+
+
+def test_a_job_that_has_failed_is_a_failure_of_the_program_although_all_ended_in_order() -> None:
+    assert code_of(Child(Greeter, args=("deaf",)), Other) == 1
+    assert sorted(greetings) == ["/greeter: hello deaf", "/other: adieu you"]
+
+
+def test_what_a_module_has_is_run_as_it_is_a_node_class_too() -> None:
+    assert asyncio.run(live([Greeter], [])) == 0
+    assert greetings == ["/greeter: hello you"]
 
 
 def test_what_is_no_part_of_a_tree_is_refused() -> None:

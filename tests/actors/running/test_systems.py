@@ -385,6 +385,8 @@ def test_execute_gives_the_result_and_knows_two_clocks() -> None:
     assert execute(program, clock="virtual") is True
     with pytest.raises(ValueError, match="clock='sundial': use 'real' or 'virtual'"):
         execute(program, clock="sundial")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"execute\(5\): give the async function itself"):
+        execute(5)  # type: ignore[arg-type]
 
 
 def test_execute_ends_with_130_after_a_keyboard_interrupt() -> None:

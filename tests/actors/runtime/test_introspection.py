@@ -251,3 +251,11 @@ async def test_over_two_processes_both_ends_name_a_call_alike() -> None:
             assert sorted(steps(found)) == sorted([(kind, number) for number in (1, 2) for kind in range(4)])
             assert len({bytes(one.info.client_gid) for one in found}) == 1
         await far.stop("the test is over")
+
+
+async def test_what_is_set_for_servers_alone_says_nothing_of_clients(rig: Rig) -> None:
+    await rig.start(Adder, Child(Node, name="user", parameters={SERVICE: "contents"}))
+    heard = rig.probe(EVENTS)
+    assert await rig.node("user").call(ADD, two(1, 2)) == total(3)
+    await rig.settled()
+    assert steps(heard) == []

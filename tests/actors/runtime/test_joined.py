@@ -12,6 +12,7 @@ from actors.errors import NotRunning
 from actors.runtime.incarnation import incarnation_of
 from actors.supervision.reasons import ExitReason
 from actors.system import system_of
+from actors.testing import Rig
 from tests.stage import events
 
 pytestmark = pytest.mark.virtual
@@ -136,3 +137,9 @@ async def test_the_nodes_of_two_namespaces_may_have_one_name_and_a_name_is_free_
         assert again.node.incarnation == 2
         assert [record.state for record in system.nodes.values()] == ["running", "running"]
         assert not system.reports
+
+
+async def test_what_runs_nowhere_is_stopped_and_has_no_task(rig: Rig) -> None:
+    await rig.start(Node)
+    tree = rig.system.runtime.tree
+    assert (tree.child_at(("nowhere", "node")), tree.holds(("nowhere", "node"))) == (None, False)

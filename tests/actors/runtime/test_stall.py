@@ -241,6 +241,16 @@ class Judge:
         self.watch.ran(system.nodes[("s", node)].inbox, f"{node}.work", seconds)
 
 
+async def test_what_ran_for_a_node_that_has_gone_since_is_to_blame_for_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    records: list[LogRecord] = []
+    async with run(Supervisor("s", children=[Child(Careless, name="a")]), sinks=(records.append,)) as system:
+        judge = Judge(system, monkeypatch)
+        judge.now += 0.05
+        judge.watch.ran(Inbox(system.loop), "gone.work", 0.05)
+        judge.watch.delayed("/fast", 0.02, 0.045, 1)
+    assert blocked(records) == []
+
+
 @pytest.mark.parametrize(
     ("seconds", "period", "late", "told"),
     [

@@ -7,9 +7,11 @@ import subprocess
 import sys
 import textwrap
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from actors.testing import plugin
 from tests.suites import run_pytest
 
 ROOT = Path(__file__).parents[3]
@@ -343,3 +345,16 @@ def test_a_tree_that_never_starts_fails_the_test_with_what_it_waits_for(pytester
             "*rig.start: not started within 10 s: /endless awaits *.py:* in Endless.on_start.*",
         ]
     )
+
+
+def test_a_coroutine_test_with_a_rig_is_refused_where_pytest_asyncio_is_not_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def test_robot(rig: object) -> None: ...
+
+    monkeypatch.setattr(plugin, "fixture", pytest.fixture)
+    collector: Any = pytest.Module
+    with pytest.raises(
+        pytest.Collector.CollectError, match="test_robot uses the fixture 'rig', which needs pytest-asyncio"
+    ):
+        plugin.pytest_pycollect_makeitem(collector, "test_robot", test_robot)

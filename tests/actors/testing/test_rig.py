@@ -69,6 +69,7 @@ class Counter(Node):
 )
 async def test_it_starts_a_class_a_child_or_a_tree(rig: Rig, tree: Any) -> None:
     system = await rig.start(tree)
+    assert Rig().lines() == []
     assert rig.system is system
     assert rig.node(Counter).fqn == "/counter"
     assert rig.me.fqn == "/rig"

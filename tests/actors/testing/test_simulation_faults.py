@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from dataclasses import replace
 from typing import get_args
@@ -268,6 +269,22 @@ def test_a_slow_handler_holds_up_those_behind_it() -> None:
     assert heard[2:5] == [(0.55, 3), (0.55, 4), (0.55, 5)]
 
 
+def test_what_the_test_itself_spawns_is_no_part_of_the_tree_and_meets_no_fault() -> None:
+    done: list[float] = []
+
+    async def body(rig: Rig) -> None:
+        await rig.start(Source, Hearer)
+
+        async def wait() -> None:
+            await rig.me.clock.sleep(0.1)
+            done.append(rig.now)
+
+        await rig.me.spawn(wait())
+
+    assert Scenario(body).run(0, faults=parse("crash:/hearer#9")).error is None
+    assert done == [0.1]
+
+
 def test_a_slow_async_handler_is_awaited() -> None:
     done: list[float] = []
 
@@ -283,6 +300,23 @@ def test_a_slow_async_handler_is_awaited() -> None:
 
     assert Scenario(body).run(0, faults=parse("slow-handler:/slow#2+0.05")).error is None
     assert done == [0.11, 0.26]
+
+
+def test_a_node_that_is_stopped_before_its_slow_start_has_begun_leaves_nothing() -> None:
+    ended: list[str] = []
+
+    class Late(Hearer):
+        async def on_start(self) -> None:
+            ended.append("started")
+
+    async def body(rig: Rig) -> None:
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.2):
+                await rig.start(Source, Late)
+        ended.append(f"{asyncio.get_running_loop().time():g}")
+
+    assert Scenario(body).run(0, faults=parse("slow-start:/late#1+5")).error is None
+    assert ended == ["0.2"]
 
 
 def test_a_slow_start_holds_up_the_first_life_or_a_later_one() -> None:

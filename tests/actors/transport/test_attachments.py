@@ -79,6 +79,8 @@ def test_bytes_that_are_not_ours_behind_an_attachment_are_no_extension() -> None
     assert parse_extension(b"RBA\x02whatever") is None
     with pytest.raises(WireFormatError, match="extension of an attachment"):
         parse_extension(b"RBA\x01\x00\x01\x00\x00")
+    with pytest.raises(WireFormatError, match="100004 is not the length of an extension of an attachment"):
+        parse_extension(write_extension(Extension())[:4].ljust(100_004, b"\0"))
     with pytest.raises(WireFormatError, match="reason"):
         write_extension(Extension(reason="\ud800"))
 

@@ -8,10 +8,12 @@ from typing import Any
 import pytest
 
 from actors import Child, LifecycleNode, Node, StartFailed, Topic, publishes, run, subscribes
-from actors.interfaces import encode
+from actors.interfaces import encode, type_hash
 from actors.interfaces.message import make_message
+from actors.interfaces.std_msgs.msg import Int32
 from actors.testing import Rig
 from actors.transport.format.attachments import Attachment, write_attachment
+from actors.transport.format.extensions import Extension, write_extension
 from actors.transport.format.gids import gid_of
 from actors.transport.keyed.protocol import Delivery, Events
 from tests.actors.transport.hosts import Hosts
@@ -256,8 +258,15 @@ async def test_what_is_there_when_the_transport_is_open_is_shown_and_what_it_tol
     opening = asyncio.create_task(rig.start(Child(Talker, name="two"), Listener, Adder, Counter, Late, transport=end))
     await other.advance(0.5)
     brief = hosts.ends[other].announce("@ros2_lv/0/77/0/0/NN/%/%/brief")
+    gone = hosts.ends[other].announce(
+        f"@ros2_lv/0/77/0/1/MP/%/%/brief/%numbers/std_msgs::msg::dds_::Int32_/{type_hash(Int32)}/::,10:,:,:,,"
+    )
+    answers: list[object] = []
+    hosts.ends[other].ask("@robactor/0/f/waits", write_extension(Extension()), b"", None, answers.append)
     await other.advance(0.1)
+    assert len(answers) == 1, "one that opens is asked by those who already know it"
     brief.close()
+    gone.close()
     before = other.node(Talker).out.subscription_count
     await opening
     await other.quiet()
@@ -272,6 +281,17 @@ async def test_what_is_there_when_the_transport_is_open_is_shown_and_what_it_tol
     assert await other.call(ADD, two(1, 0)) == total(1)
     assert await (await other.send_goal(COUNT, order(1))) == result(1)
     assert "/brief" not in [node.name for node in rig.system.snapshot().nodes]
+
+
+async def test_what_a_transport_has_lost_is_counted_where_it_would_have_arrived(hosts: Hosts) -> None:
+    rig = await hosts.start(Listener)
+    bridge: Any = hosts.ends[rig].events._events  # type: ignore[attr-defined]
+    (subscription,) = rig.system.graph.topic("/numbers").subscriptions
+    bridge.lost(subscription, 3)
+    bridge.lost(subscription, 1)
+    assert rig.node(Listener).numbers.dropped == rig.node(Listener).numbers.status.message_lost == 4
+    bridge.liveliness(bytes(16))  # of a publisher that has gone meanwhile
+    assert rig.node(Listener).numbers.publisher_count == 0
 
 
 async def test_a_name_that_no_key_may_hold_does_not_end_the_others(hosts: Hosts) -> None:

@@ -383,6 +383,8 @@ async def test_a_goal_id_that_is_in_use_is_rejected_and_the_first_goal_goes_on(h
 class Server:
     """An action server without a bridge, whose answers the test makes."""
 
+    attachment = b""
+
     def __init__(self, hosts: Hosts, at: Any, session: str = "2", **answers: bytes) -> None:
         self.end = hosts.ends[at]
         self.answers = answers
@@ -409,7 +411,7 @@ class Server:
 
     def reply(self, part: str, query: Any) -> None:
         if part in self.answers:
-            query.reply(self.answers[part], b"")
+            query.reply(self.answers[part], self.attachment)
         else:
             query.fail(b"Timeout")
 
@@ -442,6 +444,15 @@ async def test_a_server_that_answers_nonsense_does_not_leave_its_clients_waiting
         "/odd does not know the goal any more",
     ]
     assert (canceled.status, canceled.reason) == (GoalStatus.CANCELED, "")
+
+
+async def test_a_rejection_whose_reason_cannot_be_read_is_one_without_a_reason(hosts: Hosts) -> None:
+    client, other = await hosts.start(Node), await hosts.start(Node)
+    server = Server(hosts, other, send_goal=encode(derived.send_goal_service(Fibonacci).Response(accepted=False)))  # type: ignore[attr-defined]
+    server.attachment = write_attachment(Attachment(1, 0, bytes(16))) + b"RBA\x01\xff"
+    await client.quiet()
+    with pytest.raises(GoalRejected, match="/count"):
+        await client.send_goal(COUNT, order(1))
 
 
 async def test_status_and_feedback_that_are_none_or_of_other_goals_are_ignored(hosts: Hosts) -> None:

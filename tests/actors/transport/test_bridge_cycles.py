@@ -329,3 +329,21 @@ async def test_forged_questions_fail_no_call(hosts: Hosts) -> None:
 
     await hosts.start(node("c", THIRD, FOURTH))
     assert (await call).message == "late"  # of the last one, who waits for nobody
+
+
+async def test_a_forged_question_about_a_node_that_waits_for_one_that_goes_on_fails_no_call(hosts: Hosts) -> None:
+    one = await hosts.start(node("a", FIRST, SECOND), node("slow", SECOND, THIRD, after=1.0))
+    other = await hosts.start(Node)
+    session = hosts.ends[one].session
+    tokens = " ".join(hosts.network.tokens)
+    call = asyncio.create_task(one.call(FIRST, Trigger.Request(), timeout=30.0))
+    await one.quiet()
+
+    for number in (n for n in range(9) if f"/{session}/0/{n}/NN/" in tokens):
+        a = Waiting(session=session, node_id=number, name="/a")
+        payload = write_extension(Extension(chain=(a, a), reason="x"))
+        hosts.ends[other].ask(f"@robactor/0/{session}/waits", payload, b"", None, lambda answer: None)
+        await other.quiet()
+
+    await hosts.start(node("c", THIRD, FOURTH))
+    assert (await call).message == "late"

@@ -513,6 +513,24 @@ async def test_an_error_reply_of_another_kind_of_peer_is_an_error_too(
     shown.close()
 
 
+async def test_an_answer_that_comes_as_its_caller_gives_up_is_dropped(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Node), await hosts.start(Node)
+    queries: list[Any] = []
+    shown = hosts.ends[other].announce(
+        ADD_KEY.replace("0/add", "@ros2_lv/0/2/90/91/SS/%/%/adder/%add", 1) + "/::,10:,:,:,,"
+    )
+    hosts.ends[other].serve(ADD_KEY, queries.append)
+    await rig.quiet()
+    call = asyncio.create_task(rig.call(ADD, two(1, 2)))
+    await rig.quiet()
+    (query,) = queries
+    query.reply(encode(total(3)), query.attachment)
+    call.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await call
+    shown.close()
+
+
 async def test_a_response_that_is_no_message_fails_the_call(hosts: Hosts) -> None:
     rig, other = await hosts.start(Node), await hosts.start(Node)
     shown = hosts.ends[other].announce(

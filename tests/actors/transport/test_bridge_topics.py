@@ -283,6 +283,52 @@ async def test_a_gap_in_the_numbers_is_counted_as_lost_once_and_repeated_numbers
     assert probe.status.message_lost == probe.dropped == 3
 
 
+async def test_of_publishers_that_have_gone_only_so_many_are_remembered(
+    hosts: Hosts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("actors.transport.local_topics._MOST_LEFT", 2)
+    rig, other = await hosts.start(Node), await hosts.start(Node)
+    probe = rig.probe(NUMBERS)
+    tokens = [
+        f"@ros2_lv/0/77/0/{at}/MP/%/%/brief/%numbers/std_msgs::msg::dds_::Int32_/{type_hash(Int32)}/::,10:,:,:,,"
+        for at in range(3)
+    ]
+    outlet = hosts.ends[other].outlet(NUMBERS_KEY, Delivery())
+
+    async def speak(token: str, *numbers: int) -> None:
+        shown = hosts.ends[other].announce(token)
+        for one in numbers:
+            outlet.put(encode(number(one)), write_attachment(Attachment(one, 0, gid_of(token))))
+        await rig.quiet()
+        shown.close()
+        await rig.quiet()
+
+    for token in tokens:
+        await speak(token, 1, 2)
+    await speak(tokens[2], 2, 3)  # the second one is known
+    await speak(tokens[0], 2, 3)  # of this one nothing is known any more
+
+    assert values(probe) == [1, 2, 1, 2, 1, 2, 3, 2, 3]
+
+
+async def test_a_publisher_that_begins_its_numbers_again_keeps_what_it_has_kept_if_its_messages_are_none(
+    hosts: Hosts,
+) -> None:
+    rig, other = await hosts.start(Node), await hosts.start(Node)
+    rig.me.publisher(LATCHED)
+    probe = other.probe(LATCHED)
+    await rig.quiet()
+    (token,) = (token for token in hosts.network.tokens if "/MP/" in token and "latched" in token)
+    outlet = hosts.ends[rig].outlet(NUMBERS_KEY.replace("numbers", "latched"), Delivery())
+    for at in (100, 101, 102):
+        outlet.put(encode(number(at)), write_attachment(Attachment(at, 0, gid_of(token))))
+    for at in (5, 6):
+        outlet.put(b"\0\1\0\0", write_attachment(Attachment(at, 0, gid_of(token))))
+    await rig.quiet()
+
+    assert (values(probe), probe.dropped) == ([100, 101, 102], 1)
+
+
 async def test_who_comes_back_does_not_count_what_was_sent_in_between_as_lost(hosts: Hosts) -> None:
     rig, away, here = await hosts.start(Talker), await hosts.start(Node), await hosts.start(Node)
     here.probe(NUMBERS)
@@ -608,6 +654,7 @@ async def test_stand_ins_say_what_they_stand_for(hosts: Hosts) -> None:
         "<publisher of /numbers [std_msgs/msg/Int32] in /talker, elsewhere: 0 arrived>",
         "<subscription of /numbers [std_msgs/msg/Int32] in /listener, elsewhere>",
     ]
+    assert [repr(one.node) for one in topic.publishers] == [f"<node /talker of {hosts.ends[rig].session}>"]
     view = next(topic for topic in other.system.snapshot().topics if topic.name == "/numbers")
     assert ([edge.node for edge in view.publishers], view.types) == (["/talker"], ("std_msgs/msg/Int32",))
     assert rig.system.snapshot().topics[0].name == "/numbers"

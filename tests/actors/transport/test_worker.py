@@ -9,7 +9,7 @@ import threading
 
 import pytest
 
-from actors.transport.worker import Worker
+from actors.transport.worker import Worker, _wait
 
 
 async def test_calls_are_made_in_order_and_their_errors_reach_the_one_who_waits() -> None:
@@ -43,8 +43,19 @@ def test_a_call_that_outlives_the_loop_of_the_one_who_waited_disturbs_nobody() -
 def test_the_end_of_the_process_waits_for_the_calls_of_a_closed_worker() -> None:
     """A thread that came back from Zenoh after the end of the interpreter had begun aborted the process: exit code 134 instead of 1."""
     program = (
-        "import sys, time; from actors.transport.worker import Worker; worker = Worker('a worker'); "
+        "import sys, time; from actors.transport.worker import Worker, _wait; worker = Worker('a worker'); "
         "worker.do(lambda: time.sleep(0.5)); worker.do(lambda: print('done', flush=True)); worker.close(); sys.exit(1)"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout, done.stderr) == (1, "done\n", "")
+
+
+def test_the_end_of_the_process_waits_no_longer_than_some_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("actors.transport.worker._LAST", 0.01)
+    worker, go_on = Worker("a worker"), threading.Event()
+    worker.do(lambda: (go_on.wait(), None)[1])
+    worker.close()
+    _wait()
+    assert not go_on.is_set()
+    go_on.set()
+    _wait()

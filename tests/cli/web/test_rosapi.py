@@ -87,6 +87,9 @@ async def test_a_parameter_is_set_and_refused_with_the_reason() -> None:
         names = (await client.call("/rosapi/get_param_names"))["values"]["names"]
         assert "/talker:gains" in names
         assert (await client.call("/rosapi/delete_param", {"name": "/talker:speed"}))["result"] is False
+        for service in ("get_param", "has_param", "set_param", "delete_param"):
+            answer = await client.call(f"/rosapi/{service}", {"name": "/speed", "value": "1"})
+            assert (answer["result"], answer["values"]) == (False, "'/speed' is no parameter: write /node:name")
 
 
 async def test_the_time_has_the_names_of_both_ros_versions() -> None:

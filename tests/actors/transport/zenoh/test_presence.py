@@ -60,6 +60,16 @@ def test_a_link_is_shown_before_the_first_token_of_its_process(presence: Presenc
     assert presence.tokens("b2") == ()
 
 
+def test_a_process_that_is_there_twice_is_one(presence: Presence, log: Log) -> None:
+    presence.arrive(A)
+    presence.arrive(A)
+    presence.vanish(A.token)
+    presence.settle()
+
+    assert log.take() == ["a1 found", "a1 up", "a1 down"]
+    assert presence.shown == {}
+
+
 def test_a_process_that_ends_is_told_first_whatever_of_it_vanishes_first(presence: Presence, log: Log) -> None:
     for token in (OF_A, MORE_OF_A):
         presence.appear(token)
