@@ -18,6 +18,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -52,8 +53,8 @@ class _Machine:
 class Lab:
     """Several hosts on the virtual clock, and the means for a test to act on them and on the network between them.
 
-    Everything random is drawn from `seed`. `conditions` are those of the links between hosts. `make_system` and `excused` are those of
-    `Rig`; `faults` are faults of the network, which come at their times until `recover`.
+    Everything random is drawn from `seed`. `conditions` are those of the links between hosts. `excused` is that of `Rig`, and
+    `make_system`, too, which is also given the `host`; `faults` are faults of the network, which come at their times until `recover`.
 
     Invariants:
 
@@ -104,7 +105,7 @@ class Lab:
         """
         self._network.add_host(host, mode, clock_offset=clock_offset, router=router)
         self._router = self._router or router
-        machine = self._machines[host] = _Machine(trees, parameters, self._rig())
+        machine = self._machines[host] = _Machine(trees, parameters, self._rig(host))
         await self._boot(host, machine)
         return machine.rig
 
@@ -122,8 +123,9 @@ class Lab:
         )
         machine.running = True
 
-    def _rig(self) -> Rig:
-        return Rig(self._make_system, self._excused)
+    def _rig(self, host: str) -> Rig:
+        make = self._make_system
+        return Rig(make and partial(make, host=self._network.host(host)), self._excused)
 
     def __getitem__(self, host: str) -> Rig:
         """The rig of a host. Raises LookupError if there is none of this name."""
@@ -164,7 +166,7 @@ class Lab:
         machine = self._machine(host)
         if not self._network.host(host).up:
             self._network.reboot(host)
-            machine.rig = self._rig()
+            machine.rig = self._rig(host)
             await self._boot(host, machine)
         return machine.rig
 

@@ -69,6 +69,10 @@ class NetworkFaults:
             self._later(fault, self._lift, fault)
         elif not lab.is_up(target):
             pass
+        elif kind == "host-pause":
+            self._active.append(fault)
+            self._network.pause(target)
+            self._later(fault, self._lift, fault)
         elif kind == "host-crash":
             lab.crash(target)
             self._later(fault, lab.reboot_soon, target)
@@ -82,7 +86,11 @@ class NetworkFaults:
         self._active.remove(fault)
         if fault.kind in ON_LINKS:
             self._set_links(fault.target)
-        elif not any(other.kind == fault.kind for other in self._active):
+        elif any((other.kind, other.target) == (fault.kind, fault.target) for other in self._active):
+            pass
+        elif fault.kind == "host-pause":
+            self._network.resume(fault.target)
+        else:
             self._network.start_router()
 
     def _set_links(self, target: str) -> None:
@@ -92,10 +100,7 @@ class NetworkFaults:
             link = network.link(source, end)
             network.impair(source, end, _worse(link.usual, here), one_way=True)
             cut = any(fault.kind == "cut" for fault in here)
-            if cut and not link.is_cut:
-                network.cut(source, end, one_way=True)
-            elif link.is_cut and not cut:
-                network.heal(source, end, one_way=True)
+            (network.cut if cut else network.heal)(source, end, one_way=True)
 
 
 def ends_of(target: str) -> tuple[str, str]:
