@@ -1,7 +1,8 @@
-"""YAML of strangers, bounded before it is understood: how much its aliases stand for, and how deep it is nested."""
+"""YAML of strangers, bounded before it is understood: how much its aliases stand for, how deep it is nested, and what its reader raises."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, Final
 
 MOST: Final = 100_000
@@ -18,13 +19,11 @@ def check_yaml(text: str) -> None:
     aliases = "&" in text and "*" in text
     if not aliases and text.count("[") + text.count("{") + text.count("- ") + text.count(":\n") < DEEPEST:
         return
-    import yaml  # late: most programs read none
-
-    library: Any = yaml
+    library: Any = _library()
     sizes: dict[str, int] = {}
     open_: list[tuple[str | None, int]] = []
     total = 0
-    for event in library.parse(text, Loader=library.SafeLoader):
+    for event in library.parse(text, Loader=safe_loader()):
         if isinstance(event, library.AliasEvent):
             total += sizes.get(event.anchor, 0)
         elif isinstance(event, library.ScalarEvent):
@@ -42,3 +41,52 @@ def check_yaml(text: str) -> None:
         problem = f"it is nested more than {DEEPEST} levels deep" if len(open_) > DEEPEST else problem
         if problem:
             raise library.MarkedYAMLError(None, None, problem, event.start_mark)
+
+
+def load_yaml(text: str) -> Any:
+    """The value that a text from outside stands for. Raises `yaml.YAMLError` for whatever is wrong with it."""
+    check_yaml(text)
+    return _library().load(text, Loader=safe_loader())
+
+
+@lru_cache(maxsize=1)
+def safe_loader() -> Any:
+    """The loader class to read texts from outside with: PyYAML's `SafeLoader`, which raises nothing but `yaml.YAMLError`, with the place.
+
+    PyYAML itself raises `ValueError`, `OverflowError`, `LookupError` and `AttributeError`, too: for 2001-99-99, a number of 5000 digits,
+    ``"\\U00110000"``, ``!!bool maybe`` and ``!!timestamp x``.
+    """
+    library: Any = _library()
+
+    class Loader(library.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
+        def __init__(self, text: str) -> None:
+            try:
+                super().__init__(text)
+            except library.reader.ReaderError as error:  # its text has two lines and no place
+                before = text[: error.position].rpartition("\n")
+                at = library.Mark(
+                    "", error.position, before[0].count("\n") + len(before[1]), len(before[2]), None, None
+                )
+                problem = f"the character U+{ord(text[error.position]):04X} is not allowed; take it out"
+                raise library.scanner.ScannerError(None, None, problem, at) from None
+
+        def fetch_more_tokens(self) -> None:
+            try:
+                super().fetch_more_tokens()
+            except (ValueError, OverflowError) as error:
+                raise library.scanner.ScannerError(None, None, str(error), self.get_mark()) from None
+
+        def construct_object(self, node: Any, deep: bool = False) -> Any:
+            try:
+                return super().construct_object(node, deep)
+            except (ValueError, OverflowError, LookupError, AttributeError):
+                problem = f"{node.value!r:.40} is no {node.tag.rpartition(':')[2]}"
+                raise library.constructor.ConstructorError(None, None, problem, node.start_mark) from None
+
+    return Loader
+
+
+def _library() -> Any:
+    import yaml  # late: most programs read none
+
+    return yaml

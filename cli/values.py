@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from actors.interfaces import Field, Message, MessageTypeError, MessageValueError, from_plain
 from actors.interfaces.fields import FLOATS, INTEGER_RANGES, STRINGS
-from actors.yaml_bounds import check_yaml
+from actors.yaml_bounds import check_yaml, safe_loader
 from cli.command import CommandFailed
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def _composed(text: str, where: str) -> Iterator[Any]:
     library: Any = yaml  # its stubs leave much open
     try:
         check_yaml(text)
-        for node in library.compose_all(text, Loader=library.SafeLoader):
+        for node in library.compose_all(text, Loader=safe_loader()):
             if node.value != "":  # the empty document after the last ---
                 yield node
     except yaml.YAMLError as error:
@@ -120,6 +120,8 @@ def _message(node: Any, kind: type[Message]) -> Any:
         return _constructed(node)
     fields = {field.name: field for field in kind.__ros_fields__}
     pairs = cast("list[tuple[Any, Any]]", node.value)
+    if not all(isinstance(key, yaml.ScalarNode) for key, _ in pairs):
+        raise CommandFailed("Failed to populate field: the name of a field is no list and no map")
     return {key.value: _field(value, fields.get(key.value)) for key, value in pairs}
 
 
@@ -162,11 +164,10 @@ def _number(text: str) -> float | str:
 def _constructed(node: Any) -> Any:
     import yaml
 
-    library: Any = yaml
-    loader = library.SafeLoader("")
+    loader = safe_loader()("")
     try:
         return loader.construct_document(node)
-    except (yaml.YAMLError, ValueError) as error:
+    except yaml.YAMLError as error:
         raise CommandFailed(f"Failed to populate field: {' '.join(str(error).split())}") from None
     finally:
         loader.dispose()

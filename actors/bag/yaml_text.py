@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from actors.yaml_bounds import check_yaml
+from actors import yaml_bounds
 
 
 def load_yaml(text: str) -> Any:
     """The value that the text stands for. Raises `ValueError` for text that is no YAML."""
     import yaml
 
-    load: Any = yaml.safe_load  # its stubs do not type it
     try:
-        check_yaml(text)
-        return load(text)
+        return yaml_bounds.load_yaml(text)
     except yaml.YAMLError as error:
         raise ValueError(f"it is no YAML: {str(error).splitlines()[0]}") from None
 

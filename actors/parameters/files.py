@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
 
 from actors.checks import whole_text
 from actors.names import names
-from actors.yaml_bounds import check_yaml
+from actors.yaml_bounds import check_yaml, safe_loader
 
 __all__ = [
     "ALL_NODES",
@@ -364,7 +364,7 @@ class _Events:
         yaml = _yaml()
         try:
             check_yaml(text)
-            for event in yaml.parse(text, Loader=yaml.SafeLoader):
+            for event in yaml.parse(text, Loader=safe_loader()):
                 line = event.start_mark.line + 1
                 if isinstance(event, yaml.AliasEvent):
                     problem = f"aliases are not supported in parameter files; write the value of *{event.anchor} here"
@@ -377,16 +377,13 @@ class _Events:
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             what = " ".join(part for part in (error.context, error.problem) if part)
-            problem = f"not valid YAML: {what}; check indentation (no tabs), colons and quotes"
+            remedy = "" if "take it out" in what else "; check indentation (no tabs), colons and quotes"
+            problem = f"not valid YAML: {what}{remedy}"
             raise InvalidParams(problem, source=self.source, line=mark.line + 1 if mark else None) from None
         except UnicodeDecodeError as error:
             raise InvalidParams(
                 f"not valid YAML: half of a surrogate pair: {error.reason}", source=self.source
             ) from None
-        except yaml.reader.ReaderError as error:  # it counts characters, and its text has two lines
-            line = text.count("\n", 0, error.position) + 1
-            problem = f"not valid YAML: the character U+{ord(text[error.position]):04X} is not allowed; take it out"
-            raise InvalidParams(problem, source=self.source, line=line) from None
 
 
 def _yaml() -> Any:

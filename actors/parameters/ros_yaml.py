@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Any, Final, cast
 
 from actors.parameters.files import plain_scalar
-from actors.yaml_bounds import check_yaml
+from actors.yaml_bounds import check_yaml, safe_loader
 
 PLAIN: Final = "tag:robactor,2026:plain"
 """The tag of the nodes that are scalars without quotes and without a tag of their own."""
@@ -53,13 +53,15 @@ def loader() -> Any:
 
     library: Any = yaml
 
-    class Loader(library.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
+    class Loader(safe_loader()):  # type: ignore[misc]  # PyYAML has no types
         def resolve(self, kind: Any, value: object, implicit: Any) -> Any:
             if kind is library.ScalarNode and implicit[0] and value != "<<":
                 return PLAIN
             return library.SafeLoader.resolve(self, kind, value, implicit)
 
         def construct_mapping(self, node: Any, deep: bool = False) -> dict[str, Any]:
+            if not isinstance(node, library.MappingNode):
+                raise library.constructor.ConstructorError(None, None, "a map was expected", node.start_mark)
             self.flatten_mapping(node)
             for key, _ in node.value:
                 if not isinstance(key, library.ScalarNode):

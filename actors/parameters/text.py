@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, cast
-
 from actors.parameters.values import Parameter, ParameterType
-from actors.yaml_bounds import check_yaml
+from actors.yaml_bounds import load_yaml
 
 
 def parse_parameter(name: str, text: str) -> Parameter:
@@ -18,12 +15,10 @@ def parse_parameter(name: str, text: str) -> Parameter:
     """
     import yaml  # imported late because only commands need it
 
-    load: Callable[[str], object] = cast("Any", yaml).safe_load
     try:
-        check_yaml(text)
-        value = load(text)
+        value = load_yaml(text)
         kind = ParameterType.of(value)
-    except (yaml.YAMLError, TypeError, ValueError):  # PyYAML raises ValueError for 2024-13-99
+    except (yaml.YAMLError, TypeError):
         return Parameter(name, text)
     if kind is ParameterType.NOT_SET:
         return Parameter(name, text)

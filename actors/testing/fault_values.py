@@ -9,12 +9,12 @@ from typing import Final, Literal, Protocol, TypeAlias, cast, get_args
 
 Kind: TypeAlias = Literal[
     "lose", "delay", "duplicate", "swap", "freeze", "nan", "crash", "kill", "slow-start", "slow-handler", "slow-step", "clock-jump",
-    "cut", "link-loss", "link-delay", "link-duplicate", "link-reorder", "host-crash", "router-stop", "clock-offset",
+    "cut", "link-loss", "link-delay", "link-duplicate", "link-reorder", "host-crash", "host-pause", "router-stop", "clock-offset",
 ]  # fmt: skip
 """The kinds of faults, by their names in text. Those from ``cut`` on are faults of the network of a `Lab`."""
 ON_LINKS: Final[tuple[Kind, ...]] = ("cut", "link-loss", "link-delay", "link-duplicate", "link-reorder")
 """The kinds of faults of the links between hosts."""
-OF_NETWORK: Final[tuple[Kind, ...]] = (*ON_LINKS, "host-crash", "router-stop", "clock-offset")
+OF_NETWORK: Final[tuple[Kind, ...]] = (*ON_LINKS, "host-crash", "host-pause", "router-stop", "clock-offset")
 """The kinds of faults of a network and its hosts."""
 CLOCK = "clock"
 ROUTER = "router"
@@ -36,8 +36,8 @@ class Fault:
     * ``clock-jump:clock`` moves the time of day by `by` seconds, which may be negative, `nth` milliseconds after the start.
     * Faults of a network begin `nth` milliseconds after the start and last for `by` seconds. The target of ``cut`` and ``link-...`` is a
       link: ``robot=desk``, or in one direction ``robot>desk``. Their `size` is a share of the messages, or seconds (``link-delay``). The
-      target of ``host-crash`` is a host, which is rebooted at the end, and that of ``router-stop`` is ``router``. ``clock-offset`` moves the
-      time of day of a host by `by` seconds, for good.
+      target of ``host-crash`` is a host, which is rebooted at the end, that of ``host-pause`` one whose processes stand still, and that of
+      ``router-stop`` is ``router``. ``clock-offset`` moves the time of day of a host by `by` seconds, for good.
     """
 
     kind: Kind
@@ -86,6 +86,7 @@ class Fault:
             "link-duplicate": f"{share} arrive twice, {lasting}",
             "link-reorder": f"{share} are overtaken, {lasting}",
             "host-crash": f"the host {self.target} is without power, {lasting}",
+            "host-pause": f"the processes of {self.target} stand still, {lasting}",
             "router-stop": f"there is no {self.target}, {lasting}",
             "clock-offset": f"the time of day of {self.target} is {self.by:+g} s ahead",
         }[self.kind]

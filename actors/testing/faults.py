@@ -23,6 +23,7 @@ from actors.testing.network_faults import (
     ClockOffset,
     Cut,
     HostCrash,
+    HostPause,
     LinkDelay,
     LinkDuplicate,
     LinkLoss,
@@ -32,7 +33,7 @@ from actors.testing.network_faults import (
 )
 
 __all__ = [
-    "ALL", "KINDS", "NETWORK", "ClockJump", "ClockOffset", "Crash", "Cut", "Delay", "Duplicate", "Fault", "Freeze", "HostCrash", "Kind",
+    "ALL", "KINDS", "NETWORK", "ClockJump", "ClockOffset", "Crash", "Cut", "Delay", "Duplicate", "Fault", "Freeze", "HostCrash", "HostPause", "Kind",
     "LinkDelay", "LinkDuplicate", "LinkLoss", "LinkReorder", "Lose", "NotANumber", "Possible", "Profile", "Reorder", "RouterStop",
     "SlowHandler", "SlowStart", "SlowStep", "draw", "parse",
 ]  # fmt: skip

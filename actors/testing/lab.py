@@ -18,6 +18,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -52,8 +53,8 @@ class _Machine:
 class Lab:
     """Several hosts on the virtual clock, and the means for a test to act on them and on the network between them.
 
-    Everything random is drawn from `seed`. `conditions` are those of the links between hosts. `make_system` and `excused` are those of
-    `Rig`; `faults` are faults of the network, which come at their times until `recover`.
+    Everything random is drawn from `seed`. `conditions` are those of the links between hosts. `excused` is that of `Rig`, and
+    `make_system`, too, which is also given the `host`; `faults` are faults of the network, which come at their times until `recover`.
 
     Invariants:
 
@@ -104,7 +105,7 @@ class Lab:
         """
         self._network.add_host(host, mode, clock_offset=clock_offset, router=router)
         self._router = self._router or router
-        machine = self._machines[host] = _Machine(trees, parameters, self._rig())
+        machine = self._machines[host] = _Machine(trees, parameters, self._rig(host))
         await self._boot(host, machine)
         return machine.rig
 
@@ -122,8 +123,9 @@ class Lab:
         )
         machine.running = True
 
-    def _rig(self) -> Rig:
-        return Rig(self._make_system, self._excused)
+    def _rig(self, host: str) -> Rig:
+        make = self._make_system
+        return Rig(make and partial(make, host=self._network.host(host)), self._excused)
 
     def __getitem__(self, host: str) -> Rig:
         """The rig of a host. Raises LookupError if there is none of this name."""
@@ -164,7 +166,7 @@ class Lab:
         machine = self._machine(host)
         if not self._network.host(host).up:
             self._network.reboot(host)
-            machine.rig = self._rig()
+            machine.rig = self._rig(host)
             await self._boot(host, machine)
         return machine.rig
 
@@ -332,6 +334,10 @@ class _NetworkFaults:
             self._later(fault, self._lift, fault)
         elif not lab.is_up(target):
             pass
+        elif kind == "host-pause":
+            self._active.append(fault)
+            self._network.pause(target)
+            self._later(fault, self._lift, fault)
         elif kind == "host-crash":
             lab.crash(target)
             self._later(fault, lab.reboot_soon, target)
@@ -345,7 +351,11 @@ class _NetworkFaults:
         self._active.remove(fault)
         if fault.kind in ON_LINKS:
             self._set_links(fault.target)
-        elif not any(other.kind == fault.kind for other in self._active):
+        elif any((other.kind, other.target) == (fault.kind, fault.target) for other in self._active):
+            pass
+        elif fault.kind == "host-pause":
+            self._network.resume(fault.target)
+        else:
             self._network.start_router()
 
     def _set_links(self, target: str) -> None:
@@ -355,10 +365,7 @@ class _NetworkFaults:
             link = network.link(source, end)
             network.impair(source, end, _worse(link.usual, here), one_way=True)
             cut = any(fault.kind == "cut" for fault in here)
-            if cut and not link.is_cut:
-                network.cut(source, end, one_way=True)
-            elif link.is_cut and not cut:
-                network.heal(source, end, one_way=True)
+            (network.cut if cut else network.heal)(source, end, one_way=True)
 
 
 def _ends_of(target: str) -> tuple[str, str]:

@@ -110,6 +110,21 @@ class HostCrash(OfNetwork):
 
 
 @dataclass(frozen=True, slots=True)
+class HostPause(OfNetwork):
+    """The processes of a host stand still for up to `up_to` seconds, as with SIGSTOP, and go on: no step of a node runs, nothing is sent, and
+    reliable messages wait. Others lose them after the lease of 2 s; they learn of it only when they go on.
+    """
+
+    at_most: int = 1
+    up_to: float = 5.0
+
+    def _draw_one(self, rng: Random, hosts: list[str], profile: Profile) -> Fault | None:
+        picked = self._picked(hosts)
+        seconds = drawn_seconds(rng, self.up_to)
+        return Fault("host-pause", rng.choice(picked), self._start(rng, profile), seconds) if picked else None
+
+
+@dataclass(frozen=True, slots=True)
 class RouterStop(OfNetwork):
     """The router of the network ends, and starts again after up to `up_to` seconds. Nothing happens in a network without one."""
 
@@ -136,7 +151,7 @@ class ClockOffset(OfNetwork):
 NETWORK_KINDS: Final[Mapping[Kind, Possible]] = MappingProxyType(
     {
         "cut": Cut(), "link-loss": LinkLoss(), "link-delay": LinkDelay(), "link-duplicate": LinkDuplicate(), "link-reorder": LinkReorder(),
-        "host-crash": HostCrash(), "router-stop": RouterStop(), "clock-offset": ClockOffset(),
+        "host-crash": HostCrash(), "host-pause": HostPause(), "router-stop": RouterStop(), "clock-offset": ClockOffset(),
     }
 )  # fmt: skip
 """Every kind of fault of a network, by its name in text."""

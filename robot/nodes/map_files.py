@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, cast, get_args
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from actors.yaml_bounds import check_yaml
+from actors.yaml_bounds import load_yaml, safe_loader
 from robot.geometry.planar import turned, turned_back
 from robot.geometry.vectors import Floats
 from robot.planning.grid import FREE, OCCUPIED, UNKNOWN, Grid
@@ -154,12 +155,11 @@ class _Said:
         self._lines: dict[str, int] = {}
         try:
             text = file.read_text(encoding="utf-8")
-            check_yaml(text)
-            root, values = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
+            values, root = load_yaml(text), yaml.compose(text, Loader=safe_loader())
         except yaml.MarkedYAMLError as error:
             line = error.problem_mark.line + 1 if error.problem_mark is not None else 1
             raise InvalidMap(f"{file}:{line}: {error.problem}") from None
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
+        except UnicodeDecodeError as error:
             raise InvalidMap(f"{file}: {error}") from None
         if not isinstance(values, dict) or not isinstance(root, yaml.MappingNode):
             raise InvalidMap(f"{file}:1: a map file is a list of keys and values, such as resolution: 0.05")
@@ -224,7 +224,10 @@ def _read_picture(path: Path) -> _Picture:
             f"{path}: only PGM pictures are read without Pillow: pip install 'robactor[images]'"
         ) from error
     try:
-        with Image.open(path) as opened:
+        with catch_warnings():
+            simplefilter("ignore", Image.DecompressionBombWarning)  # there is an error for it, below
+            image = Image.open(path)
+        with image as opened:
             if opened.width * opened.height > MOST_CELLS:  # before they are decoded
                 raise InvalidMap(f"{path}: {opened.width} x {opened.height} cells are more than {MOST_CELLS}")
             has_alpha = "A" in opened.getbands() or "transparency" in opened.info

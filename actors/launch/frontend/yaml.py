@@ -17,21 +17,18 @@ def read_yaml(path: Path) -> Element:
 
     try:
         text = path.read_text(encoding="utf-8")
-        reader: Any = loader()(text)
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        raise LaunchError(f"no YAML: {' '.join(str(error).split())}", Line(str(path), 1)) from None
-    try:
         check_yaml(text)
+        reader: Any = loader()(text)
         root = reader.get_single_node()
         if root is None:
             raise LaunchError("the file is empty: it needs a list under the key 'launch'", Line(str(path), 1))
         return _Reader(path, reader).root(root)
+    except UnicodeDecodeError as error:
+        raise LaunchError(f"no YAML: {error}", Line(str(path), 1)) from None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = Line(str(path), mark.line + 1 if mark is not None else 1)
         raise LaunchError(f"no YAML: {getattr(error, 'problem', None) or error}", line) from None
-    finally:
-        reader.dispose()
 
 
 class _Reader:

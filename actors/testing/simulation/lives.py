@@ -14,7 +14,7 @@ from actors.runtime.interceptor import Interceptor
 from actors.system import System
 from actors.testing.fault_values import CLOCK, Fault, Profile
 from actors.testing.simulation.links import Links
-from actors.testing.simulation.steps import Death, Steps, Watched
+from actors.testing.simulation.steps import Death, Delay, Steps, Watched
 
 if TYPE_CHECKING:
     from actors.actions.client import SentGoals
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from actors.supervision.report import Report
     from actors.time.virtual_loop import VirtualLoop
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
+    from actors.transport.simulated.topology import Host
 
 
 class InjectedCrash(Exception):
@@ -39,9 +40,11 @@ class Simulation(Interceptor):
     Invariant: it observes the system through the system's observers, and changes its behaviour only by faults.
     """
 
-    def __init__(self, faults: Sequence[Fault], profile: Profile, **options: Any) -> None:
+    def __init__(self, faults: Sequence[Fault], profile: Profile, *, host: Host | None = None, **options: Any) -> None:
         self.faults = tuple(faults)
         self.profile = profile
+        self.host = host
+        """The machine of a `Lab` on which the system runs."""
         self.orphaned: dict[Incarnation, float] = {}
         """Incarnation that ended before its tasks -> when it ended, in virtual seconds."""
         self.reported = 0
@@ -187,8 +190,8 @@ class _SimulatedLife:
     def _mortal(self) -> bool:
         return self._node.phase == "running" and self._node.runtime.stop_reason is None
 
-    def _own_step(self, deaths: dict[int, Fault]) -> float:
-        """Count an await of the node's own task. Returns the delay of the following step in seconds."""
+    def _own_step(self, deaths: dict[int, Fault]) -> Delay:
+        """Count an await of the node's own task. Returns the delay of the following step."""
         if not self._mortal:
             return 0.0
         awaits, node = self._simulation.profile.awaits, self._node.fqn
@@ -199,8 +202,8 @@ class _SimulatedLife:
             raise Death
         return self._late(fault)
 
-    def task_step(self, work: str) -> float:
-        """Count a step of a task of this node. Returns its delay in seconds: infinite if the node ends at this step."""
+    def task_step(self, work: str) -> Delay:
+        """Count a step of a task of this node. Returns its delay: infinite if the node ends at this step."""
         fault = self._steps.count(work) if self._mortal else None
         if fault is not None and fault.kind == "crash" and self._task is not None:
             self._doomed = True
@@ -208,9 +211,13 @@ class _SimulatedLife:
             return math.inf
         return self._late(fault)
 
-    def _late(self, fault: Fault | None) -> float:
-        """The delay of a step, in seconds; 0 while time stands still, since this step may be what time waits for."""
-        return fault.by if fault is not None and not cast("VirtualLoop", self._node.runtime.loop).stands_still else 0.0
+    def _late(self, fault: Fault | None) -> Delay:
+        """The delay of a step; 0 while time stands still, since this step may be what time waits for."""
+        host = self._simulation.host
+        paused = None if host is None else host.resumed
+        if (fault is None and paused is None) or cast("VirtualLoop", self._node.runtime.loop).stands_still:
+            return 0.0
+        return paused or cast("Fault", fault).by
 
     def _interrupted(self, error: object) -> None:
         """Handle an error that is thrown into the node's own task."""

@@ -5,10 +5,13 @@ from __future__ import annotations
 import asyncio
 import re
 from collections.abc import Callable, Coroutine, Generator, Sequence
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 from actors.inbox.control import NodeExit
 from actors.testing.faults import Fault
+
+Delay: TypeAlias = "float | asyncio.Future[None]"
+"""How long a step waits: so many seconds, or until a future is done."""
 
 _AWKWARD = re.compile(r"[^\w./:-]+")
 
@@ -20,7 +23,7 @@ class Death(NodeExit):
 class Watched(Coroutine[Any, Any, Any]):
     """A coroutine that behaves as the one it wraps, and calls `step` before each step, from one await to the next.
 
-    `step` returns the delay of the step in seconds. `interrupted` is called with every error thrown into the coroutine. A `Death` raised by
+    `step` returns the delay of the step. `interrupted` is called with every error thrown into the coroutine. A `Death` raised by
     either ends the coroutine where it waits.
     """
 
@@ -29,7 +32,7 @@ class Watched(Coroutine[Any, Any, Any]):
     def __init__(
         self,
         work: Coroutine[Any, Any, Any],
-        step: Callable[[], float],
+        step: Callable[[], Delay],
         interrupted: Callable[[object], object] = lambda error: None,
     ) -> None:
         self._work = work
@@ -58,7 +61,7 @@ class Watched(Coroutine[Any, Any, Any]):
         if not late:
             return self._work.send(value)
         self._kept = (value,)
-        return next(_sleep(late))
+        return next(_waiting(late))
 
     def throw(self, *error: Any) -> Any:
         self._kept = None
@@ -72,11 +75,14 @@ class Watched(Coroutine[Any, Any, Any]):
         self._work.close()
 
 
-def _sleep(seconds: float) -> Generator[Any, None, None]:
-    """Yield a future that resumes the coroutine after `seconds`."""
+def _waiting(delay: Delay) -> Generator[Any, None, None]:
+    """Yield a future that resumes the coroutine after `delay`."""
     loop = asyncio.get_running_loop()
     future: asyncio.Future[None] = loop.create_future()
-    loop.call_later(seconds, _wake, future)
+    if isinstance(delay, asyncio.Future):
+        delay.add_done_callback(lambda _: _wake(future))
+    else:
+        loop.call_later(delay, _wake, future)
     return future.__await__()
 
 

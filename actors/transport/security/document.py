@@ -10,7 +10,7 @@ import msgspec
 
 from actors.suggest import did_you_mean
 from actors.transport.security.errors import SecurityError
-from actors.yaml_bounds import check_yaml
+from actors.yaml_bounds import check_yaml, load_yaml, safe_loader
 
 T = TypeVar("T")
 Path = tuple[str | int, ...]
@@ -31,11 +31,11 @@ class Document:
         self._lines: dict[Path, int] = {}
         try:
             check_yaml(text)
-            for event in library.parse(text, library.SafeLoader):
+            for event in library.parse(text, safe_loader()):
                 if isinstance(event, library.AliasEvent):
                     raise self._at(event.start_mark.line, "an alias (*) is not understood here")
-            self._read_lines((), library.compose(text, library.SafeLoader))
-            self.values: Any = library.safe_load(text)
+            self._read_lines((), library.compose(text, safe_loader()))
+            self.values: Any = load_yaml(text)
         except library.YAMLError as error:
             mark = getattr(error, "problem_mark", None)
             problem = getattr(error, "problem", None) or "this is no YAML"

@@ -41,7 +41,7 @@ class Connections:
 
     Invariants: there is at most one connection between two processes; it ends when both have lost it, and then they look for each other
     again. A process that can hear nothing from the other for `lease` loses it, unless something is heard before; one that can still hear the
-    other learns within the time of a message that the other has lost it or has died.
+    other learns within the time of a message that the other has lost it or has died. One that stands still learns of nothing until it goes on.
     """
 
     def __init__(
@@ -141,6 +141,9 @@ class Connections:
         if not stream.open:
             return
         direction, opposite = self._connections[stream].both(stream)
+        if self._topology.host(direction.target.host).resumed is not None:
+            self._hear(direction)  # its timers stand still, too
+            return
         if self._is_silent(direction):
             if direction.silence is None:
                 heard = self._lease * _KEEP_ALIVE * self._rng.random()

@@ -124,6 +124,8 @@ class Link:
         self.usual = conditions
         """The conditions when nothing is wrong."""
         self.is_cut = False
+        self._cuts: set[str] = set()
+        """Why it is cut: ``""`` for `Network.cut`, or the name of a host that stands still."""
         self.lost = 0
         """Messages that were lost on the way and not sent again."""
         self._rng = rng
@@ -144,18 +146,22 @@ class Link:
         else:
             self._transmit(message, self._loop.time())
 
-    def cut(self) -> None:
-        """Let nothing pass. What is on its way arrives."""
+    def cut(self, why: str = "") -> None:
+        """Let nothing pass until every `why` is healed. What is on its way arrives."""
+        self._cuts.add(why)
         self.is_cut = True
         waiting = [entry for entry in self._queue if not entry[2].dropped]
         kept = [entry for entry in waiting if entry[2].reliable]
         self.lost += len(waiting) - len(kept)
         self._refill(kept)
 
-    def heal(self) -> None:
+    def heal(self, why: str = "") -> None:
         """Let messages pass again: those that wait, when they are sent again the next time."""
-        self.is_cut = False
-        if self._queue:
+        if not self.is_cut:
+            return
+        self._cuts.discard(why)
+        self.is_cut = bool(self._cuts)
+        if self._queue and not self.is_cut:
             self._resume(self._loop.time() + self._rng.random() * self.conditions.resend)
 
     def clear(self) -> None:

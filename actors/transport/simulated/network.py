@@ -70,6 +70,7 @@ class Network:
     def crash(self, host: str) -> None:
         """Let a machine lose its power, and its router with it. Its transports are dead; the others notice that it is silent."""
         machine = self._topology.host(host)
+        self.resume(host)
         machine.up = False
         self._connections.break_off(host=host)
         if machine is self._topology.router:
@@ -89,6 +90,27 @@ class Network:
             machine.up = True
             if machine is self._topology.router:
                 self._topology.routes = True
+            self._connections.look_around()
+
+    def pause(self, host: str) -> None:
+        """Let the processes of a machine stand still until `resume`, as a debugger and a suspended laptop do. Nothing comes from them, what is
+        sent to them with best effort is lost, and what is reliable waits. Others lose them after the lease; they notice nothing themselves.
+        """
+        machine = self._topology.host(host)
+        if machine.up and machine.resumed is None:
+            machine.resumed = self._connections.loop.create_future()
+            for link in self._topology.links_of(host):
+                link.cut(host)
+            self._connections.look_around()
+
+    def resume(self, host: str) -> None:
+        """Undo `pause`. Who has lost them meanwhile, and is found again, is another connection for both. A crash undoes it, too."""
+        machine = self._topology.host(host)
+        if machine.resumed is not None:
+            machine.resumed.set_result(None)
+            machine.resumed = None
+            for link in self._topology.links_of(host):
+                link.heal(host)
             self._connections.look_around()
 
     # The router ----------------------------------------------------------------------------------------------------------

@@ -23,6 +23,8 @@ class Host:
         self.clock_offset = clock_offset
         """Seconds by which its time of day is ahead of the true one. The network does not use it."""
         self.up = True
+        self.resumed: asyncio.Future[None] | None = None
+        """Done when its processes, which stand still, go on; None while they run."""
 
     def __repr__(self) -> str:
         return f"<Host {self.name} {self.mode}{'' if self.up else ' down'}>"
@@ -65,10 +67,17 @@ class Topology:
             conditions = LOOPBACK if source == target else self._conditions
             link = Link(conditions, Random(f"link/{self._seed}/{name}"), self._arrivals, self._loop)
             self._links[source, target] = link
+            for end in (source, target):
+                if self._hosts[end].resumed is not None:
+                    link.cut(end)
         return link
 
     def links_from(self, source: str) -> list[Link]:
         return [link for (start, _), link in self._links.items() if start == source]
+
+    def links_of(self, host: str) -> list[Link]:
+        """The links from a host, to it, and between its processes."""
+        return [link for ends, link in self._links.items() if host in ends]
 
     def is_routed(self, one: Host, other: Host) -> bool:
         """Whether messages between the two pass the router."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from actors.bag import BagMetadata, BagReader, Selection, WriterOptions, recover, reindex, rewrite
-from actors.yaml_bounds import check_yaml
+from actors.yaml_bounds import load_yaml
 from cli.command import CommandFailed
 from cli.graph.types import learn_folders
 from cli.verbs.bag.options import selection_of, writing_of
@@ -32,10 +32,7 @@ def _outputs(path: Path) -> list[tuple[Path, Selection, WriterOptions]]:
     import yaml
 
     try:
-        load: Any = yaml.safe_load  # its stubs do not type it
-        text = path.read_text(encoding="utf-8")
-        check_yaml(text)
-        listed: Any = load(text)["output_bags"]
+        listed: Any = load_yaml(path.read_text(encoding="utf-8"))["output_bags"]
         return [_output(one) for one in listed]
     except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         raise CommandFailed(f"{path}: it has no list output_bags as ros2 bag convert takes it ({error})") from error

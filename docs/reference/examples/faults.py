@@ -7,7 +7,7 @@ from actors import Node, Topic, every
 from actors.interfaces.std_msgs.msg import Int32
 from actors.testing import Deadlock, ExpectedFailure, Leak, Livelock, Probe, Rig, Stalled, UnexpectedFailure, VirtualLoop
 from actors.testing.faults import (
-    ALL, KINDS, NETWORK, ClockJump, ClockOffset, Crash, Cut, Delay, Duplicate, Fault, Freeze, HostCrash, Kind, LinkDelay, LinkDuplicate,
+    ALL, KINDS, NETWORK, ClockJump, ClockOffset, Crash, Cut, Delay, Duplicate, Fault, Freeze, HostCrash, HostPause, Kind, LinkDelay, LinkDuplicate,
     LinkLoss, LinkReorder, Lose, NotANumber, Possible, Profile, Reorder, RouterStop, SlowHandler, SlowStart, SlowStep, draw, parse,
 )
 
@@ -21,7 +21,7 @@ seen = Profile(links={"/scan>/planner": 200}, awaits={"/planner": 500}, handled=
 messages: tuple[Possible, ...] = (Lose(), Delay(up_to=0.5), Duplicate(), Reorder(), Freeze(up_to=2.0), NotANumber())
 nodes: tuple[Possible, ...] = (Crash(at_most=2), SlowHandler(), SlowStart(), SlowStep(), ClockJump(up_to=60.0))
 network: tuple[Possible, ...] = (
-    Cut(), LinkLoss(), LinkDelay(most=1.0), LinkDuplicate(), LinkReorder(), HostCrash(), RouterStop(), ClockOffset(),
+    Cut(), LinkLoss(), LinkDelay(most=1.0), LinkDuplicate(), LinkReorder(), HostCrash(), HostPause(), RouterStop(), ClockOffset(),
 )
 assert {type(one) for one in (*messages, *nodes, *network)} == {type(one) for one in (*ALL, *NETWORK)}
 assert draw(messages, 1, seen) == draw(messages, 1, seen)  # the same seed, the same faults

@@ -171,7 +171,7 @@ def test_what_is_no_launch_file_in_xml_is_refused(tmp_path: Path, text: str, lin
         ("launch:\n- node: x", 2, "'node' takes attributes, node: {name: value}, not 'x'"),
         ("launch:\n- group:\n    children: 3", 3, "a list of actions begins each of them with '-'"),
         ("launch: 3", 1, "'launch' takes attributes"),
-        ("launch: [\x1b]", 1, "no YAML: unacceptable character"),
+        ("launch: [\x1b]", 1, "no YAML: the character U+001B is not allowed"),
         (
             f"launch:\n- arg: {{name: x, default: '{'$(var ' * 1000 + ')' * 1000}'}}",
             2,

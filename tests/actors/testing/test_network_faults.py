@@ -16,7 +16,7 @@ from actors.running.target import find
 from actors.testing import Lab, scenario
 from actors.testing.explore import main as explore
 from actors.testing.explore import scenario_of
-from actors.testing.faults import NETWORK, Cut, Fault, HostCrash, LinkLoss, Profile, RouterStop, draw, parse
+from actors.testing.faults import NETWORK, Cut, Fault, HostCrash, HostPause, LinkLoss, Profile, RouterStop, draw, parse
 from actors.testing.simulation.known import names_nothing, not_come
 from actors.testing.simulation.search import search
 from actors.testing.simulation.trial import Outcome, Scenario, Trial
@@ -74,6 +74,7 @@ def two_hosts() -> dict[str, type[Node]]:
             "from 0 s after the start messages from robot to desk are up to 0.25 s late, for 1 s",
         ),
         ("host-crash:robot#1000+2", "from 1 s after the start the host robot is without power, for 2 s"),
+        ("host-pause:robot#1000+2", "from 1 s after the start the processes of robot stand still, for 2 s"),
         ("router-stop:router#1000+2", "from 1 s after the start there is no router, for 2 s"),
         ("clock-offset:robot#1000-2", "from 1 s after the start the time of day of robot is -2 s ahead"),
     ],
@@ -87,7 +88,7 @@ def test_a_fault_of_the_network_is_read_back_and_said_in_words(text: str, words:
 def test_hosts_without_a_tree_are_spared_and_faults_come_before_the_recovery() -> None:
     drawn = [fault for seed in range(300) for fault in draw(NETWORK, seed, THREE)]
     assert {fault.kind for fault in drawn} == {
-        "cut", "link-loss", "link-delay", "link-duplicate", "link-reorder", "host-crash", "clock-offset",
+        "cut", "link-loss", "link-delay", "link-duplicate", "link-reorder", "host-crash", "host-pause", "clock-offset",
     }  # fmt: skip
     assert all("desk" not in fault.target for fault in drawn)
     assert all(0 <= fault.nth <= 10_000 for fault in drawn)
@@ -103,8 +104,8 @@ def test_faults_are_drawn_for_the_hosts_that_are_named() -> None:
 
 
 def test_where_there_is_no_second_host_no_such_host_and_no_router_there_is_nothing_to_break() -> None:
-    possible = [Cut(), HostCrash("nobody"), RouterStop()]
-    assert [draw([one], seed, ONE_HOST) for one in possible for seed in range(10)] == [()] * 30
+    possible = [Cut(), HostCrash("nobody"), HostPause("nobody"), RouterStop()]
+    assert [draw([one], seed, ONE_HOST) for one in possible for seed in range(10)] == [()] * 40
     assert draw([Cut("nobody")], 1, THREE) == ()
 
 
@@ -193,6 +194,51 @@ def test_a_host_that_crashes_starts_again_after_its_time() -> None:
     assert between(heard, 6.0, 7.0) == list(range(10, 20)), "it counts from the beginning"
 
 
+def test_processes_that_stand_still_do_nothing_and_go_on_where_they_were() -> None:
+    heard: list[tuple[float, int]] = []
+    assert played("host-pause:robot#2000+4 host-pause:robot#3000+1", heard).error is None
+    assert between(heard, 2.1, 6.0) == []
+    last = between(heard, 0.0, 2.1)[-1]
+    assert between(heard, 7.0, 8.0) == list(range(last + 11, last + 21)), "it has counted no further meanwhile"
+
+
+@pytest.mark.parametrize("text", ["cut:robot=desk#3000+4", "cut:robot=desk#1000+6"])
+def test_a_link_that_is_cut_stays_so_when_its_end_goes_on(text: str) -> None:
+    heard: list[tuple[float, int]] = []
+    assert played(f"host-pause:robot#2000+2 {text}", heard).error is None
+    assert between(heard, 2.1, 7.0) == []
+    assert between(heard, 8.0, 9.0) != []
+
+
+def test_a_host_that_crashes_while_it_stands_still_runs_after_its_reboot() -> None:
+    heard: list[tuple[float, int]] = []
+    assert played("host-pause:robot#2000+6 host-crash:robot#3000+1", heard).error is None
+    assert between(heard, 2.1, 4.0) == []
+    assert between(heard, 6.0, 7.0) == list(range(20, 30))
+
+
+def test_who_stands_still_loses_nobody_until_it_goes_on_and_calls_work_again() -> None:
+    took: list[float] = []
+
+    async def body(lab: Lab) -> None:
+        robot = await lab.start("robot", Answering)
+        desk = await lab.start("desk")
+        await lab.advance(1.0)
+        links = lambda rig: rig.system.graph.links  # noqa: E731
+        assert [link.host for link in links(robot)()] == ["desk"]
+        await lab.advance(4.0)  # the robot stands still from 2 s to 6 s
+        assert [link.host for link in links(robot)()] == ["desk"]
+        assert links(desk)() == ()
+        await lab.advance(1.5)
+        begun = lab.now
+        assert (await desk.call(FIRST, Trigger.Request())).success
+        took.append(lab.now - begun)
+
+    outcome = Scenario(body, on_hosts=True).play(Trial(0, faults=parse("host-pause:robot#2000+4")))
+    assert outcome.error is None, outcome.error
+    assert took[0] < 0.1
+
+
 def test_a_router_that_ends_twice_at_a_time_is_back_when_both_times_are_over() -> None:
     heard: list[tuple[float, int]] = []
     played("router-stop:router#2000+3 router-stop:router#2500+0.5", heard, router=True)
@@ -234,6 +280,12 @@ def test_after_recover_no_fault_goes_on_and_none_begins() -> None:
 
 
 FIRST, SECOND = Service(Trigger, "first"), Service(Trigger, "second")
+
+
+class Answering(Node):
+    @FIRST.serve()
+    async def answer(self, request: Trigger.Request) -> Trigger.Response:
+        return Trigger.Response(success=True)
 
 
 class Taking(Node):
@@ -288,6 +340,28 @@ def test_a_node_that_does_not_stand_a_cut_is_found_with_one_fault_and_the_line_r
     assert again.error is not None
     assert "the counter is silent" in str(again.error)
     assert "host=base" in again.timeline
+
+
+class Integrating(Node):
+    """Takes each tick for the one after the last."""
+
+    async def on_start(self) -> None:
+        self.last: float | None = None
+
+    @every(hz=10)
+    def tick(self) -> None:
+        now = self.clock.now()
+        assert self.last is None or now - self.last < 1.0, "a step of more than a second"
+        self.last = now
+
+
+def test_a_node_that_stands_every_cut_but_no_pause_is_found() -> None:
+    made = scenario_of(lambda: {"robot": Integrating, "base": Counter}, 20.0)
+    assert search(made, range(12), [Cut()]) is None
+    finding = search(made, range(60), NETWORK)
+    assert finding is not None
+    (fault,) = finding.replay.faults
+    assert (fault.kind, fault.target) == ("host-pause", "robot")
 
 
 @scenario(seeds=6, faults=[LinkLoss(most=0.9), Cut(up_to=1.0)])

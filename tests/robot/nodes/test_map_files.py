@@ -181,7 +181,7 @@ def test_what_is_transparent_is_unknown(tmp_path: Path) -> None:
         ("image: m.pgm", "image: 3", r"m\.yaml:1: image: 3 is no text"),
         ("negate: 0", "negate: [0", r"m\.yaml:5: "),
         (PLAIN, "- a list", r"m\.yaml:1: a map file is a list of keys and values"),
-        (PLAIN, "\x00", r"m\.yaml: "),
+        (PLAIN, "\x00", r"m\.yaml:1: the character U\+0000"),
     ],
 )
 def test_what_is_wrong_in_the_yaml_file_is_told_with_its_line(tmp_path: Path, old: str, new: str, where: str) -> None:
@@ -201,6 +201,7 @@ def test_what_is_wrong_in_the_yaml_file_is_told_with_its_line(tmp_path: Path, ol
         (b"P5 " + b"9" * 5000 + b" 1 255\n", "are numbers, not '999"),
         (b"P2 1 1 255\n" + b"9" * 30, "holds numbers only, to its largest value"),
         (b"P6 9000 9000 255\n", "9000 x 9000 cells are more than 50000000"),
+        (b"P6 12000 12000 255\n", "12000 x 12000 cells are more than 50000000"),
         (b"P6 90000 90000 255\n", "could be decompression bomb"),
     ],
 )
