@@ -90,6 +90,11 @@ def _meant_field(error: TypeError) -> str:
     return f" to {made.__name__}: name its fields, as in {made.__name__}({fields[0]}=...)"
 
 
+def _inset(text: str) -> str:
+    """The text of another, whose further lines do not look like lines of ours."""
+    return text.replace("\n", "\n    ")
+
+
 class ActorError(Exception):
     """Base of all errors that `actors` raises about the running system."""
 
@@ -170,7 +175,7 @@ class ServiceFailed(ActorError):
     """The service handler raised an exception: `type` and `text` are those of the exception, `node` is the node that served."""
 
     def __init__(self, node: str, type: str, text: str) -> None:
-        super().__init__(f"{node} failed to serve the request: {type}: {text}")
+        super().__init__(f"{node} failed to serve the request: {type}: {_inset(text)}")
         self.node = node
         self.type = type
         self.text = text
@@ -192,7 +197,7 @@ class GoalRejected(ActorError):
     """The server rejected the goal; `reason` is the text that the server gave, or empty."""
 
     def __init__(self, action: str, reason: str) -> None:
-        super().__init__(f"{action} rejected the goal: {reason or 'no reason given'}")
+        super().__init__(f"{action} rejected the goal: {_inset(reason) or 'no reason given'}")
         self.action = action
         self.reason = reason
 
@@ -203,7 +208,7 @@ class GoalFailed(ActorError):
     verb = "failed"
 
     def __init__(self, action: str, reason: str, result: object = None) -> None:
-        super().__init__(f"{action}: goal {self.verb}: {reason or 'no reason given'}")
+        super().__init__(f"{action}: goal {self.verb}: {_inset(reason) or 'no reason given'}")
         self.action = action
         self.reason = reason
         self.result = result

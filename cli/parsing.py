@@ -102,8 +102,8 @@ def count(number: int, noun: str) -> str:
 
 
 def complain(text: str) -> None:
-    """A line for the user that is no part of the output."""
-    print(text, file=sys.stderr, flush=True)
+    """A line for the user that is no part of the output; further lines of it, which others may have written, are indented."""
+    print(text.replace("\n", "\n    "), file=sys.stderr, flush=True)
 
 
 def add_graph_options(parser: argparse.ArgumentParser) -> None:

@@ -8,9 +8,12 @@ import sys
 
 import pytest
 
+from actors import GoalAborted, GoalRejected
+from actors.errors import ServiceFailed
 from actors.logs import INFO, LogRecord, console_sink
 from actors.logs.terminal import shown
 from cli.output import control, print_json, safe_output
+from cli.parsing import complain
 
 EVIL = "\x1b]0;PWN\x07\x1b[2J\x9b31m\u202e\b\r\nFAKE [info] all is well\x7f"
 
@@ -45,3 +48,24 @@ def test_log_lines_for_people_are_shown_on_lines_that_cannot_be_taken_for_others
     text = out.getvalue()
     assert "\x1b" not in text and "\x9b" not in text and "\r" not in text
     assert [line for line in text.splitlines() if line.startswith("FAKE")] == []
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ServiceFailed("/evil", "RuntimeError", EVIL),
+        GoalRejected("/act", EVIL),
+        GoalAborted("/act", EVIL),
+        Exception(EVIL),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_no_line_that_a_peer_has_written_looks_like_a_line_of_a_command(
+    error: Exception, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with safe_output():
+        complain(str(error))
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 2
+    assert lines[1].lstrip().startswith("FAKE")
+    assert lines[1].startswith("    ")

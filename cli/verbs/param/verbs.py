@@ -235,7 +235,7 @@ async def _set_atomically(
 
 def _tell(done: str, failed: str, result: msg.SetParametersResult) -> None:
     reason = f": {result.reason}" if result.reason else ""
-    print(done + reason) if result.successful else complain(failed + reason)
+    print((done + reason).replace("\n", "\n    ")) if result.successful else complain(failed + reason)
 
 
 def _told(done: str, failed: str, result: msg.SetParametersResult, options: argparse.Namespace) -> Exit:
