@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from actors.errors import ProgramExit
 from actors.running.options import with_own_arguments
 from actors.running.run import execute, refuse_a_running_loop, run
 from actors.runtime.node import Node
@@ -52,8 +51,6 @@ def spin(tree: Runnable, *more: Spec | type[Node], argv: Sequence[str] | None = 
         code = execute(lambda: live(trees, words, signal_is_failure=False))
     except (StartFailed, SupervisorGaveUp) as error:
         _end(error, 1)
-    except ProgramExit as error:
-        code = error.code
     except (WireUnavailable, ValueError) as error:
         _end(error, WRONG_ARGUMENT)
     if code:

@@ -188,7 +188,6 @@ def _run_nodes(target: str, argv: Sequence[str]) -> int:
 
 async def _live(make: Maker, argv: Sequence[str]) -> int:
     from actors import StartFailed, SupervisorGaveUp
-    from actors.errors import ProgramExit
     from actors.running.program import live
     from actors.running.target import grown
     from actors.transport import WireUnavailable
@@ -197,8 +196,6 @@ async def _live(make: Maker, argv: Sequence[str]) -> int:
         return await live(await grown(make), argv)
     except (StartFailed, SupervisorGaveUp) as error:
         raise CommandFailed(str(error)) from None
-    except ProgramExit as error:
-        return error.code
     except (WireUnavailable, ValueError) as error:
         raise CommandFailed(str(error)) from None
 

@@ -197,11 +197,11 @@ print(ParameterOverrides().with_file(path).for_node("/a"))
     assert not Path(path).exists()
 
 
-def test_after_an_absent_module_there_are_no_problems_about_what_stands_in_for_it(tmp_path: Path) -> None:
+def test_after_an_absent_module_there_are_problems_but_none_about_what_stands_in_for_it(tmp_path: Path) -> None:
     path = python(
         tmp_path,
         """
-        absent_module.Driver(), Node(package="control", executable="motor_node", parameters=[config.to_dict()]),
+        absent_module.Driver(), Node(package="control", executable="motor_node", parameters=[config.to_dict(), "/none.yaml"]),
         """,
         before="import absent_module\nconfig = absent_module.Builder()\nconfig['a'] = 1",
     )
@@ -209,7 +209,8 @@ def test_after_an_absent_module_there_are_no_problems_about_what_stands_in_for_i
     problems = launch(path, lenient=True).problems
 
     assert [problem.problem for problem in problems] == [
-        "the Python module 'absent_module' is not installed; what it would give is left out"
+        "the Python module 'absent_module' is not installed; what it would give is left out",
+        "parameter file /none.yaml cannot be read, so it is left out: No such file or directory",
     ]
 
 

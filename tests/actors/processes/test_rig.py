@@ -168,6 +168,26 @@ async def test_a_process_whose_nodes_are_not_reached_is_told_and_then_has_not_st
 
 
 @virtual
+async def test_a_process_that_is_reached_late_has_started(monkeypatch: pytest.MonkeyPatch) -> None:
+    missing, told = {"/counter"}, list[LogRecord]()
+    parents: list[Any] = []
+
+    def still_missing(parent: ParentSide) -> set[str]:
+        parents.append(parent)
+        return missing
+
+    def reach() -> None:
+        missing.clear()
+        parents[-1]._looking.wake_all()
+
+    monkeypatch.setattr(ParentSide, "_missing", still_missing)
+    asyncio.get_running_loop().call_later(5.0, reach)
+    async with run(Supervisor("top", children=[Child(Counter, process=True)]), sinks=(told.append,)) as system:
+        assert system.clock.now() == pytest.approx(5.0, abs=0.1)
+    assert [line.event for line in told].count("waiting for a process that is ready, and not reached yet") == 1
+
+
+@virtual
 async def test_a_process_of_another_machine_is_not_waited_for_longer_than_two_seconds() -> None:
     loop = asyncio.get_running_loop()
     graph = SimpleNamespace(on_change=lambda listener: lambda: None)

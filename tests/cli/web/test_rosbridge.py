@@ -323,6 +323,18 @@ async def test_a_throttled_subscription_keeps_its_pause_and_the_newest_messages_
         assert seen == ["0", "4", "5"]
 
 
+@pytest.mark.parametrize(("queue", "dropped"), [(0, 2), (1, 1)])
+async def test_what_comes_too_early_is_counted_as_dropped_but_for_the_newest_that_a_queue_holds(
+    queue: int, dropped: int
+) -> None:
+    async with serving() as stage, stage.rosbridge() as client:
+        await reading(stage, client, throttle_rate=3_600_000, queue_length=queue)
+        for number in range(3):
+            stage.talker.chatter(String(data=str(number)))
+        assert (await client.find("publish"))["msg"]["data"] == "0"
+        assert [one.outbox.dropped for one in stage.server.clients] == [dropped]
+
+
 async def test_several_ids_of_one_topic_have_one_stream_by_the_shortest_pause() -> None:
     async with serving() as stage, stage.rosbridge() as client:
         await reading(stage, client, id="slow", throttle_rate=3_600_000, queue_length=1)

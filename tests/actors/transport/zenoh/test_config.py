@@ -178,6 +178,11 @@ def test_a_gossip_port_that_is_none_is_refused(port: str) -> None:
             "127.0.0.1:7448",
             "cannot listen at '127.0.0.1:7448': write protocol/address, for instance tcp/192.168.1.5:7448",
         ),
+        (
+            "listen",
+            "unixsock-stream/",
+            "cannot listen at 'unixsock-stream/': write protocol/address, for instance tcp/192.168.1.5:7448",
+        ),
         ("connect", "tpc/lab:1", "cannot connect at 'tpc/lab:1': 'tpc' is no protocol of Zenoh; did you mean 'tcp'?"),
         (
             "connect",
