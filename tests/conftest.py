@@ -29,7 +29,7 @@ pytest_plugins = ["actors.testing.plugin", "pytester"]
 from hypothesis import settings  # noqa: E402  # after the environment is set
 
 # No deadline: a wall clock says how busy the machine is, not how good the program.
-settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
 settings.register_profile("explore", derandomize=False, max_examples=1000, deadline=None)
 # The suite run twice gives the same result; pytest --hypothesis-profile=explore looks further.
 settings.load_profile("repeatable")
