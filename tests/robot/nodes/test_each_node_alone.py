@@ -212,10 +212,10 @@ async def test_a_node_that_fails_is_restarted_and_the_others_live_on(rig: Rig, n
 
 @pytest.mark.parametrize("name", ["motors", "proprioception"])
 async def test_a_walk_in_physics_goes_on_through_a_crash_below_the_gait(rig: Rig, name: str) -> None:
-    walker = Robot("empty", mission=[Pose2(2.5, 0.0)], seed=1)
+    walker = Robot("empty", mission=[Pose2(1.5, 0.0)], seed=1)
     await rig.start(walker.tree)
     reports = rig.probe(GOAL_REPORT)
-    await rig.until(lambda: walker.body.truth().position[0] > 1.0)
+    await rig.until(lambda: walker.body.truth().position[0] > 0.5)
     rig.crash(name)
     await rig.until(lambda: len(reports) > 0, within=10.0)
     assert [(report.outcome, rig.incarnation(name)) for report in reports] == [("succeeded", 2)]
