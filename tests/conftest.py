@@ -24,6 +24,7 @@ time.tzset()
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
+gc.disable()  # until all tests are collected: what they are made of is no garbage
 pytest_plugins = ["actors.testing.plugin", "pytester"]
 
 from hypothesis import settings  # noqa: E402  # after the environment is set
@@ -44,6 +45,7 @@ def pytest_collection_finish() -> None:
     """A million objects are there by now, and stay: looked through at each collection of garbage, they would cost minutes."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
