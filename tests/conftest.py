@@ -24,12 +24,13 @@ time.tzset()
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
+gc.disable()  # until all tests are collected: what they are made of is no garbage
 pytest_plugins = ["actors.testing.plugin", "pytester"]
 
 from hypothesis import settings  # noqa: E402  # after the environment is set
 
 # No deadline: a wall clock says how busy the machine is, not how good the program.
-settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
 settings.register_profile("explore", derandomize=False, max_examples=1000, deadline=None)
 # The suite run twice gives the same result; pytest --hypothesis-profile=explore looks further.
 settings.load_profile("repeatable")
@@ -44,6 +45,7 @@ def pytest_collection_finish() -> None:
     """A million objects are there by now, and stay: looked through at each collection of garbage, they would cost minutes."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:

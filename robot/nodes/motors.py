@@ -21,6 +21,7 @@ from robot.interfaces.robactor_msgs.msg import BatteryStatus, BodyDrive, MotorPo
 from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessage
 from robot.link.fence import Fence
 from robot.model.actuators import SILENCE
+from robot.model.kinematics import feet
 from robot.model.modes import Mode
 from robot.model.robot import SPOT, RobotModel
 
@@ -37,6 +38,10 @@ SAFE_STOP_SECONDS = 3.4
 """How long a stop of the node may take to sit the robot down."""
 STEPPING_SIT_SECONDS = 2.4
 """The same for a body that steps by itself and sits at its own pace."""
+FOLDED, RESTING = 0.005, 0.5
+"""A body sits when its feet are no farther below the hips than this above the sitting pose, m, and no joint is faster, rad/s."""
+LOOKS = 10
+"""Steps of a stop from one look to the next whether such a body sits."""
 
 
 MOST = 1e4
@@ -129,11 +134,13 @@ class Motors(Node):
         seconds = SAFE_STOP_SECONDS if self._stepping is None else STEPPING_SIT_SECONDS
         begun = self.clock.now()
         tick = 0
-        while self.clock.now() - begun < seconds and not (self._safe.done and self._stepping is None):
+        while self.clock.now() - begun < seconds:
             tick += 1
             await self.clock.sleep_until(begun + tick / RATE)
             self._body.advance(self.clock.now())
             self._sit_down(PERIOD)
+            if self._safe.done if self._stepping is None else tick % LOOKS == 0 and self._folded():
+                return
 
     def _can_be(self, targets: hardware.MotorTargets) -> bool:
         """Whether drives can follow these targets; what they cannot follow counts as silence, and is reported once."""
@@ -184,6 +191,11 @@ class Motors(Node):
             )
         if self._stepping is not None:
             self._stepping.drive(0.0, 0.0, 0.0, self._model.sit_height, Mode.SIT)
-            self._safe.step(dt, self._body.joints())
         else:
             self._body.command(self._safe.step(dt, self._body.joints(), self._body.imu()))
+
+    def _folded(self) -> bool:
+        """Whether the joints say that the robot sits."""
+        joints = self._body.joints()
+        deep = -feet(joints.position, self._model)[:, 2].min()
+        return bool(deep < self._model.sit_height + FOLDED and abs(joints.velocity).max() < RESTING)

@@ -7,12 +7,10 @@ import contextlib
 import io
 import os
 import socket
-import sys
 import threading
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,9 +18,10 @@ import pytest
 from actors import Child, Node, Supervisor, System, run
 from actors.transport import transport_from_environment
 from cli.command import run_command
+from tests import warm
 from tests.wires import meeting_place
 
-ROOT = Path(__file__).parents[2]
+ROOT = warm.ROOT
 
 
 @dataclass(frozen=True)
@@ -66,18 +65,13 @@ def robot(environment: dict[str, str]) -> Command:
     """``await robot("node", "list")``: run a command in a process of its own until it ends."""
 
     async def run_it(*words: str) -> Finished:
-        process = await asyncio.create_subprocess_exec(
-            sys.executable, "-m", "robot", *words, env=environment, stdout=-1, stderr=-1
-        )
+        program = warm.Program(*words, env=environment)
         try:
-            async with asyncio.timeout(60):
-                out, err = await process.communicate()
-        finally:
-            if process.returncode is None:
-                process.kill()
-                await process.wait()
-        assert process.returncode is not None
-        return Finished(process.returncode, out.decode(), err.decode())
+            done = await asyncio.to_thread(program.wait, 60.0)
+        except asyncio.CancelledError:
+            program.kill()
+            raise
+        return Finished(done.returncode, done.stdout, done.stderr)
 
     return run_it
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -29,7 +30,8 @@ def modules(package: Path) -> dict[str, Path]:
     return found
 
 
-def edges(package: Path) -> list[Edge]:
+@cache
+def edges(package: Path) -> tuple[Edge, ...]:
     """Every import of one module of the package by another."""
     known = modules(package)
     found: list[Edge] = []
@@ -39,7 +41,7 @@ def edges(package: Path) -> list[Edge]:
             found += [
                 Edge(name, target, kind, node.lineno) for target in _targets(node, folder, known) if target != name
             ]
-    return found
+    return tuple(found)
 
 
 def circles(imports: Iterable[Edge]) -> list[list[str]]:

@@ -27,22 +27,24 @@ def figures(rows: Sequence[Row]) -> Figures:
     return found
 
 
-@pytest.fixture
-def latencies(monkeypatch: pytest.MonkeyPatch) -> Figures:
+@pytest.fixture(scope="module")
+def latencies() -> Figures:
     """The figures of `latency`, measured for a moment."""
-    monkeypatch.setattr(latency, "ROUNDS", 50)
-    monkeypatch.setattr(latency, "SECONDS", 0.1)
-    return figures(latency.rows())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(latency, "ROUNDS", 50)
+        patch.setattr(latency, "SECONDS", 0.1)
+        return figures(latency.rows())
 
 
-@pytest.fixture
-def graph_figures(monkeypatch: pytest.MonkeyPatch) -> Figures:
+@pytest.fixture(scope="module")
+def graph_figures() -> Figures:
     """Those of `graphs`."""
     assert graphs.SIZES == (10, 100, 300)
-    monkeypatch.setattr(graphs, "SIZES", (10, 100))
-    monkeypatch.setattr(graphs, "LOOKED_AT", 0.3)
-    monkeypatch.setattr(graphs, "SECONDS", 0.5)
-    return figures(graphs.rows())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(graphs, "SIZES", (10, 100))
+        patch.setattr(graphs, "LOOKED_AT", 0.3)
+        patch.setattr(graphs, "SECONDS", 0.5)
+        return figures(graphs.rows())
 
 
 def test_latency_has_a_median_and_a_tail_for_small_and_for_large_messages(latencies: Figures) -> None:

@@ -66,7 +66,8 @@ def imported_by(file: Path, typing: bool = True) -> frozenset[str]:
 def importers(*modules: str) -> list[str]:
     """The files of the product that import one of these modules."""
     files = (path for folder in ("actors", "robot", "cli") for path in (ROOT / folder).rglob("*.py"))
-    return [path.relative_to(ROOT).as_posix() for path in files if imported_by(path) & {*modules}]
+    named = (path for path in files if any(module in path.read_text(encoding="utf-8") for module in modules))
+    return [path.relative_to(ROOT).as_posix() for path in named if imported_by(path) & {*modules}]
 
 
 def names_in(node: ast.AST, typing: bool) -> Iterator[str]:

@@ -22,12 +22,15 @@ def avoided() -> list[str]:
     return [word for row in table.splitlines() for word in re.findall(r'"([^"]+)"', row)]
 
 
-AVOIDED = re.compile(rf"\b(?:{'|'.join(map(re.escape, avoided()))})\b", re.IGNORECASE)
+WORDS = [word.lower() for word in avoided()]
+AVOIDED = re.compile(rf"\b(?:{'|'.join(map(re.escape, WORDS))})\b")
 
 
 def uses(text: str) -> Iterator[str]:
     """The lines of a text with a word of the list."""
-    yield from (line.strip() for line in text.splitlines() if AVOIDED.search(line))
+    lowered = text.lower()
+    if any(word in lowered for word in WORDS):  # which takes a hundredth of the time
+        yield from (line.strip() for line in text.splitlines() if AVOIDED.search(line.lower()))
 
 
 DOCUMENTS = sorted({ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "docs").rglob("*.py")} - {LIST})

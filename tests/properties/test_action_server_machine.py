@@ -386,4 +386,4 @@ class Actions(RuleBasedStateMachine):
 
 
 TestActions = Actions.TestCase
-TestActions.settings = settings(deadline=None, max_examples=60, stateful_step_count=40)
+TestActions.settings = settings(deadline=None, stateful_step_count=40)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # pyright: ignore[reportUnknownVariableType]
 
@@ -67,7 +67,6 @@ def messages(cls: type[Message]) -> st.SearchStrategy[Any]:
 
 
 @given(st.data())
-@settings(max_examples=100, deadline=None)
 def test_a_message_of_any_type_survives_its_encoding(data: st.DataObject) -> None:
     cls = data.draw(st.sampled_from(TYPES))
     message = data.draw(messages(cls))
@@ -78,7 +77,6 @@ def test_a_message_of_any_type_survives_its_encoding(data: st.DataObject) -> Non
 
 
 @given(st.data())
-@settings(max_examples=60, deadline=None)
 def test_a_message_with_every_kind_of_field_survives_both_forms_of_wide_strings(data: st.DataObject) -> None:
     cls = load(ALL_KINDS, "tests/msg/AllKinds")
     message = data.draw(messages(cls))
@@ -97,7 +95,6 @@ def test_every_type_that_ships_survives_its_encoding(cls: type[Message]) -> None
 
 
 @given(st.data())
-@settings(max_examples=60, deadline=None)
 def test_every_prefix_of_an_encoding_is_refused_or_read_but_never_worse(data: st.DataObject) -> None:
     cls = data.draw(st.sampled_from(TYPES))
     encoded = encode(random_message(cls, random.Random(data.draw(st.integers(0, 99)))))
@@ -107,7 +104,6 @@ def test_every_prefix_of_an_encoding_is_refused_or_read_but_never_worse(data: st
 
 
 @given(st.data())
-@settings(max_examples=60, deadline=None)
 def test_any_bytes_are_refused_or_read_but_never_worse(data: st.DataObject) -> None:
     cls = data.draw(st.sampled_from(TYPES))
     for order in (b"\x00\x01\x00\x00", b"\x00\x00\x00\x00"):

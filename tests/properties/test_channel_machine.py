@@ -362,4 +362,4 @@ class Channel(RuleBasedStateMachine):
 
 
 TestChannel = Channel.TestCase
-TestChannel.settings = settings(deadline=None, max_examples=80, stateful_step_count=40)
+TestChannel.settings = settings(deadline=None, stateful_step_count=40)

@@ -140,4 +140,4 @@ class Goals(RuleBasedStateMachine):
 
 
 TestGoals = Goals.TestCase
-TestGoals.settings = settings(deadline=None, max_examples=100, stateful_step_count=40)
+TestGoals.settings = settings(deadline=None, stateful_step_count=40)

@@ -179,24 +179,21 @@ class Parameters(RuleBasedStateMachine):
 
 
 TestParameters = Parameters.TestCase
-TestParameters.settings = settings(deadline=None, max_examples=60, stateful_step_count=30)
+TestParameters.settings = settings(deadline=None, stateful_step_count=30)
 
 
-@settings(deadline=None)
 @given(VALUES)
 def test_every_value_survives_the_wire(value: Any) -> None:
     parameter = Parameter("p", value)
     assert from_parameter(to_parameter(parameter)) == parameter
 
 
-@settings(deadline=None)
 @given(VALUES)
 def test_widening_to_its_own_type_changes_nothing(value: Any) -> None:
     parameter = Parameter("p", value)
     assert widened("p", value, parameter.type) == parameter
 
 
-@settings(deadline=None)
 @given(st.integers(-20, 20), st.integers(-20, 20), st.integers(0, 9), st.integers(-25, 25))
 def test_an_integer_range_allows_its_ends_and_its_grid(low: int, high: int, step: int, value: int) -> None:
     first, last = min(low, high), max(low, high)
@@ -204,13 +201,11 @@ def test_an_integer_range_allows_its_ends_and_its_grid(low: int, high: int, step
     assert (IntegerRange(low, high, step).objection(value) is None) == (value in allowed)
 
 
-@settings(deadline=None)
 @given(st.floats(-1e6, 1e6), st.floats(0.001, 1e3), st.integers(0, 1000))
 def test_every_multiple_of_the_step_is_on_the_grid(low: float, step: float, count: int) -> None:
     assert FloatingPointRange(low, math.inf, step).objection(low + count * step) is None
 
 
-@settings(deadline=None)
 @given(st.floats(), st.floats(allow_nan=False), st.floats(allow_nan=False))
 def test_no_float_outside_the_ends_is_let_through(value: float, one: float, other: float) -> None:
     allowed = FloatingPointRange(one, other).objection(value) is None

@@ -141,7 +141,7 @@ class Chaos:
     scripts=st.fixed_dictionaries({name: st.lists(scripts, min_size=1, max_size=4) for name in NAMES}),
     script=st.lists(acts, max_size=25),
 )
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_chaos_never_breaks_what_always_holds(
     strategy: Strategy,
     members: list[Child],

@@ -323,5 +323,5 @@ async def make_world() -> MachineWorld:
     return MachineWorld()
 
 
-SupervisorMachine.TestCase.settings = settings(max_examples=100, stateful_step_count=40, deadline=None)
+SupervisorMachine.TestCase.settings = settings(stateful_step_count=40, deadline=None)
 TestSupervisorMachine = SupervisorMachine.TestCase

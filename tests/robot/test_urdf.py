@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -39,7 +39,6 @@ def places(positions: dict[str, float]) -> dict[str, Transform]:
     return found
 
 
-@settings(deadline=None, max_examples=60)
 @given(shares=st.lists(st.floats(0.0, 1.0), min_size=16, max_size=16))
 def test_every_link_and_foot_is_where_mujoco_has_it_at_any_joint_angles(shares: list[float]) -> None:
     positions = {

@@ -203,7 +203,6 @@ def check_knowledge(world: World) -> None:
     modes=st.tuples(*[st.sampled_from(["peer", "client"])] * 3),
     story=st.lists(steps, max_size=30),
 )
-@settings(max_examples=150, deadline=None)
 def test_whatever_happens_the_guarantees_hold_and_all_is_known_in_the_end(
     seed: int, modes: tuple[Mode, ...], story: list[Step]
 ) -> None:

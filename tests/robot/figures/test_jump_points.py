@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import ndimage
@@ -71,7 +71,6 @@ def check_walk(cells: tuple[Cell, ...], free: np.ndarray) -> float:
 mazes = arrays(np.bool_, st.tuples(st.integers(1, 14), st.integers(1, 14)), elements=st.integers(0, 3).map(bool))
 
 
-@settings(max_examples=300, deadline=None)
 @given(mazes, st.booleans(), st.data())
 def test_the_path_is_as_short_as_any(free: np.ndarray, landmarks: bool, data: st.DataObject) -> None:
     open_cells = [tuple(map(int, cell)) for cell in np.argwhere(free)]
@@ -90,7 +89,6 @@ def test_the_path_is_as_short_as_any(free: np.ndarray, landmarks: bool, data: st
     assert check_walk(found.cells, free) == pytest.approx(expected, abs=1e-9)
 
 
-@settings(max_examples=150, deadline=None)
 @given(
     arrays(
         np.float64,
@@ -173,7 +171,6 @@ def test_no_corner_is_cut() -> None:
     assert OctileSearch(free).solve((0, 0), (1, 1)).cost == 2.0
 
 
-@settings(max_examples=60, deadline=None)
 @given(mazes, st.data())
 def test_pulled_paths_are_free_at_every_half_cell_and_never_longer(free: np.ndarray, data: st.DataObject) -> None:
     open_cells = [tuple(map(int, cell)) for cell in np.argwhere(free)]

@@ -87,7 +87,6 @@ def test_at_the_goal_it_says_so_and_stands() -> None:
 finite = st.floats(-1.0, 1.0)
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(finite, finite, st.floats(-3.1, 3.1)), min_size=1, max_size=6), st.floats(0.01, 0.2))
 def test_no_command_leaves_the_limits_or_jumps_up_faster_than_the_accelerations(
     shifts: list[tuple[float, float, float]], dt: float

@@ -32,11 +32,11 @@ async def test_each_node_runs_and_stops_without_the_others(rig: Rig, name: str) 
 async def test_each_node_may_be_the_first_and_works_with_those_that_come_later(rig: Rig, name: str) -> None:
     tree = whole()
     system = await rig.start(only(tree, [name]))
-    await rig.advance(1.0)
+    await rig.advance(0.5)
     for child in nodes_of(tree):
         if child.name != name:
             await system.join(child)
-    await rig.advance(1.0)
+    await rig.advance(0.3)
     reply = await rig.call(STAND, Trigger.Request())
     assert reply.success, reply.message
     await rig.advance(0.3)
@@ -93,7 +93,7 @@ async def test_each_node_can_be_replaced_by_another_class_with_the_same_contract
         return Child(stand_in(child.factory), name=name, stop=child.stop)
 
     await rig.start(changed(tree, other))
-    await rig.advance(1.0)
+    await rig.advance(0.3)
     assert {state.incarnation for state in rig.system.nodes.values()} == {1}
     core = rig.state(name).running
     assert core is not None
@@ -199,10 +199,10 @@ def test_the_table_of_crashes_has_every_node_of_the_robot() -> None:
 @pytest.mark.parametrize("name", NAMES)
 async def test_a_node_that_fails_is_restarted_and_the_others_live_on(rig: Rig, name: str) -> None:
     await rig.start(whole())
-    await rig.advance(1.0)
+    await rig.advance(0.3)
     rig.crash(name)
     await rig.settled()
-    await rig.advance(0.5)
+    await rig.advance(0.3)
     lives = {state.identity.name: state.incarnation for state in rig.system.nodes.values() if state.incarnation > 1}
     assert lives == dict.fromkeys(RESTARTED[name], 2)
     safety = rig.probe(SAFETY_STATE).last
@@ -212,10 +212,10 @@ async def test_a_node_that_fails_is_restarted_and_the_others_live_on(rig: Rig, n
 
 @pytest.mark.parametrize("name", ["motors", "proprioception"])
 async def test_a_walk_in_physics_goes_on_through_a_crash_below_the_gait(rig: Rig, name: str) -> None:
-    walker = Robot("empty", mission=[Pose2(2.5, 0.0)], seed=1)
+    walker = Robot("empty", mission=[Pose2(1.5, 0.0)], seed=1)
     await rig.start(walker.tree)
     reports = rig.probe(GOAL_REPORT)
-    await rig.until(lambda: walker.body.truth().position[0] > 1.0)
+    await rig.until(lambda: walker.body.truth().position[0] > 0.5)
     rig.crash(name)
     await rig.until(lambda: len(reports) > 0, within=10.0)
     assert [(report.outcome, rig.incarnation(name)) for report in reports] == [("succeeded", 2)]

@@ -38,7 +38,8 @@ async def carried(rig: Rig, to: Pose2) -> Robot:
 async def test_places_that_are_alike_are_said_to_be_and_nobody_guesses(rig: Rig) -> None:
     await carried(rig, TRUE)
     states = rig.probe(LOCALIZATION)
-    await rig.advance(10.0)
+    await rig.until(lambda: bool(states) and states.newest.data == "ambiguous", within=10.0)
+    await rig.advance(2.0)
     assert states.newest.data == "ambiguous"
 
 
@@ -48,7 +49,7 @@ async def test_who_is_told_about_where_it_is_finds_itself_there_and_not_at_the_o
 ) -> None:
     await carried(rig, where)
     poses, states = rig.probe(POSE), rig.probe(LOCALIZATION)
-    await rig.advance(6.0)
+    await rig.advance(4.0)
     rig.publish(INITIAL_POSE, told(Pose2(where.x + 0.4, where.y - 0.4, where.yaw + 0.15)))
     await rig.advance(3.0)
     here = from_pose(poses.newest.pose)

@@ -66,7 +66,6 @@ def written(folder: Path, picture: bytes, text: str = PLAIN) -> Path:
     return folder / "m.yaml"
 
 
-@settings(max_examples=60, deadline=None)
 @given(TRINARY, st.floats(0.01, 1.0), st.floats(-100.0, 100.0), st.sampled_from(["pgm", "png"]))
 def test_a_trinary_map_comes_back_as_it_was(
     tmp_path_factory: pytest.TempPathFactory, data: np.ndarray, resolution: float, x: float, image_format: str
@@ -100,7 +99,6 @@ def test_a_scaled_map_with_thresholds_at_the_ends_comes_back_value_by_value(
     assert np.array_equal(by_the_book(file), data)
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     arrays(np.uint8, SHAPES),
     st.sampled_from(["trinary", "scale", "raw"]),

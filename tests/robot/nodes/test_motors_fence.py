@@ -1,4 +1,4 @@
-"""The motors follow one life of who commands them: the newest."""
+"""The motors follow one life of who commands them: the newest. And they end when the robot sits."""
 
 from __future__ import annotations
 
@@ -154,3 +154,19 @@ async def test_a_drive_with_a_mode_or_a_speed_that_cannot_be_is_dropped(rig: Rig
         await rig.quiet()
     assert body.driven[:2] == [0.1, 0.3]
     assert rig.incarnation("motors") == 1
+
+
+@pytest.mark.parametrize(("mode", "least", "most"), [("sit", 0.0, 0.1), ("stand", 0.5, 2.4)])
+async def test_a_stop_ends_as_soon_as_the_robot_sits(rig: Rig, mode: str, least: float, most: float) -> None:
+    body = Noting()
+    system = await rig.start(Supervisor("robot", children=[]))
+    motors = await system.join(Child(Motors, args=(body,)))
+    height = {"sit": body.model.sit_height, "stand": body.model.stand_height}[mode]
+    for _ in range(100):
+        rig.publish(BODY_DRIVE, BodyDrive(fence=NEW, height=height, mode=mode))
+        await rig.advance(0.02)
+    assert (body.truth().position[2] > 0.4) == (mode == "stand")
+    begun = rig.now
+    await system.leave(motors)
+    assert least <= rig.now - begun <= most
+    assert body.truth().position[2] < 0.22

@@ -84,7 +84,7 @@ def test_a_healthy_start_warns_of_nothing(seed: int) -> None:
             await system.clock.sleep(0.05)
             async with open_node("asker", system=system) as asker:
                 answers.append(await asker.call(STAND, Trigger.Request()))
-            await system.clock.sleep(7.0)
+            await system.clock.sleep(4.0)
 
     execute(start, clock="virtual")
     assert [line.event for line in lines if line.level >= WARN] == []

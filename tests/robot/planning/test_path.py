@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial import distance
@@ -111,7 +111,6 @@ def test_the_cells_under_a_line_lead_from_end_to_end_without_a_leap(a: tuple[int
         assert off <= length * math.sqrt(0.5) + 1e-9, "a cell that the line passes through"
 
 
-@settings(deadline=None, max_examples=60)
 @given(
     arrays(np.float64, st.tuples(st.integers(4, 14), st.integers(4, 14)), elements=st.sampled_from([1.0, 1.0, 1.0, 1.5, 4.0, math.inf])),
     st.data(),

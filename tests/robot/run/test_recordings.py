@@ -18,6 +18,7 @@ from actors.testing import Rig
 from robot.run.judge import Score
 from robot.run.options import parse
 from robot.run.recordings import Recordings
+from tests import warm
 
 ROOT = Path(__file__).parents[3]
 KINEMATIC = ("run", "--clock", "virtual", "--backend", "kinematic", "--seed", "1")
@@ -31,7 +32,9 @@ def environment(hash_seed: str = "random") -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "PYTHONHASHSEED": hash_seed}
 
 
-def robot(*words: str, hash_seed: str = "random") -> subprocess.CompletedProcess[str]:
+def robot(*words: str, hash_seed: str | None = None) -> subprocess.CompletedProcess[str]:
+    if hash_seed is None:
+        return warm.run(*words)
     return subprocess.run(
         command(*words), cwd=ROOT, env=environment(hash_seed), capture_output=True, text=True, timeout=300
     )
@@ -207,7 +210,7 @@ trace.set_tracer_provider(provider)
 
 from robot.run.command import main
 
-main(["--clock", "virtual", "--backend", "kinematic", "--seed", "1", "--duration", "10", "--spans"])
+main(["--clock", "virtual", "--backend", "kinematic", "--seed", "1", "--duration", "5", "--spans"])
 print(*sorted({span.name for span in exporter.get_finished_spans()}))
 """
     done = subprocess.run(

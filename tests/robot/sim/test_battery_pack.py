@@ -33,7 +33,6 @@ def minutes_until_full(pack: Pack, load: float) -> float:
     return seconds / 60.0
 
 
-@settings(deadline=None, max_examples=60)
 @given(percents, cells, st.lists(st.tuples(st.floats(0.0, 1.0), loads, st.booleans()), max_size=30), st.booleans())
 def test_charge_is_conserved(percent: float, series: int, steps: list[tuple[float, float, bool]], rc: bool) -> None:
     """Coulombs in are counted with 0.995, coulombs out with 1, and the charge never leaves 0..capacity."""
@@ -47,7 +46,6 @@ def test_charge_is_conserved(percent: float, series: int, steps: list[tuple[floa
         assert 0.0 <= state.soc <= 1.0
 
 
-@settings(deadline=None, max_examples=100)
 @given(st.floats(1.0, 100.0), cells, loads, loads, st.floats(-20.0, 40.0))
 def test_voltage_is_monotone_in_the_load(percent: float, series: int, a: float, b: float, ambient: float) -> None:
     light, heavy = sorted((a, b))
@@ -57,7 +55,6 @@ def test_voltage_is_monotone_in_the_load(percent: float, series: int, a: float, 
     assert under_heavy.current <= under_light.current + 1e-9
 
 
-@settings(deadline=None, max_examples=100)
 @given(percents, percents, cells, loads)
 def test_voltage_is_monotone_in_the_charge(a: float, b: float, series: int, load: float) -> None:
     low, high = sorted((max(a, 1.0), max(b, 1.0)))
@@ -65,7 +62,6 @@ def test_voltage_is_monotone_in_the_charge(a: float, b: float, series: int, load
     assert less.voltage <= more.voltage + 1e-9
 
 
-@settings(deadline=None, max_examples=100)
 @given(st.floats(1.0, 100.0), cells, loads)
 def test_a_constant_power_load_gets_its_power(percent: float, series: int, load: float) -> None:
     state = Pack(percent, series).step(0.0, load)

@@ -9,7 +9,7 @@ from math import cos, hypot, pi, sin
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robot.control.gaits import GAITS, GaitClock
@@ -452,7 +452,6 @@ def depth(point: np.ndarray, obstacle: Box | Cylinder) -> float:
     return float(min(obstacle.length / 2 - abs(c * dx + s * dy), obstacle.width / 2 - abs(c * dy - s * dx)))
 
 
-@settings(deadline=None, max_examples=80)
 @given(poses, st.one_of(boxes, cylinders))
 def test_touching_agrees_with_points_sampled_in_the_outline(
     pose: tuple[float, float, float], obstacle: Box | Cylinder

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robot.hardware.beams import beam_angles
@@ -65,7 +65,6 @@ boxes = st.builds(
 cylinders = st.builds(Cylinder, st.floats(-6, 6), st.floats(-6, 6), st.floats(0.1, 2))
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.lists(boxes | cylinders, max_size=4), st.floats(-3.2, 3.2))
 def test_every_range_ends_on_a_surface_and_nothing_stands_before_it(obstacles: list[Obstacle], yaw: float) -> None:
     scene = floor(*obstacles)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
@@ -37,7 +37,6 @@ def deepest(pose: tuple[float, float, float], box: Box) -> float:
     return float(found.x[2])
 
 
-@settings(deadline=None, max_examples=60)
 @given(st.tuples(places, places, turns), boxes)
 def test_two_rectangles_touch_when_they_have_a_point_in_common(pose: tuple[float, float, float], box: Box) -> None:
     common = deepest(pose, box)

@@ -1,0 +1,149 @@
+"""`python -m robot` in processes of their own that need not import the same 1,100 modules anew.
+
+One process imports what the command line and the robot import, and is forked for every command. A fork does all else that `python -m robot` does:
+it has its own words, environment, folder and output, and its own end. A test of imports, of signals at the start or of the seed of hashes starts
+an interpreter instead.
+"""
+
+from __future__ import annotations
+
+import atexit
+import gc
+import json
+import os
+import runpy
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""As `robot run` sets them; too late for a numpy that is there already."""
+
+
+class Program:
+    """A command that runs."""
+
+    def __init__(self, *words: str, env: Mapping[str, str] | None = None, cwd: Path = ROOT) -> None:
+        self._words = words
+        self._out, self._err = (tempfile.TemporaryFile() for _ in range(2))  # noqa: SIM115  # `wait` closes them
+        self._told, theirs = socket.socketpair()
+        with theirs:
+            request = json.dumps([words, dict(os.environ if env is None else env), str(cwd)]).encode()
+            files = [self._out.fileno(), self._err.fileno(), theirs.fileno()]
+            socket.send_fds(_door(), [request], files)
+        self.pid = int.from_bytes(self._told.recv(4), "little")
+
+    def wait(self, timeout: float) -> subprocess.CompletedProcess[str]:
+        """How it has ended, and what it has printed. It is killed after `timeout` seconds."""
+        self._told.settimeout(timeout)
+        with self._told, self._out, self._err:
+            try:
+                status = int.from_bytes(self._told.recv(4), "little")
+            except TimeoutError:
+                self.kill()
+                raise subprocess.TimeoutExpired(self._words, timeout) from None
+            for file in (self._out, self._err):
+                file.seek(0)
+            printed = (file.read().decode() for file in (self._out, self._err))
+            return subprocess.CompletedProcess(self._words, os.waitstatus_to_exitcode(status), *printed)
+
+    def kill(self) -> None:
+        """End it at once. Only while it is waited for."""
+        os.kill(self.pid, signal.SIGKILL)
+
+
+def run(
+    *words: str, env: Mapping[str, str] | None = None, cwd: Path = ROOT, timeout: float = 300.0
+) -> subprocess.CompletedProcess[str]:
+    """What ``python -m robot`` does with these words. It is killed after `timeout` seconds."""
+    return Program(*words, env=env, cwd=cwd).wait(timeout)
+
+
+@cache
+def _door() -> socket.socket:
+    """Where the process that is forked gets its requests. It ends when this one closes it."""
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    with theirs:
+        command = [sys.executable, "-m", "tests.warm", str(theirs.fileno())]
+        quiet, own = subprocess.DEVNULL, {**os.environ, **ONE_THREAD}
+        process = subprocess.Popen(command, cwd=ROOT, env=own, stdin=quiet, stdout=quiet, pass_fds=[theirs.fileno()])
+
+    def end() -> None:
+        ours.close()
+        process.wait()
+
+    atexit.register(end)
+    return ours
+
+
+def _serve(door: socket.socket) -> list[str]:
+    """Fork for every request. Returns in the forks, as one of them: the words of its command."""
+    while True:
+        request, files, *_ = socket.recv_fds(door, 1 << 20, 3)
+        if not request:
+            os._exit(0)
+        if not os.fork():
+            return _begin(request, *files)
+        for file in files:
+            os.close(file)
+        with suppress(ChildProcessError):  # there is none
+            while os.waitpid(-1, os.WNOHANG)[0]:
+                pass
+
+
+def _begin(request: bytes, out: int, err: int, answer: int) -> list[str]:
+    """Fork once more, wait for that fork and tell its end; in the fork, become the process that was asked for."""
+    pid = os.fork()
+    if pid:
+        with socket.socket(fileno=answer) as asker:
+            asker.send(pid.to_bytes(4, "little"))
+            asker.send(os.waitpid(pid, 0)[1].to_bytes(4, "little"))
+        os._exit(0)
+    words, environment, folder = json.loads(request)
+    for file, number in ((out, 1), (err, 2)):
+        os.dup2(file, number)
+    for file in (out, err, answer):
+        os.close(file)
+    os.environ.clear()
+    os.environ.update(environment)
+    time.tzset()
+    os.chdir(folder)
+    sys.path[0] = folder
+    return list(words)
+
+
+def _import_all() -> None:
+    """Import what most commands import. Nothing that starts a thread: a fork would have its locks, and not the thread."""
+    import robot.run.flight
+
+    import robot.assembly
+    import robot.commands
+    import robot.run.command
+    import robot.run.judge
+    import robot.run.mission
+    import robot.run.report
+    import robot.run.status
+    import robot.sim.kinematic
+    import robot.sim.physics  # noqa: F401
+
+    gc.collect()
+    gc.freeze()
+
+
+def _main() -> None:
+    with socket.socket(fileno=int(sys.argv[1])) as door:
+        _import_all()
+        sys.argv = ["robot", *_serve(door)]
+    runpy.run_module("robot", run_name="__main__", alter_sys=True)
+
+
+if __name__ == "__main__":
+    _main()
