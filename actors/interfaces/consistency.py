@@ -6,9 +6,13 @@ Such messages do travel (a robot may send them), so they are flagged, not refuse
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.interfaces.message import Message
+
+if TYPE_CHECKING:
+    from actors.interfaces.nav_msgs.msg import OccupancyGrid
+    from actors.interfaces.sensor_msgs.msg import Image, JointState, LaserScan, PointCloud2
 
 
 def flaws(message: Message) -> tuple[str, ...]:
@@ -20,14 +24,14 @@ def flaws(message: Message) -> tuple[str, ...]:
     return tuple(f"{type(message).__name__}: {flaw}" for flaw in check(message)) if check is not None else ()
 
 
-def _joint_state(message: Any) -> Iterator[str]:
+def _joint_state(message: JointState) -> Iterator[str]:
     for name in ("position", "velocity", "effort"):
         count = len(getattr(message, name))
         if count not in (0, len(message.name)):
             yield f"{name} has {count} values for {len(message.name)} names; it holds none, or one for each"
 
 
-def _laser_scan(message: Any) -> Iterator[str]:
+def _laser_scan(message: LaserScan) -> Iterator[str]:
     if message.angle_increment:
         beams = round((message.angle_max - message.angle_min) / message.angle_increment) + 1
         # Drivers disagree on whether the last beam of a full turn is counted.
@@ -37,21 +41,21 @@ def _laser_scan(message: Any) -> Iterator[str]:
         yield f"{len(message.intensities)} intensities for {len(message.ranges)} ranges; they are none, or one for each"
 
 
-def _image(message: Any) -> Iterator[str]:
+def _image(message: Image) -> Iterator[str]:
     if message.step * message.height != len(message.data):
         yield f"step {message.step} times height {message.height} is not the {len(message.data)} bytes of data"
     if message.step < message.width:
         yield f"a row of {message.width} pixels does not fit into step {message.step} (bytes in a row)"
 
 
-def _point_cloud(message: Any) -> Iterator[str]:
+def _point_cloud(message: PointCloud2) -> Iterator[str]:
     if message.row_step != message.point_step * message.width:
         yield f"row_step {message.row_step} is not point_step {message.point_step} times width {message.width}"
     if message.row_step * message.height != len(message.data):
         yield f"row_step {message.row_step} times height {message.height} is not the {len(message.data)} bytes of data"
 
 
-def _occupancy_grid(message: Any) -> Iterator[str]:
+def _occupancy_grid(message: OccupancyGrid) -> Iterator[str]:
     cells = message.info.width * message.info.height
     if cells != len(message.data):
         yield f"{message.info.width} x {message.info.height} cells, but {len(message.data)} values"

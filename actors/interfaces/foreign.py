@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import InterfaceClass
 
 __all__ = ["ForeignType", "difference"]
 
@@ -20,7 +23,7 @@ class ForeignType:
         return f"<foreign type {self.__ros_type__}>"
 
 
-def difference(first: Any, second: Any) -> tuple[str, str] | None:
+def difference(first: ForeignType | InterfaceClass, second: ForeignType | InterfaceClass) -> tuple[str, str] | None:
     """How each of two types is called when they are told apart: by its name, or by name and hash if the names are equal; None if they are
     the same. Two types of this process are the same if their names are."""
     if first.__ros_type__ != second.__ros_type__:
@@ -32,7 +35,7 @@ def difference(first: Any, second: Any) -> tuple[str, str] | None:
     return None
 
 
-def _hash_of(kind: Any) -> str:
+def _hash_of(kind: ForeignType | InterfaceClass) -> str:
     if isinstance(kind, ForeignType):
         return kind.type_hash
     from actors.interfaces.hashes import type_hash

@@ -170,7 +170,7 @@ class _Reader:
         name, notes = self._word(), self._taken()
         self._expect("=")
         token = self._next()
-        value: object = self._value(token)
+        value: Any = self._value(token)
         self._expect(";")
         try:
             value = value if kind.base in STRINGS else parse_value(kind, str(value))

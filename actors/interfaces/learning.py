@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, Final, cast
+from typing import TYPE_CHECKING, Final, cast
 
 from msgspec import structs
 
@@ -19,6 +19,10 @@ from actors.interfaces.hashes import ARRAY_OFFSETS, BOUNDED_STRING, NESTED, TYPE
 from actors.interfaces.loading import define as define_one
 from actors.interfaces.naming import Kind, full_name
 from actors.interfaces.parse import PARTS, Definition, DefinitionError, parse
+
+if TYPE_CHECKING:
+    from actors.interfaces.type_description_interfaces import msg
+    from actors.interfaces.type_description_interfaces.srv import GetTypeDescription_Response
 
 __all__ = ["MOST_BYTES", "define", "definitions_of", "read"]
 
@@ -38,13 +42,13 @@ _learnt: set[str] = set()
 _PRIMITIVES: Final = {number: name for name, number in TYPE_IDS.items() if name != "char"}
 
 
-def definitions_of(name: str, answers: Iterable[Any]) -> list[Definition]:
+def definitions_of(name: str, answers: Iterable[GetTypeDescription_Response]) -> list[Definition]:
     """The definitions of a type and of those that it contains, by their sources, or as they are described if these say anything else.
 
     The answers are those of `get_type_description`. See `read` for the order, and for what is not among them. Empty if `name` is not described.
     Raises `InterfaceError` for a description that is none, or beyond all bounds.
     """
-    each: dict[str, Any] = {}
+    each: dict[str, msg.IndividualTypeDescription] = {}
     texts: dict[str, str] = {}
     for answer in answers:
         told = answer.type_description
@@ -147,13 +151,13 @@ def _ordered(definitions: Mapping[str, Definition]) -> list[Definition]:
     return [definitions[name] for name in order]
 
 
-def _definition(individual: Any) -> str:
+def _definition(individual: msg.IndividualTypeDescription) -> str:
     """The definition of one message, without defaults and constants: descriptions have none."""
     fields = [field for field in individual.fields if field.name != PLACEHOLDER]
     return "".join(f"{_spelled(field.type)} {field.name}\n" for field in fields)
 
 
-def _spelled(kind: Any) -> str:
+def _spelled(kind: msg.FieldType) -> str:
     """The type of a field as a definition spells it."""
     array, offset = max(
         ((name, start) for name, start in ARRAY_OFFSETS.items() if start < max(kind.type_id, 1)),

@@ -174,7 +174,7 @@ def _check_statement(name: str, bases: tuple[type, ...], options: dict[str, obje
         )
 
 
-def _default_of(name: str, field: Field, written: object) -> Any:
+def _default_of(name: str, field: Field, written: object) -> object:
     """The default for msgspec: a value, or a factory that hands out one shared value made at its first use."""
     where, kind = f"{name}.{field.name}", field.type
     if kind.is_numeric_array:
@@ -198,14 +198,14 @@ def zero(field: Field) -> bool | int | float | str:
     return 0.0 if base.startswith("float") else False if base == "bool" else 0
 
 
-def _array_default(where: str, field: Field) -> Any:
+def _array_default(where: str, field: Field) -> object:
     from actors.interfaces.arrays import to_array
 
     size = field.type.size if field.type.array == "fixed" else 0
     return to_array(where, field.type, [zero(field)] * size if field.default is None else field.default)
 
 
-def _tuple_default(where: str, field: Field) -> tuple[Any, ...]:
+def _tuple_default(where: str, field: Field) -> tuple[object, ...]:
     from actors.interfaces.check import to_tuple
 
     if field.default is not None:
@@ -214,10 +214,10 @@ def _tuple_default(where: str, field: Field) -> tuple[Any, ...]:
     return (field.message() if field.message else "",) * size if size else ()
 
 
-def _shared(make: Callable[[], object]) -> Callable[[], Any]:
+def _shared(make: Callable[[], object]) -> Callable[[], object]:
     value: object = None
 
-    def get() -> Any:
+    def get() -> object:
         nonlocal value
         if value is None:
             value = make()
@@ -231,7 +231,7 @@ def _check_later(name: str, fields: tuple[Field, ...], invariant: Callable[[Any]
 
     It swaps its own code object: msgspec keeps the function it found when the class was made.
     """
-    scope: dict[str, Any] = {"__builtins__": __builtins__}
+    scope: dict[str, object] = {"__builtins__": __builtins__}
     check = FunctionType(_first_call.__code__, scope, "__post_init__")
 
     def compile_now(message: object) -> None:

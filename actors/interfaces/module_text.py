@@ -125,7 +125,9 @@ class Module:
 
     def _default(self, field: FieldDefinition) -> str:
         if field.type.is_array or field.type.is_message:
-            return f"{self._alias('default')}({'' if field.default is None else _literal(list(field.default))})"
+            return (
+                f"{self._alias('default')}({_literal(list(field.default)) if isinstance(field.default, tuple) else ''})"
+            )
         if field.default is not None:
             return _literal(field.default)
         base = field.type.base

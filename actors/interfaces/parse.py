@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 from textwrap import dedent
-from typing import Any, Final, Literal, NamedTuple, TypeAlias
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 import msgspec
 
@@ -31,6 +31,9 @@ ErrorCode: TypeAlias = Literal[
     "invalid_action_spec",
 ]
 """The sorts of errors in a definition."""
+
+Value: TypeAlias = bool | int | float | str
+"""A primitive as plain data."""
 
 PARTS: dict[Kind, tuple[str, ...]] = {
     "msg": ("",),
@@ -59,7 +62,7 @@ class FieldDefinition(NamedTuple):
 
     name: str
     type: FieldType
-    default: Any
+    default: Value | tuple[Value, ...] | None
     comment: tuple[str, ...]
     unit: str | None
     line: int
@@ -70,7 +73,7 @@ class ConstantDefinition(NamedTuple):
 
     name: str
     type: FieldType
-    value: Any
+    value: Value
     comment: tuple[str, ...]
     unit: str | None
     line: int
@@ -223,7 +226,7 @@ def _parse_line(code: str, package: str, number: int, strict: bool) -> FieldDefi
                 "invalid_member_name", f"{name!r:.200} is not a name for a constant (upper case; '=' makes a constant)"
             )
         kind = FieldType(type_text)
-        return ConstantDefinition(name, kind, parse_value(kind, value), (), None, number)
+        return ConstantDefinition(name, kind, _parse_primitive(kind, value), (), None, number)
     kind = parse_type(type_text, package, strict=strict)
     name, _, default = rest.partition(" ")
     if not (is_field_name(name) if strict else _NAME.fullmatch(name)):
@@ -289,7 +292,7 @@ def _recorded_name(text: str, package: str | None) -> str:
     return "/".join(parts)
 
 
-def parse_value(kind: FieldType, text: str) -> Any:
+def parse_value(kind: FieldType, text: str) -> Value | tuple[Value, ...]:
     """The default or constant `text` as plain data; a tuple for arrays.
 
     Raises:
@@ -311,7 +314,7 @@ def parse_value(kind: FieldType, text: str) -> Any:
     return tuple(_parse_primitive(element, item.strip()) for item in items)
 
 
-def _parse_primitive(kind: FieldType, text: str) -> Any:
+def _parse_primitive(kind: FieldType, text: str) -> Value:
     if kind.base == "bool":
         value = {"true": True, "1": True, "false": False, "0": False}.get(text.lower())
         if value is None:
