@@ -1,6 +1,6 @@
 """The Protocols between a supervisor and the system around it: the life of a child, and the source of lives.
 
-The two meet through these Protocols only, so that either can be replaced (a seam, as Feathers calls it). The state of a child is
+The two meet through these Protocols only, so that either can be replaced. The state of a child is
 stored in one place, its supervisor; all that show it derive it from there, by `RunningSupervisor.state_of`.
 """
 
