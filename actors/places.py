@@ -13,14 +13,16 @@ import sys
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from traceback import StackSummary, TracebackException
-from types import AsyncGeneratorType, CoroutineType, GeneratorType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from types import AsyncGeneratorType, CoroutineType, GeneratorType, TracebackType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 from actors.errors import ActorError, DeclarationError, described
 
 if TYPE_CHECKING:
     import asyncio
-    from types import CodeType, FrameType, TracebackType
+    from types import CodeType, FrameType
+
+E = TypeVar("E", bound=BaseException)
 
 USER, PACKAGE, PYTHON, ACTORS = range(4)
 """The owners of files, the one nearest to the user first."""
@@ -34,6 +36,7 @@ _CARRIER: Final = os.path.join(_OURS, "inbox", "control.py")
 """The file that raises errors on behalf of others: an error whose innermost line is there was never raised anywhere else."""
 _BRINGER: Final = os.path.join(_OURS, "processes", "life.py")
 """The file that raises the errors of other processes: the lines of this process say nothing about them."""
+_OUR_ERRORS: Final = (ActorError, DeclarationError)
 _INSTALLED: Final = ("site-packages", "dist-packages")
 _MACHINERY: Final = frozenset(("anyio", "sniffio"))
 """Installed packages that count as part of Python, as asyncio does."""
@@ -101,28 +104,45 @@ def error_fields(error: BaseException) -> dict[str, Any]:
 def traceback_of(error: BaseException) -> TracebackException | None:
     """The traceback of an error and of its causes for display, each from the user's outermost line on; whole where the user has no line.
 
+    An error that `actors` raised on purpose ends at the user's innermost line, because its text says all.
+
     None for an error that was never raised, and for one that `actors` itself raised: its text says all. The answer holds no frames.
     """
-    if isinstance(error, (ActorError, DeclarationError)) and origin_of(error) is None:
+    if isinstance(error, _OUR_ERRORS) and origin_of(error) is None:
         return None
     whole = TracebackException.from_exception(error, lookup_lines=False)
     if not whole.stack or whole.stack[-1].filename == _CARRIER:
         return None
     if whole.stack[-1].filename == _BRINGER:  # a note of the error tells its lines
         whole.stack.clear()
-    _cut(whole)
+    _cut(whole, error)
     return whole
 
 
 def users_trace(error: BaseException) -> TracebackType | None:
-    """The traceback of an error from the user's outermost line on; all of it where the user has no line.
-
-    None for an error of another process, of which a note tells the lines.
-    """
-    trace, file = error.__traceback__, ""
-    while trace is not None and owner_of(file := trace.tb_frame.f_code.co_filename) != USER:
+    """The lines of `traceback_of` as a new traceback. None for an error of another process, of which a note tells the lines."""
+    steps: list[TracebackType] = []
+    trace = error.__traceback__
+    while trace is not None:
+        steps.append(trace)
         trace = trace.tb_next
-    return trace or (None if file == _BRINGER else error.__traceback__)
+    files = [step.tb_frame.f_code.co_filename for step in steps]
+    shown = _span(files, error)
+    if shown == slice(None) and _BRINGER in files[-1:]:
+        return None
+    cut: TracebackType | None = None
+    for step in reversed(steps[shown]):
+        cut = TracebackType(cut, step.tb_frame, step.tb_lasti, step.tb_lineno)
+    return cut
+
+
+def shortened(error: E) -> E:
+    """The error as it is to be raised to a user: without the lines of `actors` that it has come through, and those of its causes."""
+    cause = error.__cause__
+    while cause is not None:
+        cause.__traceback__ = users_trace(cause)
+        cause = cause.__cause__
+    return error.with_traceback(None)
 
 
 def parked(task: asyncio.Task[Any]) -> list[tuple[object, FrameType]]:
@@ -207,11 +227,25 @@ def _place(code: CodeType, line: int) -> Place:
     return Place(code.co_filename, line, code.co_qualname)
 
 
-def _cut(shown: TracebackException) -> None:
-    """Remove the lines before the user's first one, in this traceback and in those of its causes."""
-    owners = [owner_of(line.filename) for line in shown.stack]
-    if USER in owners:
-        shown.stack = StackSummary.from_list(shown.stack[owners.index(USER) :])
-    for part in (shown.__cause__, shown.__context__, *(shown.exceptions or ())):
-        if part is not None:
-            _cut(part)
+def _cut(shown: TracebackException, error: BaseException) -> None:
+    """Leave only the lines of interest in this traceback, and in those of its causes."""
+    shown.stack = StackSummary.from_list(shown.stack[_span([line.filename for line in shown.stack], error)])
+    members = error.exceptions if isinstance(error, BaseExceptionGroup) else ()
+    for part, its in (
+        (shown.__cause__, error.__cause__),
+        (shown.__context__, error.__context__),
+        *zip(shown.exceptions or (), members, strict=False),
+    ):
+        if part is not None and its is not None:
+            _cut(part, its)
+
+
+def _span(files: list[str], error: BaseException) -> slice:
+    """The lines of a traceback to show: from the user's first, to the last, or to the user's last if `actors` raised `error` on purpose."""
+    owners = [owner_of(file) for file in files]
+    if USER not in owners:
+        return slice(None)
+    end = len(owners)
+    while isinstance(error, _OUR_ERRORS) and owners[end - 1] == ACTORS:
+        end -= 1
+    return slice(owners.index(USER), end)

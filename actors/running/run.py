@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar, cast
 from actors.checks import NoPublicConstructor, create, factory_name
 from actors.errors import DeclarationError, NotRunning
 from actors.logs import INFO, LogSink, structlog_sink
+from actors.places import shortened
 from actors.running.hints import give_hints
 from actors.running.options import ParameterSources, misplaced, options_of, overruled, with_arguments
 from actors.running.signals import interrupt, listen
@@ -23,6 +24,7 @@ from actors.runtime.node import Node
 from actors.runtime.placement import HERE, Placement
 from actors.supervision.child import Child
 from actors.supervision.declarations import Spec
+from actors.supervision.errors import StartFailed
 from actors.supervision.policy import temporary
 from actors.system import System, keep_step, system_here
 
@@ -183,6 +185,8 @@ class Run(metaclass=NoPublicConstructor):
             self._ignore_signals()
             if isinstance(error, NotRunning) and (exit := _exit_for(system)) is not None:
                 raise exit from None
+            if isinstance(error, StartFailed):
+                raise shortened(error)  # noqa: B904 its cause stays
             raise
         self._inside = True
         system.observe(end=self._tree_ended)
@@ -204,7 +208,7 @@ class Run(metaclass=NoPublicConstructor):
                 self._owner.uncancel()
         if error is None or (self._interrupted and isinstance(error, asyncio.CancelledError)):
             if system.failure is not None and not self._told:
-                raise system.failure from system.failure.__cause__
+                raise shortened(system.failure) from system.failure.__cause__
             exit = _exit_for(system)
             # A signal that came during the stop: the body could not react to it.
             late = self._leaving and system.runtime.tree.signal is not None

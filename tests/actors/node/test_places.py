@@ -9,13 +9,15 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from traceback import extract_tb
 
 import anyio
 import numpy as np
 import pytest
 
-from actors import CallTimeout, Child, Node, Supervisor, background, parameter, places
+from actors import CallTimeout, Child, Node, StartFailed, Supervisor, background, parameter, places, publishes, run
 from actors.checks import create
+from actors.errors import WrongType
 from actors.places import (
     ACTORS,
     PACKAGE,
@@ -151,6 +153,29 @@ async def test_a_traceback_begins_at_the_users_first_line_and_goes_down_into_the
         await rig.advance(2.0)
     shown = traceback_of(failure.errors[0])
     assert shown is not None and [line.name for line in shown.stack] == ["wait"]
+
+
+class Mistyped(Node):
+    """Publishes what its topic does not carry."""
+
+    out = publishes(NUMBERS)
+
+    async def on_start(self) -> None:
+        self.out("seven")  # type: ignore[arg-type]
+
+
+async def test_an_error_that_actors_raised_on_purpose_ends_at_the_users_line_in_the_log_and_where_it_is_raised(
+    rig: Rig,
+) -> None:
+    with pytest.raises(StartFailed) as failed:
+        async with run(Mistyped, sinks=()) as system:
+            raise AssertionError(system)
+    cause = failed.value.__cause__
+    assert isinstance(cause, WrongType)
+    shown = traceback_of(cause)
+    assert shown is not None and [line.name for line in shown.stack] == ["on_start"]
+    assert [frame.name for frame in extract_tb(cause.__traceback__)] == ["on_start"]
+    assert [frame.name for frame in extract_tb(failed.value.__traceback__)][1:] == ["__aenter__"]
 
 
 async def test_what_rig_crash_raises_is_at_no_line_of_actors(rig: Rig) -> None:
