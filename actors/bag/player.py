@@ -10,10 +10,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.bag.contents import BagError, BagMessage, BagTopic
+from actors.bag.control_services import serve_player
 from actors.bag.conversion import here
 from actors.bag.options import PlayOptions
 from actors.bag.play_clock import PlayClock
-from actors.bag.player_services import serve_player
 from actors.bag.qos_text import parse_qos_profiles
 from actors.bag.read_ahead import ReadAhead
 from actors.bag.reader import BagReader

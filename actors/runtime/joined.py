@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from actors.supervision.report import Report
     from actors.supervision.running import RunningSupervisor
 
-_PATH: Final = ("/unsupervised",)
+JOINED: Final = ("/unsupervised",)
 """The path of the supervisor. No tree has it, because a name has no '/'."""
 
 
@@ -131,7 +131,7 @@ class JoinedNodes:
         """Begin to run the supervisor of the nodes, unless it runs or has run."""
         tree = self._runtime.tree
         if tree.joined is None:
-            tree.joined = self._master.begin(Supervisor("joined"), self, _PATH)
+            tree.joined = self._master.begin(Supervisor("joined"), self, JOINED)
             tree.joined.task.add_done_callback(lambda _: self._forget_all())
         return tree.joined
 
@@ -153,7 +153,7 @@ class JoinedNodes:
     def _begin(self, child: Child, supervisor: RunningSupervisor) -> tuple[JoinedNode, Caller]:
         """Begin the start of a node. Returns with it the future of the start."""
         id = child.name if not child.namespace else f"{child.namespace.strip('/')}/{child.name}"
-        path = (*_PATH, id)
+        path = (*JOINED, id)
         if (other := self._places.get(path)) is not None and not other.run.over:
             raise DeclarationError(
                 f"a node named {other.record.identity.fqn} is open already: give the second one another name= or namespace="

@@ -26,6 +26,7 @@ from actors.transport.local_services import Services
 from actors.transport.local_side import LocalSide
 from actors.transport.local_topics import LocalPublisher, Topics
 from actors.transport.protocol import PublisherHere, RemoteEndpoint, RemoteNode, Transport, WireUnavailable
+from actors.transport.same_names import SameNames
 from actors.transport.standard_names import standard_publishers, standard_services
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ class Bridge(metaclass=NoPublicConstructor):
         self._side = side = LocalSide(transport, runtime)
         self._nodes: dict[RemoteNode, None] = {}
         """Those of other processes."""
+        self._same_names = SameNames(runtime, self._nodes)
         self._endpoints: dict[bytes, RemoteEndpoint] = {}
         """Those of other processes, by GID."""
         self._topics = Topics(side)
@@ -122,6 +124,7 @@ class Bridge(metaclass=NoPublicConstructor):
             self._graph.watchers.remove(self)
         self._open = False
         self._stats.close()
+        self._same_names.close()
         if self._begun:
             await self._transport.close()
         for endpoint in list(self._endpoints.values()):
@@ -162,6 +165,7 @@ class Bridge(metaclass=NoPublicConstructor):
         """Do nothing: the servers of other processes are announced to all."""
 
     def _ready(self, life: Incarnation) -> None:
+        self._same_names.started(life.fqn)
         with self._representable(life.fqn, life.fqn):
             self._side.node(life.fqn)
             for service in standard_services(life):
@@ -187,8 +191,10 @@ class Bridge(metaclass=NoPublicConstructor):
         """See `Events.node`."""
         if there:
             self._nodes[node] = None
+            self._same_names.appeared(node)
         else:
             self._nodes.pop(node, None)
+            self._same_names.vanished(node)
         self._graph.changed()
 
     def appeared(self, endpoint: RemoteEndpoint) -> None:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 from robot.hardware.sensors import SensorKind
 from tests.figures.crowd_run import WALKERS, Outcome, walk
 from tests.figures.fidelity import add_sensors
 from tests.figures.measurement import heading
-from tests.figures.trials import of_trials
+from tests.figures.trials import of_trials, totals
 
 TRIALS = 10
 SECONDS = 120.0
@@ -27,18 +26,12 @@ ENOUGH = 95.0
 
 def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """The figures of all trials together, as JSON can hold them."""
-    goals, reached = sum(one.goals for one in outcomes), sum(one.reached for one in outcomes)
     return {
         "trials": len(outcomes),
         "minutes": sum(one.seconds for one in outcomes) / 60.0,
-        "goals": goals,
-        "reached": reached,
-        "reached_percent": 100.0 * reached / goals if goals else 0.0,
-        "falls": sum(one.falls for one in outcomes),
         "contacts": sum(len(one.contacts) for one in outcomes),
         "caused": sum(one.caused for one in outcomes),
-        "metres": sum(one.walked for one in outcomes),
-        "outcomes": [asdict(one) for one in outcomes],
+        **totals(outcomes),
     }
 
 

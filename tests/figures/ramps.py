@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from tests.figures.fidelity import add_sensors
 from tests.figures.measurement import heading
 from tests.figures.room_worlds import Room
 from tests.figures.rooms_run import Outcome, walk
-from tests.figures.trials import of_trials
+from tests.figures.trials import of_trials, totals
 
 TRIALS = 20
 SPEED = 0.7
@@ -54,12 +53,8 @@ def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     return {
         "trials": len(outcomes),
         "successes": sum(succeeded(one) for one in outcomes),
-        "falls": sum(one.falls for one in outcomes),
-        "goals": sum(one.goals for one in outcomes),
-        "reached": sum(one.reached for one in outcomes),
         "scraped": sum(bool(one.bumps) for one in outcomes),
-        "metres": sum(one.walked for one in outcomes),
-        "outcomes": [asdict(one) for one in outcomes],
+        **totals(outcomes),
     }
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 from robot.hardware.sensors import SensorKind
@@ -17,7 +16,7 @@ from tests.figures.fidelity import add_sensors
 from tests.figures.measurement import heading
 from tests.figures.room_worlds import room
 from tests.figures.rooms_run import Outcome, walk
-from tests.figures.trials import of_trials
+from tests.figures.trials import of_trials, totals
 
 ROOMS = 100
 SPEED = 1.0
@@ -27,17 +26,11 @@ ENOUGH = 97.0
 
 def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """The figures of all rooms together, as JSON can hold them."""
-    goals, reached = sum(one.goals for one in outcomes), sum(one.reached for one in outcomes)
     return {
         "rooms": len(outcomes),
-        "goals": goals,
-        "reached": reached,
-        "reached_percent": 100.0 * reached / goals,
-        "falls": sum(one.falls for one in outcomes),
         "contacts": sum(bool(one.bumps) for one in outcomes),
-        "metres": sum(one.walked for one in outcomes),
         "fastest": max(one.fastest for one in outcomes),
-        "outcomes": [asdict(one) for one in outcomes],
+        **totals(outcomes),
     }
 
 

@@ -12,7 +12,7 @@ from dataclasses import asdict
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, Protocol, TypeAlias, TypeVar, cast
 
 from cli.command import UsageError
 from robot.run.arguments import parse_seed, whole
@@ -32,6 +32,35 @@ def add_trials(
     parser.add_argument("--seed", type=parse_seed, default=1, help=f"{seed} (default 1)")
     parser.add_argument("--quick", action="store_true", help=quick)
     add_running(parser)
+
+
+class Walked(Protocol):
+    """What the outcomes of walks to goals have in common."""
+
+    @property
+    def goals(self) -> int: ...
+
+    @property
+    def reached(self) -> int: ...
+
+    @property
+    def falls(self) -> int: ...
+
+    @property
+    def walked(self) -> float: ...
+
+
+def totals(outcomes: Sequence[Walked]) -> dict[str, Any]:
+    """The figures of all walks together, as JSON can hold them: goals, falls, metres, and each outcome."""
+    goals, reached = sum(one.goals for one in outcomes), sum(one.reached for one in outcomes)
+    return {
+        "goals": goals,
+        "reached": reached,
+        "reached_percent": 100.0 * reached / goals if goals else 0.0,
+        "falls": sum(one.falls for one in outcomes),
+        "metres": sum(one.walked for one in outcomes),
+        "outcomes": [asdict(cast("Any", one)) for one in outcomes],
+    }
 
 
 def of_trials(

@@ -16,6 +16,7 @@ from pathlib import Path
 from playwright.sync_api import Page, sync_playwright
 
 from tests.site.diagrams import FOLDER, THEMES, diagrams
+from tests.tools import no_arguments
 
 MERMAID = "mermaid@12.3.0"
 DRAWN = """async ([source, theme]) => {
@@ -26,6 +27,7 @@ DRAWN = """async ([source, theme]) => {
 
 def main() -> None:
     """Draw what is not drawn, and remove the pictures of diagrams that are no more."""
+    no_arguments(__doc__)
     wanted = {one.picture(colour): (one.source, theme) for one in diagrams() for colour, theme in THEMES.items()}
     FOLDER.mkdir(exist_ok=True)
     for path in {*FOLDER.iterdir()} - {*wanted}:

@@ -22,6 +22,7 @@ from typing import NamedTuple
 from cli.command import COMMANDS, Exit, added, found
 from cli.parsing import actions_of
 from cli.verb import Group
+from tests.tools import no_arguments
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "reference" / "cli.md"
@@ -155,6 +156,7 @@ DOCTOR = Scene(
 
 def main() -> None:
     """Write them."""
+    no_arguments(__doc__)
     generated = {PAGE: {"verbs": verbs(), "exit codes": codes()}, DOCTORS: {"doctor": transcript([DOCTOR])}}
     for path, parts in generated.items():
         path.write_text(written(path.read_text(encoding="utf-8"), parts), encoding="utf-8")

@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Mapping
 
+from tests.tools import no_arguments
 from tests.tools.cli_docs import ROBACTOR, SCENES, running
 
 RUNS = 10
@@ -28,6 +29,7 @@ COMMANDS = (
 
 def main() -> None:
     """Print a table."""
+    no_arguments(__doc__)
     print(
         f"{'command':<45} {'median ms':>9} {'least':>6} {'most':>6} {'aim':>5} {'CPU ms':>7}   CPython {sys.version.split()[0]}"
     )

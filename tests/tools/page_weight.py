@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.tools import no_arguments
+
 PAGE = Path(__file__).parents[2] / "cli" / "web" / "page"
 SENT = {".html", ".js", ".css", ".svg"}
 """What a browser asks for."""
@@ -30,6 +32,7 @@ def weights(folder: Path = PAGE) -> Iterator[Weight]:
 
 def main() -> None:
     """Print a line for each file, the heaviest first, and their sum."""
+    no_arguments(__doc__)
     found = sorted(weights(), key=lambda one: -one.packed)
     for one in [*found, Weight("all", sum(one.plain for one in found), sum(one.packed for one in found))]:
         print(f"{one.plain:>9,} {one.packed:>9,}  {one.name}")

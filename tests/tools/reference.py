@@ -22,7 +22,7 @@ import actors
 from actors import Action, ActorError, Service, Topic
 from tests.project.surface import NO_CONSTRUCTOR, Surface
 from tests.site.markdown import headlines
-from tests.tools import numbers_table, parameter_table
+from tests.tools import no_arguments, numbers_table, parameter_table
 
 PAGE = Path(__file__).parents[2] / "build" / "reference.md"
 
@@ -438,6 +438,7 @@ def constants(module: ModuleType) -> list[str]:
 
 def main() -> int:
     """Write the page."""
+    no_arguments(__doc__)
     PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(page(), encoding="utf-8")
     print(f"written: {PAGE.name}, {sum(1 for _ in entries())} entries")

@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from argparse import ArgumentParser
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -207,13 +208,17 @@ def masked(page: str) -> list[str]:
     return lines
 
 
-def main(names: Sequence[str]) -> None:
+def main() -> None:
     """Write the pages."""
-    for name in names or PAGES:
+    parser = ArgumentParser(
+        prog="python -m tests.tools.tutorial_pages", description="Write what the commands of docs/start print."
+    )
+    parser.add_argument("pages", nargs="*", metavar="PAGE", help=f"of {', '.join(PAGES)} (all)")
+    for name in parser.parse_args().pages or PAGES:
         path = FOLDER / name
         path.write_text(played(path.read_text(encoding="utf-8"), earlier(name)), encoding="utf-8")
         print(f"{path.relative_to(ROOT)} is written", flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

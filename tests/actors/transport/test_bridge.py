@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from typing import Any
 
 import pytest
 
@@ -53,6 +54,35 @@ async def test_nodes_of_other_processes_are_listed_with_host_and_process(hosts: 
         ("/talker", "running", "", 0),
     ]
     assert [node.name for node in other.system.snapshot().nodes if node.state == "elsewhere"] == ["/rig", "/talker"]
+
+
+async def test_two_nodes_of_one_name_are_logged_once_on_both_sides_when_that_lasts(hosts: Hosts) -> None:
+    first = await hosts.start(Talker, Child(Listener, name="_hidden"))
+    second = await hosts.start(Talker, Child(Listener, name="_hidden"))
+
+    def lines() -> list[list[Any]]:
+        return [
+            [line.fields["node_name"] for line in events(rig.logs, "another process has a node of this name")]
+            for rig in (first, second)
+        ]
+
+    await first.advance(9.0)
+    assert lines() == [[], []]
+    await first.advance(2.0)
+    assert lines() == [["/talker"], ["/talker"]]
+    third = await hosts.start(Talker)
+    await first.advance(11.0)
+    assert lines() == [["/talker"], ["/talker"]]
+    assert len(events(third.logs, "another process has a node of this name")) == 1
+
+
+async def test_a_process_that_takes_the_place_of_a_crashed_one_is_no_second_node_of_its_name(hosts: Hosts) -> None:
+    crashed = await hosts.start(Talker)
+    instead = await hosts.start(Talker)
+    await instead.advance(5.0)
+    hosts.lose(crashed)
+    await instead.advance(20.0)
+    assert events(instead.logs, "another process has a node of this name") == []
 
 
 async def test_a_snapshot_says_what_was_exchanged_with_the_endpoints_of_other_processes(hosts: Hosts) -> None:

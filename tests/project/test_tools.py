@@ -1,0 +1,29 @@
+"""Programs for developers that write files: asked for help, they write none."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+import pytest
+
+PROGRAMS = (
+    "tests.tools.cli_docs",
+    "tests.tools.cli_speed",
+    "tests.tools.page_weight",
+    "tests.tools.reference",
+    "tests.tools.tutorial_pages",
+)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+@pytest.mark.parametrize(("argument", "code"), [("--help", 0), ("--no-such-option", 2)])
+def test_a_program_that_takes_no_options_says_what_it_does_and_does_nothing(
+    program: str, argument: str, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", [program, argument])
+    with pytest.raises(SystemExit) as ended:
+        importlib.import_module(program).main()
+    assert ended.value.code == code
+    shown = capsys.readouterr()
+    assert f"usage: python -m {program}" in shown.out + shown.err
