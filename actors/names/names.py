@@ -173,12 +173,6 @@ def fully_qualified(namespace: str, name: str) -> str:
     return f"/{name}" if namespace in ("/", "") else f"{namespace}/{name}"
 
 
-def split_fully_qualified(full: str) -> tuple[str, str]:
-    """The namespace and name of a fully qualified node name: ``/ns/node`` -> ``('/ns', 'node')``."""
-    namespace, _, name = full.rpartition("/")
-    return namespace or "/", name
-
-
 def logger_name(full: str) -> str:
     """The logger name of a node with this fully qualified name: ``/ns/node`` -> ``ns.node``."""
     return full.removeprefix("/").replace("/", ".")

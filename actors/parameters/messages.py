@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final, NamedTuple
 
 from actors.errors import described
-from actors.interfaces import ServiceType, type_name
+from actors.interfaces import ServiceType
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.parameters.descriptor import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -239,6 +239,3 @@ PARAMETER_SERVICES: Final = (
     ParameterService("set_parameters_atomically", srv.SetParametersAtomically, set_parameters_atomically),
 )
 """The services of every node, with the QoS profile `parameters`."""
-
-SERVICE_TYPES: Final = {service.name: type_name(service.type) for service in PARAMETER_SERVICES}
-"""Service name -> full type name, such as get_parameters -> rcl_interfaces/srv/GetParameters."""

@@ -16,7 +16,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from robot.navigation.unmapped import SHEET, WALKING, Tuning
 from robot.run.arguments import parse_seed
 from tests.figures.barn_run import Backend, Ended, Outcome, run
 from tests.figures.barn_worlds import BarnWorld, find_worlds
@@ -24,6 +23,7 @@ from tests.figures.fidelity import IDEAL, Fidelity, add_fidelity
 from tests.figures.levels import Metric
 from tests.figures.measurement import Measurement, Result, add_running, heading
 from tests.figures.trials import each
+from tests.figures.unmapped import SHEET, WALKING, Tuning
 
 _BOUNDS = {"kinematic": (0.25, 0.48, 0.495), "physics": (0.15, 0.32, 0.45)}
 """Of the score: acceptable, good, excellent."""

@@ -21,13 +21,13 @@ from robot.model.actuators import MOTOR_DELAY
 from robot.model.modes import Mode
 from robot.model.parameters import SIT_HEIGHT, STAND_HEIGHT
 from robot.navigation.motion import Motion, State
-from robot.navigation.unmapped import SHEET, WALKING, Tuning, unmapped_navigator
 from robot.sim.kinematic import KinematicBody
 from robot.sim.physics import PhysicsBody
 from robot.sim.simulation import Simulation
 from tests.figures.barn_sight import Level, Leveled, Sight
 from tests.figures.barn_worlds import BarnWorld
 from tests.figures.fidelity import IDEAL, Fidelity
+from tests.figures.unmapped import SHEET, WALKING, Tuning, unmapped_navigator
 
 Backend = Literal["physics", "kinematic"]
 Ended = Literal["success", "collision", "fall", "time-out", "gave up"]

@@ -20,13 +20,13 @@ from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.msg import GoalReport, MotorPower
 from robot.model.actuators import MOTOR_DELAY
 from robot.model.power import electrical_power
-from robot.planning.leg_energy import RouteEnergy, turning
 from robot.run.judge import Judge, Score
 from robot.run.mission import DOCK_GOAL
 from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.tree import robot_tree
 from tests.figures.fidelity import Fidelity
+from tests.figures.leg_energy import RouteEnergy, turning
 
 LOW, ENOUGH = 30.0, 50.0
 """Per cent of charge at which the robot goes to the dock, and leaves it again."""

@@ -20,11 +20,11 @@ from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 
 from cli.command import UsageError
-from robot.navigation.unmapped import SHEET
 from robot.run.arguments import whole
 from tests.figures.barn_run import LIMIT, Outcome, run
 from tests.figures.field_worlds import PASSAGE, field_world
 from tests.figures.measurement import Measurement, Result
+from tests.figures.unmapped import SHEET
 
 FIRST_SEED: Final = 9001
 """Of the held-out worlds; the tests' are below 1000."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
+import runpy
 import sys
+from pathlib import Path
 
 import pytest
 
+ROOT = Path(__file__).parents[2]
 PROGRAMS = (
     "tests.tools.cli_docs",
     "tests.tools.cli_speed",
@@ -23,7 +25,7 @@ def test_a_program_that_takes_no_options_says_what_it_does_and_does_nothing(
 ) -> None:
     monkeypatch.setattr(sys, "argv", [program, argument])
     with pytest.raises(SystemExit) as ended:
-        importlib.import_module(program).main()
+        runpy.run_path(str(ROOT / f"{program.replace('.', '/')}.py"), run_name="__main__")
     assert ended.value.code == code
     shown = capsys.readouterr()
     assert f"usage: python -m {program}" in shown.out + shown.err

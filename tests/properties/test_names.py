@@ -68,11 +68,6 @@ def test_the_cached_expansion_agrees_with_the_plain_one(text: str) -> None:
     assert answer(None) == answer({})
 
 
-@given(words, namespaces)
-def test_a_full_node_name_splits_into_its_parts(node: str, namespace: str) -> None:
-    assert names.split_fully_qualified(names.fully_qualified(namespace, node)) == (namespace, node)
-
-
 @given(relative)
 def test_hidden_means_that_some_word_begins_with_an_underscore(name: str) -> None:
     hidden = any(word.startswith("_") for word in name.split("/"))

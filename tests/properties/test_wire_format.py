@@ -82,11 +82,6 @@ PAIRS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any], Callable[[A
     "key": (data_keys, keys.write_key, keys.parse_key),
     "qos": (profiles, qos.write_qos, qos.parse_qos),
     "backends": (backends, buffers.write_backends, buffers.parse_backends),
-    "buffer key": (
-        st.builds(buffers.BufferKey, data_keys, st.none() | gids),
-        buffers.write_buffer_key,
-        buffers.parse_buffer_key,
-    ),
     "node token": (nodes, tokens.write_token, tokens.parse_token),
     "endpoint token": (endpoints, tokens.write_token, tokens.parse_token),
     "attachment": (

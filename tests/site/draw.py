@@ -27,7 +27,6 @@ DRAWN = """async ([source, theme]) => {
 
 def main() -> None:
     """Draw what is not drawn, and remove the pictures of diagrams that are no more."""
-    no_arguments(__doc__)
     wanted = {one.picture(colour): (one.source, theme) for one in diagrams() for colour, theme in THEMES.items()}
     FOLDER.mkdir(exist_ok=True)
     for path in {*FOLDER.iterdir()} - {*wanted}:
@@ -59,4 +58,5 @@ def drawn(page: Page, source: str, theme: str) -> str:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

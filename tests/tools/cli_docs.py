@@ -156,7 +156,6 @@ DOCTOR = Scene(
 
 def main() -> None:
     """Write them."""
-    no_arguments(__doc__)
     generated = {PAGE: {"verbs": verbs(), "exit codes": codes()}, DOCTORS: {"doctor": transcript([DOCTOR])}}
     for path, parts in generated.items():
         path.write_text(written(path.read_text(encoding="utf-8"), parts), encoding="utf-8")
@@ -296,4 +295,5 @@ def masked(terminal: str) -> list[str]:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

@@ -29,7 +29,6 @@ COMMANDS = (
 
 def main() -> None:
     """Print a table."""
-    no_arguments(__doc__)
     print(
         f"{'command':<45} {'median ms':>9} {'least':>6} {'most':>6} {'aim':>5} {'CPU ms':>7}   CPython {sys.version.split()[0]}"
     )
@@ -55,4 +54,5 @@ def _spent() -> float:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

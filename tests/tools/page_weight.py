@@ -32,11 +32,11 @@ def weights(folder: Path = PAGE) -> Iterator[Weight]:
 
 def main() -> None:
     """Print a line for each file, the heaviest first, and their sum."""
-    no_arguments(__doc__)
     found = sorted(weights(), key=lambda one: -one.packed)
     for one in [*found, Weight("all", sum(one.plain for one in found), sum(one.packed for one in found))]:
         print(f"{one.plain:>9,} {one.packed:>9,}  {one.name}")
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

@@ -438,7 +438,6 @@ def constants(module: ModuleType) -> list[str]:
 
 def main() -> int:
     """Write the page."""
-    no_arguments(__doc__)
     PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(page(), encoding="utf-8")
     print(f"written: {PAGE.name}, {sum(1 for _ in entries())} entries")
@@ -446,4 +445,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     sys.exit(main())

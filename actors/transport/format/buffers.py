@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 from actors.transport.format.errors import refuse
 from actors.transport.format.gids import GID_SIZE
-from actors.transport.format.keys import DataKey, parse_key, write_key
+from actors.transport.format.keys import DataKey, write_key
 
 
 class Backend(NamedTuple):
@@ -87,14 +87,3 @@ def write_buffer_key(key: BufferKey) -> str:
             raise refuse(key.gid, "a GID", f"it has {GID_SIZE} bytes")
         below = f"_buf/{key.gid.hex()}"
     return f"{write_key(key.data_key)}/{below}"
-
-
-def parse_buffer_key(text: str) -> BufferKey:
-    """Parse a key below a data key. Raises WireFormatError."""
-    key, _, last = text.rpartition("/")
-    if last == "_buf_cpu":
-        return BufferKey(parse_key(key), None)
-    key, _, below = key.rpartition("/")
-    if below != "_buf" or not re.fullmatch(rf"[0-9a-f]{{{2 * GID_SIZE}}}", last):
-        raise refuse(text, "a key for buffers", "it would end with /_buf_cpu or with /_buf/ and a GID in hex")
-    return BufferKey(parse_key(key), bytes.fromhex(last))

@@ -15,14 +15,12 @@ def test_a_node_in_a_namespace_has_a_full_name_and_a_logger() -> None:
     full = names.fully_qualified(namespace, "lidar")
 
     assert full == "/front/lidar"
-    assert names.split_fully_qualified(full) == ("/front", "lidar")
     assert names.logger_name(full) == "front.lidar"
     assert names.child_logger_name("front.lidar", "driver") == "front.lidar.driver"
 
 
 def test_a_node_in_the_root_has_no_double_slash() -> None:
     assert names.fully_qualified(names.normalize_namespace(""), "lidar") == "/lidar"
-    assert names.split_fully_qualified("/lidar") == ("/", "lidar")
     assert names.logger_name("/lidar") == "lidar"
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from actors import Parameter, SetResult
+from actors.interfaces import type_name
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.parameters import (
@@ -94,7 +95,7 @@ def test_an_event_says_who_when_and_what() -> None:
 
 
 def test_the_six_services_are_named_below_the_node() -> None:
-    assert wire.SERVICE_TYPES == {
+    assert {service.name: type_name(service.type) for service in wire.PARAMETER_SERVICES} == {
         "describe_parameters": "rcl_interfaces/srv/DescribeParameters",
         "get_parameter_types": "rcl_interfaces/srv/GetParameterTypes",
         "get_parameters": "rcl_interfaces/srv/GetParameters",

@@ -19,7 +19,6 @@ def fully_qualified(vector: Vector) -> None:
     namespace = names.normalize_namespace(vector["input"]["namespace"])
     full = names.fully_qualified(namespace, vector["input"]["name"])
     expected(vector["expect"], namespace=namespace, fully_qualified_name=full, logger_name=names.logger_name(full))
-    same("split", names.split_fully_qualified(full), (namespace, vector["input"]["name"]))
 
 
 def child_logger(vector: Vector) -> None:

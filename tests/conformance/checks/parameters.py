@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from actors import Parameter, SetResult
+from actors.interfaces import type_name
 from actors.parameters import (
     CallbackHandle,
     InvalidParameterName,
@@ -24,7 +25,6 @@ from actors.parameters import (
 )
 from actors.parameters.messages import (
     PARAMETER_SERVICES,
-    SERVICE_TYPES,
     from_descriptor,
     from_result,
     from_value,
@@ -116,6 +116,9 @@ def _evaluated(given: dict[str, Any]) -> Any:
 
 def _cli_value(given: dict[str, Any], expect: dict[str, Any]) -> None:
     compare(typed(parse_parameter("p", given["text"])), expect)
+
+
+SERVICE_TYPES = {service.name: type_name(service.type) for service in PARAMETER_SERVICES}
 
 
 def _parameter_service(given: dict[str, Any], expect: dict[str, Any]) -> None:

@@ -12,10 +12,10 @@ import pytest
 from cli.command import UsageError
 from robot.geometry.planar import Pose2
 from robot.navigation.motion import State
-from robot.navigation.unmapped import unmapped_grid
 from tests.figures.__main__ import main
 from tests.figures.barn_run import Walk, run, score
 from tests.figures.barn_worlds import find_worlds, read_world
+from tests.figures.unmapped import unmapped_grid
 
 
 def write(folder: Path, index: int = 7, **changes: Any) -> Path:

@@ -13,12 +13,12 @@ import pytest
 
 from robot.navigation.follow_config import FollowerConfig
 from robot.navigation.navigator_config import NavigatorConfig
-from robot.navigation.unmapped import SHEET
 from tests.figures import sensitivity
 from tests.figures.__main__ import main
 from tests.figures.barn_run import Ended, Outcome, Walk
 from tests.figures.field_worlds import field_world
 from tests.figures.sensitivity import LEFT_OUT, THRESHOLDS, difference, scaled, value_of, wilson
+from tests.figures.unmapped import SHEET
 
 stats: Any = importlib.import_module("scipy.stats")  # it has no types
 

@@ -9,7 +9,7 @@ import pytest
 
 from robot.geometry.planar import Pose2
 from robot.planning.energy import walking_energy
-from robot.planning.leg_energy import LegEnergy, RouteEnergy, turning
+from tests.figures.leg_energy import LegEnergy, RouteEnergy, turning
 
 
 def walks(seed: int, count: int) -> list[tuple[float, float]]:

@@ -6,7 +6,7 @@ with the length L of the path and the turning T along it, from the heading at it
 is typical of the robot (`robot.model.power`), and are fitted to the walks that have been made by recursive least squares.
 
 Who walks a route again remembers what it took: what the law does not know of, such as waiting for the way or slowing down between shelves, is
-the same then. Equations: docs/concepts/control.md#energy-of-a-leg.
+the same then. The robot itself decides by what is typical (`robot.planning.energy`).
 """
 
 from __future__ import annotations

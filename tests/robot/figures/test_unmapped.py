@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from robot.geometry.planar import Pose2
 from robot.model.footprint import Footprint
 from robot.navigation.motion import State
-from robot.navigation.unmapped import SHEET, WALKING, Tuning, unmapped_grid, unmapped_navigator
 from robot.planning.planner import Margins
+from tests.figures.unmapped import SHEET, WALKING, Tuning, unmapped_grid, unmapped_navigator
 
 poses = st.builds(Pose2, st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.floats(-3.0, 3.0))
 
