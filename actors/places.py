@@ -121,7 +121,11 @@ def traceback_of(error: BaseException) -> TracebackException | None:
 
 def users_trace(error: BaseException) -> TracebackType | None:
     """The lines of `traceback_of` as a new traceback. None for an error of another process, of which a note tells the lines."""
-    steps = list(_steps(error))
+    steps: list[TracebackType] = []
+    trace = error.__traceback__
+    while trace is not None:
+        steps.append(trace)
+        trace = trace.tb_next
     files = [step.tb_frame.f_code.co_filename for step in steps]
     shown = _span(files, error)
     if shown == slice(None) and _BRINGER in files[-1:]:
@@ -206,13 +210,6 @@ def _filed(file: str) -> tuple[int, str]:
             package = parts[len(parts) - parts[::-1].index(folder)].removesuffix(".py")
             return (PYTHON if package in _MACHINERY else PACKAGE), package
     return (PYTHON if file.startswith((_PYTHON, "<frozen ")) else USER), ""
-
-
-def _steps(error: BaseException) -> Iterator[TracebackType]:
-    trace = error.__traceback__
-    while trace is not None:
-        yield trace
-        trace = trace.tb_next
 
 
 def _wrapped(awaitable: object) -> Any:

@@ -6,11 +6,12 @@ import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Generator
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Protocol, cast
 
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, ActionPeer, GoalFollower, Outcome
 from actors.checks import NoPublicConstructor
+from actors.contracts.contracts import F, G, R
 from actors.errors import (
     ActionUnavailable,
     GoalAborted,
@@ -26,11 +27,7 @@ from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action
-    from actors.interfaces.message import Message
 
-G = TypeVar("G", bound="Message")
-R = TypeVar("R", bound="Message")
-F = TypeVar("F", bound="Message")
 
 FEEDBACK_DEPTH = 10
 """The number of feedbacks that a client keeps. A slow reader loses the oldest, and the loss is counted."""

@@ -7,18 +7,15 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from actors.checks import NoPublicConstructor
+from actors.contracts.contracts import F, M, R
 from actors.errors import ActorError
 
 if TYPE_CHECKING:
     from actors.actions.client import Goal
     from actors.actions.goals import GoalStatus
-    from actors.interfaces.message import Message
     from actors.runtime.node import Node
     from actors.topics.stream import Stream
 
-M = TypeVar("M", bound="Message")
-R = TypeVar("R", bound="Message")
-F = TypeVar("F", bound="Message")
 T = TypeVar("T")
 
 

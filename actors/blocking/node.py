@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.blocking.handles import BlockingGoal, BlockingStream
 from actors.checks import NoPublicConstructor, create
+from actors.contracts.contracts import F, G, M, R, Req, Resp
 from actors.errors import ActorError, Ended, NotRunning
 from actors.logs import LogSink, structlog_sink
 from actors.running import run as running
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from actors.actions.client import Goal
     from actors.contracts.content_filter import ContentFilter
     from actors.contracts.contracts import Action, Service, Topic
-    from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.parameters.values import SetResult
     from actors.qos.policies import QoS
@@ -39,12 +39,6 @@ if TYPE_CHECKING:
     from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
 
-M = TypeVar("M", bound="Message")
-G = TypeVar("G", bound="Message")
-R = TypeVar("R", bound="Message")
-F = TypeVar("F", bound="Message")
-Req = TypeVar("Req", bound="Message")
-Resp = TypeVar("Resp", bound="Message")
 T = TypeVar("T")
 
 

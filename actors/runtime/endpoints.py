@@ -11,13 +11,13 @@ from collections.abc import Callable, Coroutine, Iterable, Mapping
 from functools import partial
 from operator import attrgetter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from actors.actions.client import DIRECT, Goal
 from actors.actions.driver import GoalHandlers
 from actors.actions.server import ActionServer
 from actors.checks import create
-from actors.contracts.contracts import Service
+from actors.contracts.contracts import F, G, M, R, Req, Resp, Service
 from actors.errors import DeclarationError
 from actors.parameters.declare import INTROSPECTION
 from actors.parameters.descriptor import ParameterDescriptor
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Topic
     from actors.graph.graph import TopicEntry
     from actors.graph.servers import ServiceEntry
-    from actors.interfaces.message import Message
     from actors.qos.overriding import Overriding
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.interceptor import Interceptor
@@ -56,12 +55,6 @@ if TYPE_CHECKING:
     from actors.topics.handler import Handler
     from actors.topics.publisher import Publisher
 
-M = TypeVar("M", bound="Message")
-G = TypeVar("G", bound="Message")
-R = TypeVar("R", bound="Message")
-F = TypeVar("F", bound="Message")
-Req = TypeVar("Req", bound="Message")
-Resp = TypeVar("Resp", bound="Message")
 
 NOTHING: Final[Mapping[Any, Any]] = MappingProxyType({})
 """What nodes have in the place of empty tables, each of which would take a hundredth of what a node takes."""

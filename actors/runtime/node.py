@@ -17,7 +17,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from actors.checks import create
-from actors.contracts.contracts import check_reading, checked_concurrency
+from actors.contracts.contracts import F, G, M, R, Req, Resp, check_reading, checked_concurrency
 from actors.errors import DeclarationError, NotStarted
 from actors.places import claim
 from actors.qos import of
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from actors.actions.client import Goal
     from actors.contracts.content_filter import ContentFilter
     from actors.contracts.contracts import Action, Service, Topic
-    from actors.interfaces.message import Message
     from actors.logs import NodeLog
     from actors.parameters.descriptor import ParameterDescriptor
     from actors.parameters.values import Parameter, SetResult
@@ -48,12 +47,6 @@ if TYPE_CHECKING:
     from actors.topics.publisher import Publisher
     from actors.topics.stream import Stream
 
-M = TypeVar("M", bound="Message")
-G = TypeVar("G", bound="Message")
-R = TypeVar("R", bound="Message")
-F = TypeVar("F", bound="Message")
-Req = TypeVar("Req", bound="Message")
-Resp = TypeVar("Resp", bound="Message")
 P = ParamSpec("P")
 T = TypeVar("T")
 

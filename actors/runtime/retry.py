@@ -8,9 +8,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Final, overload
 
-from actors.contracts.contracts import Service
+from actors.contracts.contracts import F, G, R, Req, Resp, Service
 from actors.errors import (
     ActionUnavailable,
     ActorError,
@@ -24,14 +24,8 @@ from actors.supervision.policy import Backoff
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Action
-    from actors.interfaces.message import Message
     from actors.runtime.node import Node
 
-G = TypeVar("G", bound="Message")
-R = TypeVar("R", bound="Message")
-F = TypeVar("F", bound="Message")
-Req = TypeVar("Req", bound="Message")
-Resp = TypeVar("Resp", bound="Message")
 
 PASSING: Final[tuple[type[ActorError], ...]] = (
     GoalAborted,

@@ -5,19 +5,16 @@ from __future__ import annotations
 import asyncio
 from asyncio import current_task
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic
 
+from actors.contracts.contracts import Req, Resp
 from actors.errors import WrongType
 from actors.services.peers import Caller, ServiceName, ServicePeer, refuse_cycle, refuse_other_type
 from actors.time.deadlines import check_timeout
 
 if TYPE_CHECKING:
     from actors.contracts.contracts import Service
-    from actors.interfaces.message import Message
     from actors.services.peers import ServiceCall, Submit
-
-Req = TypeVar("Req", bound="Message")
-Resp = TypeVar("Resp", bound="Message")
 
 
 class Client(Generic[Req, Resp]):

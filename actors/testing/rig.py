@@ -24,6 +24,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 from actors.checks import create
+from actors.contracts.contracts import F, G, M, R, Req, Resp
 from actors.errors import NotStarted
 from actors.logs import DEBUG, LogRecord
 from actors.places import awaited_in
@@ -48,7 +49,6 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Service, Topic
     from actors.hosts.placing import Hosts
     from actors.hosts.simulated import SimulatedHosts
-    from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.running.options import ParameterSources
     from actors.running.run import Observer
@@ -59,12 +59,6 @@ if TYPE_CHECKING:
     from actors.supervision.report import Report
     from actors.transport.protocol import Transport
 
-M = TypeVar("M", bound="Message")
-G = TypeVar("G", bound="Message")
-R = TypeVar("R", bound="Message")
-F = TypeVar("F", bound="Message")
-Req = TypeVar("Req", bound="Message")
-Resp = TypeVar("Resp", bound="Message")
 N = TypeVar("N", bound=Node)
 O = TypeVar("O", bound="Observer")  # noqa: E741
 

@@ -14,7 +14,6 @@
 
 from __future__ import annotations
 
-from actors.tf2.asking import Instant
 from actors.tf2.broadcasters import TF, TF_STATIC, StaticTransformBroadcaster, TransformBroadcaster
 from actors.tf2.buffer import FRAMES, Buffer
 from actors.tf2.buffer_client import LOOKUP, BufferClient
@@ -33,6 +32,7 @@ from actors.tf2.errors import (
 )
 from actors.tf2.geometry import do_transform
 from actors.tf2.listener import TransformListener
+from actors.tf2.lookups import Instant
 from actors.tf2.message_filter import FilterFailureReason, MessageFilter
 from actors.tf2.quaternions import Quad, Triple
 from actors.tf2.transform import Transform, stamped

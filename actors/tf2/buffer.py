@@ -12,7 +12,6 @@ from actors.interfaces.message import Message
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.tf2_msgs.srv import FrameGraph, FrameGraph_Request, FrameGraph_Response
 from actors.tf2 import description
-from actors.tf2.asking import WAIT, Instant, comes, header_of, instant_asked, refuse_wait, seconds_of
 from actors.tf2.description import Frame
 from actors.tf2.errors import (
     ConnectivityException,
@@ -23,6 +22,7 @@ from actors.tf2.errors import (
 )
 from actors.tf2.frame_tree import FrameTree
 from actors.tf2.geometry import do_transform
+from actors.tf2.lookups import WAIT, AsyncLookups, Instant, header_of, instant_asked, refuse_wait, seconds_of
 from actors.tf2.quaternions import Triple
 from actors.tf2.transform import Transform, stamped
 from actors.tf2.velocity import velocity_in
@@ -47,7 +47,7 @@ AVERAGED = 0.1
 """The default of the time over which a velocity is averaged, seconds."""
 
 
-class Buffer:
+class Buffer(AsyncLookups):
     """Transforms between frames over the last `cache_time` seconds, or `Duration`.
 
     Between two transforms of a frame it interpolates: linearly in place, by slerp in rotation. It never extrapolates. If it is given a
@@ -276,42 +276,6 @@ class Buffer:
     """The name of tf2_ros for a future of the same."""
     wait_for_transform_full_async = lookup_transform_full_async
     """The name of tf2_ros for a future of the same."""
-
-    async def can_transform_async(
-        self, target_frame: str, source_frame: str, time: Instant = None, *, timeout: float | Duration | None = WAIT
-    ) -> bool:
-        """Whether `lookup_transform_async` has an answer in time."""
-        return await comes(self.lookup_transform_async(target_frame, source_frame, time, timeout=timeout))
-
-    async def can_transform_full_async(
-        self,
-        target_frame: str,
-        target_time: Instant,
-        source_frame: str,
-        source_time: Instant,
-        fixed_frame: str,
-        *,
-        timeout: float | Duration | None = WAIT,
-    ) -> bool:
-        """Whether `lookup_transform_full_async` has an answer in time."""
-        asked = target_frame, target_time, source_frame, source_time, fixed_frame
-        return await comes(self.lookup_transform_full_async(*asked, timeout=timeout))
-
-    async def transform_async(self, message: M, target_frame: str, *, timeout: float | Duration | None = WAIT) -> M:
-        """As `transform`, but wait as `lookup_transform_async` does."""
-        return await self._wait(lambda: self.transform(message, target_frame), timeout)
-
-    async def transform_full_async(
-        self,
-        message: M,
-        target_frame: str,
-        target_time: Instant,
-        fixed_frame: str,
-        *,
-        timeout: float | Duration | None = WAIT,
-    ) -> M:
-        """As `transform_full`, but wait as `lookup_transform_async` does."""
-        return await self._wait(lambda: self.transform_full(message, target_frame, target_time, fixed_frame), timeout)
 
     async def _wait(self, lookup: Callable[[], T], timeout: float | Duration | None) -> T:
         end: float | None = None

@@ -14,7 +14,6 @@ from actors.interfaces.geometry_msgs.msg import TransformStamped
 from actors.interfaces.message import Message
 from actors.interfaces.tf2_msgs.action import LookupTransform, LookupTransform_Goal
 from actors.interfaces.tf2_msgs.msg import TF2Error
-from actors.tf2.asking import WAIT, Instant, comes, header_of, instant_asked, seconds_of
 from actors.tf2.errors import (
     ConnectivityException,
     ExtrapolationException,
@@ -23,7 +22,7 @@ from actors.tf2.errors import (
     TimeoutException,
     TransformException,
 )
-from actors.tf2.geometry import do_transform
+from actors.tf2.lookups import WAIT, AsyncLookups, Instant, instant_asked, seconds_of
 from actors.time.deadlines import check_timeout
 from actors.time.values import Duration, stamp_of
 
@@ -51,7 +50,7 @@ PADDING = 2.0
 """The default of how much longer than the server the client waits, seconds."""
 
 
-class BufferClient:
+class BufferClient(AsyncLookups):
     """Asks the buffer server of that name, a `BufferServer` or that of ROS 2, for a node that keeps no transforms itself.
 
     The methods are those of a `Buffer` that wait, and raise what theirs raise, and `TimeoutException` when the server does not answer
@@ -68,7 +67,7 @@ class BufferClient:
         return f"<BufferClient of {self._action.name}>"
 
     async def lookup_transform_async(
-        self, target_frame: str, source_frame: str, time: Instant = None, *, timeout: float | Duration = WAIT
+        self, target_frame: str, source_frame: str, time: Instant = None, *, timeout: float | Duration | None = WAIT
     ) -> TransformStamped:
         """As `Buffer.lookup_transform_async`."""
         goal = LookupTransform.Goal(target_frame=target_frame, source_frame=source_frame, source_time=_stamp(time))
@@ -82,7 +81,7 @@ class BufferClient:
         source_time: Instant,
         fixed_frame: str,
         *,
-        timeout: float | Duration = WAIT,
+        timeout: float | Duration | None = WAIT,
     ) -> TransformStamped:
         """As `Buffer.lookup_transform_full_async`."""
         goal = LookupTransform.Goal(
@@ -95,47 +94,9 @@ class BufferClient:
         )
         return await self._ask(goal, timeout)
 
-    async def can_transform_async(
-        self, target_frame: str, source_frame: str, time: Instant = None, *, timeout: float | Duration = WAIT
-    ) -> bool:
-        """Whether `lookup_transform_async` has an answer in time."""
-        return await comes(self.lookup_transform_async(target_frame, source_frame, time, timeout=timeout))
-
-    async def can_transform_full_async(
-        self,
-        target_frame: str,
-        target_time: Instant,
-        source_frame: str,
-        source_time: Instant,
-        fixed_frame: str,
-        *,
-        timeout: float | Duration = WAIT,
-    ) -> bool:
-        """Whether `lookup_transform_full_async` has an answer in time."""
-        asked = target_frame, target_time, source_frame, source_time, fixed_frame
-        return await comes(self.lookup_transform_full_async(*asked, timeout=timeout))
-
-    async def transform_async(self, message: M, target_frame: str, *, timeout: float | Duration = WAIT) -> M:
-        """As `Buffer.transform_async`."""
-        header = header_of(message)
-        there = await self.lookup_transform_async(target_frame, header.frame_id, header.stamp, timeout=timeout)
-        return do_transform(message, there)
-
-    async def transform_full_async(
-        self,
-        message: M,
-        target_frame: str,
-        target_time: Instant,
-        fixed_frame: str,
-        *,
-        timeout: float | Duration = WAIT,
-    ) -> M:
-        """As `Buffer.transform_full_async`."""
-        header = header_of(message)
-        asked = target_frame, target_time, header.frame_id, header.stamp, fixed_frame
-        return do_transform(message, await self.lookup_transform_full_async(*asked, timeout=timeout))
-
-    async def _ask(self, goal: LookupTransform_Goal, timeout: float | Duration) -> TransformStamped:
+    async def _ask(self, goal: LookupTransform_Goal, timeout: float | Duration | None) -> TransformStamped:
+        if timeout is None:
+            raise ValueError("timeout=None: a buffer server is asked for a time; give seconds")
         check_timeout("a lookup of a transform", seconds := seconds_of(timeout))
         patience = seconds + self._padding
         goal = goal.replace(timeout=Duration(seconds=seconds).to_msg())

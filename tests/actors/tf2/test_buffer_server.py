@@ -105,6 +105,8 @@ async def test_the_errors_are_those_of_a_buffer(rig: Rig) -> None:
             await client.lookup_transform_async(target, "camera", timeout=0)
     with pytest.raises(ExtrapolationException, match="after the last known transform"):
         await client.lookup_transform_async("map", "cart", rig.system.clock.stamp(9.0), timeout=0.5)
+    with pytest.raises(ValueError, match="timeout=None: a buffer server is asked for a time"):
+        await client.lookup_transform_async("map", "cart", timeout=None)
 
 
 async def test_a_server_that_is_not_there_is_late(rig: Rig) -> None:
