@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from typing import Any, TypeAlias, TypeVar, cast
+from typing import Any, Final, TypeAlias, TypeVar, cast
 
 from actors.interfaces.cdr_decode import Decoder, compile_decoder
 from actors.interfaces.cdr_encode import compile_encoder
@@ -18,6 +18,8 @@ from actors.interfaces.message import Message
 M = TypeVar("M", bound=Message)
 Bytes: TypeAlias = bytes | bytearray | memoryview
 """Encoded messages, as `decode` takes them."""
+
+UNUSUAL: Final = (CdrError, struct.error, InterfaceError)
 
 _encoders: dict[tuple[type[Message], WStrings], Callable[[Any], bytes]] = {}
 _decoders: dict[tuple[type[Message], WStrings, str], Decoder] = {}
@@ -75,20 +77,12 @@ def encoder(cls: type[M]) -> Callable[[M], bytes]:
     return _encoder(cls, "zenoh")
 
 
-def decoder(cls: type[M]) -> Callable[[bytes], M | None]:
-    """What `decode` does for messages of one type as they usually come. It returns None for all others, of which `decode` says what they are."""
-    read = _decoder(cls, "zenoh", "<")
+def decoder(cls: type[M]) -> Callable[[bytes, int], M]:
+    """What `decode` does for messages of one type as they usually come, from the data and their length.
 
-    def decoded(data: bytes) -> M | None:
-        if data.startswith(b"\x00\x01"):
-            try:
-                message: M = read(data, len(data))
-                return message
-            except (CdrError, struct.error, InterfaceError):
-                pass
-        return None
-
-    return decoded
+    It raises one of `UNUSUAL` for all others, of which `decode` says what they are.
+    """
+    return _decoder(cls, "zenoh", "<")
 
 
 def _check_header(cls: type[Message], data: bytes) -> None:

@@ -32,7 +32,11 @@ Decoder = Callable[[bytes, int], Any]
 
 
 def compile_decoder(cls: type[Message], wstrings: WStrings, order: str) -> Decoder:
-    """A function `(data, len(data)) -> message` for data in byte order `<` or `>`. It skips the header unread."""
+    """A function `(data, len(data)) -> message` for data in byte order `<` or `>`.
+
+    It raises CdrError for a header that does not say this order, and for what is inconsistent; struct.error for data that end too early, and
+    InterfaceError for values that the type does not allow.
+    """
     source = _Decoder(wstrings, order)
     text = source.text(cls)
     holder: dict[str, Any] = {}
@@ -45,6 +49,10 @@ def _too_long(where: str, count: int, at: int, end: int) -> NoReturn:
     raise CdrError(f"{where}: a length of {count} at byte {at - 4} goes beyond the end of the data ({end} bytes)")
 
 
+def _other_header(where: str) -> NoReturn:
+    raise CdrError(f"{where}: the header is not that of plain CDR in this byte order")
+
+
 def _over_bound(where: str, count: int, bound: int) -> NoReturn:
     raise CdrError(f"{where}: {count} elements, but at most {bound} are allowed")
 
@@ -54,20 +62,28 @@ class _Decoder:
 
     def __init__(self, wstrings: WStrings, order: str) -> None:
         self.order = order
-        self.scope: dict[str, Any] = {"TOO_LONG": _too_long, "OVER_BOUND": _over_bound}
+        self.scope: dict[str, Any] = {
+            "TOO_LONG": _too_long,
+            "OVER_BOUND": _over_bound,
+            "OTHER_HEADER": _other_header,
+        }
         self.scope["WIDE"] = partial(decode_wide, form=wstrings, order=order)
         self.wide_factor = wide_size(1, wstrings)
         self.lines: list[str] = []
         self.indent = 1
         self.at: Position = START
-        self.layout: str = ""
-        self.names: list[str] = []
-        self.size: int = 0
+        # The header is read with the first run.
+        self.layout: str = "H2x"
+        self.names: list[str] = ["h"]
+        self.size: int = HEADER
         self.count = 0
+        self.check = ""
+        """What follows the first run."""
 
     def text(self, cls: type[Message]) -> str:
         """The whole source."""
-        self.line(f"i = {HEADER}")
+        self.line("i = 0")
+        self.check = f"if h != {0x100 if self.order == '<' else 0}: OTHER_HEADER({cls.__ros_type__!r})"
         result = self.message(cls, cls.__name__)
         self.flush()
         self.line(f"return {result}")
@@ -114,6 +130,9 @@ class _Decoder:
         if self.names:
             unpack = self.constant("S", struct.Struct(self.order + self.layout).unpack_from)
             self.line(f"{', '.join(self.names)}, = {unpack}(d, i)")
+            if self.check:
+                self.line(self.check)
+                self.check = ""
         if self.size:
             self.line(f"i += {self.size}")
         self.layout, self.names, self.size = "", [], 0
@@ -164,7 +183,7 @@ class _Decoder:
         self.line(f"    j = i + {count}")
         self.line(f"    if j > e: TOO_LONG({where!r}, {count}, i, e)")
         # Others have been seen to leave out the NUL, and to send what is not UTF-8; rclpy reads both the same way.
-        self.line(f"    {text} = str(d[i : j - 1] if d[j - 1] == 0 else d[i:j], 'utf-8', 'replace')")
+        self.line(f"    {text} = (d[i : j - 1] if d[j - 1] == 0 else d[i:j]).decode('utf-8', 'replace')")
         self.line("    i = j")
         self.at = UNKNOWN
         return text

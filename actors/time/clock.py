@@ -26,7 +26,7 @@ class Clock(metaclass=NoPublicConstructor):
     It has no public constructor: `Node.clock` and `System.clock` are one.
     """
 
-    __slots__ = ("_epoch", "_epoch_ns", "_has_cheap_sleep", "_loop", "_origin", "virtual")
+    __slots__ = ("_epoch", "_epoch_ns", "_has_cheap_sleep", "_loop", "_origin", "_since_ns", "virtual")
 
     def __init__(self, loop: asyncio.AbstractEventLoop, *, virtual: bool) -> None:
         self._loop = loop
@@ -35,6 +35,9 @@ class Clock(metaclass=NoPublicConstructor):
         epoch: float | None = getattr(loop, "epoch", None)
         self._epoch = epoch if epoch is not None else 0.0 if virtual else time.time()
         self._epoch_ns = round(self._epoch * 1e9)
+        counted = getattr(loop.time, "__func__", loop.time) in (time.monotonic, asyncio.BaseEventLoop.time)
+        self._since_ns = round(self._origin * 1e9) if counted else None
+        """The origin on the clock that counts nanoseconds, if it is the loop's."""
         self.virtual = virtual
 
     def __repr__(self) -> str:
@@ -64,9 +67,9 @@ class Clock(metaclass=NoPublicConstructor):
 
     def wall_ns(self) -> int:
         """`wall()` in whole nanoseconds."""
-        return self._epoch_ns + round(
-            (self._loop.time() - self._origin) * 1e9
-        )  # a message of another process costs one
+        if self._since_ns is not None:  # a message of another process costs one: this takes half the time
+            return self._epoch_ns + time.monotonic_ns() - self._since_ns
+        return self._epoch_ns + round((self._loop.time() - self._origin) * 1e9)
 
     def wall_ns_at(self, now: float) -> int:
         """What `wall_ns()` was or will be when `now()` is `now`."""

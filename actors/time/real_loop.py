@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import sys
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
@@ -91,6 +91,12 @@ if sys.platform == "linux":
         def __init__(self, selector: _PreciseSelector) -> None:
             super().__init__(selector)
             self.waking = selector.waking
+
+        def _read_from_self(self) -> None:
+            # asyncio reads until a call fails because nothing is left. What is left here wakes the loop again.
+            asyncios: Any = self
+            with suppress(BlockingIOError, InterruptedError):
+                asyncios._process_self_data(asyncios._ssock.recv(4096))
 
         def run_forever(self) -> None:
             with _sharp_timers():

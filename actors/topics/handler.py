@@ -85,6 +85,17 @@ class HandlerSubscription(Subscription[M]):
         elif inbox.watch is None and inbox.current is not None:
             inbox.wake()
 
+    def deliver_all(self, messages: list[M]) -> None:
+        """Receive messages that have come together."""
+        if len(self.messages) + len(messages) > self.limit:
+            for message in messages:
+                self.deliver(message)
+            return
+        self.received += len(messages)
+        self.messages.extend(messages)
+        self.inbox.items.extend([self] * len(messages))
+        self.inbox.wake()
+
     def take_over(self, node: Participant, handler: Handler[M], filter: ContentFilter | None = None) -> None:
         """Deliver to a new incarnation of the node from now on, including the messages that wait already.
 
@@ -210,6 +221,10 @@ class ConcurrentSubscription(HandlerSubscription[M]):
         if not self.limit:
             self.messages, self.limit = deque(), self.depth
             self.inbox.queue()
+
+    def deliver_all(self, messages: list[M]) -> None:
+        for message in messages:
+            self.deliver(message)
 
     def _announce(self, count: int) -> None:
         """Do nothing: `start` handles the messages that wait."""

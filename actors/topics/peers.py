@@ -24,6 +24,17 @@ A publisher with a lifespan passes each message as an `actors.inbox.expiring.Exp
 """
 
 
+@runtime_checkable
+class DeliversAll(Protocol):
+    """A subscription to which several messages can be delivered at once."""
+
+    def deliver(self, message: Any) -> None: ...
+
+    def deliver_all(self, messages: list[Any]) -> None:
+        """Do what `deliver` does with each of them."""
+        ...
+
+
 class Participant(Protocol):
     """What the graph requires of a node."""
 

@@ -14,7 +14,7 @@ from actors.qos.policies import Liveliness
 from actors.topics.endpoint import nanoseconds
 from actors.topics.peers import PublisherPeer, Target
 from actors.transport.format.tokens import EndpointKind
-from actors.transport.protocol import EndpointHere, PublisherHere, RemoteEndpoint, Wait
+from actors.transport.protocol import EndpointHere, PublisherHere, RemoteEndpoint, Take, Wait
 from actors.transport.remote_topics import RemotePublisher, RemoteSubscription
 from actors.transport.types_here import type_info
 
@@ -76,10 +76,12 @@ class _Sender:
         except UnicodeEncodeError:
             self._unencodable(message)
             return
-        # Messages that were not sent have numbers, too. The first term is for those kept from before, and for one published meanwhile.
-        self._sent = max(self._sent + 1, self.publisher.count - self._unnumbered)
+        number = self.publisher.count - self._unnumbered  # messages that were not sent have numbers, too
+        if number <= self._sent:  # one that was kept from before, or was published meanwhile
+            number = self._sent + 1
+        self._sent = number
         self.sent_bytes += len(payload)
-        self._put(payload, self._sent, self._wall_ns())
+        self._put(payload, number, self._wall_ns())
 
     def _unencodable(self, message: Any) -> None:
         publisher = self.publisher
@@ -109,6 +111,21 @@ class _Nobody:
         """Do nothing: there is nobody to tell."""
 
 
+class _Taking:
+    """Takes what other processes publish, one by one or together: `protocol.TakesTogether`."""
+
+    def __init__(self, publishers: dict[bytes, RemotePublisher], take: Take) -> None:
+        self._publishers = publishers
+        self._take = take
+
+    def __call__(self, *message: Any) -> Wait | None:
+        return self._take(*message)
+
+    def together(self, takers: tuple[SubscriptionPeer, ...], gid: bytes, number: int, payloads: list[bytes]) -> bool:
+        publisher = self._publishers.get(gid)
+        return publisher is not None and publisher.arrived_together(number, payloads, takers)
+
+
 class Topics:
     """The topics of one system on the network.
 
@@ -131,6 +148,7 @@ class Topics:
         """Those of other processes, by GID: all of them, and the publishers."""
         self._left: dict[bytes, dict[SubscriptionPeer, int]] = {}
         """By the GID of a publisher that is not there any more, and may only be out of reach: what each subscription had received last."""
+        self._taking = _Taking(self._publishers, self._arrived)
 
     # -- publishers of this process -----------------------------------------------------------------------------------------
 
@@ -197,7 +215,7 @@ class Topics:
     def subscription_joined(self, subscription: SubscriptionPeer) -> None:
         """Show a subscription, and receive for it what other processes publish. Raises WireFormatError."""
         side, name, qos = self._side, subscription.entry.name, subscription.qos
-        arrived = self._arrived_where_all_is_kept if qos.keep_all and qos.reliable else self._arrived
+        arrived = self._arrived_where_all_is_kept if qos.keep_all and qos.reliable else self._taking
         self._fed_by[subscription] = side.participant.subscription(
             side.node(subscription.node.fqn), name, type_info(subscription.type), qos, arrived,
             subscription, subscription.patience,

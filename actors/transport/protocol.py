@@ -23,7 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple, Protocol, TypeAlias
+from typing import Any, Final, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 from actors.qos.policies import QoS
 from actors.transport.format.tokens import EndpointKind
@@ -152,6 +152,19 @@ Take: TypeAlias = Callable[[tuple[Any, ...], bytes, int, int, bytes, float | Non
 
 Its arguments are the takers for whom it is, the GID of its publisher, its number among the messages of that publisher from 1, when it was sent (nanoseconds
 since 1970), its payload, and when it arrived, in seconds on the loop's clock, if it has waited since then."""
+
+
+@runtime_checkable
+class TakesTogether(Protocol):
+    """A `Take` that can take many messages in less time than one after the other."""
+
+    def __call__(
+        self, takers: tuple[Any, ...], gid: bytes, number: int, source_time: int, payload: bytes, since: float | None
+    ) -> Wait | None: ...
+
+    def together(self, takers: tuple[Any, ...], gid: bytes, number: int, payloads: list[bytes]) -> bool:
+        """Take messages of one publisher, numbered from `number` on. Whether it has: if not, they are to be given one by one."""
+        ...
 
 
 class Handle(Protocol):

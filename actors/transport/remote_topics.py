@@ -8,12 +8,13 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.inbox.expiring import ExpiringMessage
-from actors.interfaces.cdr import decoder
+from actors.interfaces.cdr import UNUSUAL, decoder
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.qos.policies import Liveliness
 from actors.topics.endpoint import nanoseconds
 from actors.topics.lazy_message import LazyMessage, UndecodedTarget
+from actors.topics.peers import DeliversAll
 from actors.transport.sequence_numbers import SequenceNumbers
 
 if TYPE_CHECKING:
@@ -30,14 +31,10 @@ _MOST_KEPT: Final = 10_000
 """So many messages of one publisher are kept at most, whatever it says of itself."""
 
 
-def _never(payload: bytes) -> None:
-    """What a publisher decodes with before it has an only match."""
-
-
 class _Match:
     """A matched subscription of this process, with what it has received of one publisher."""
 
-    __slots__ = ("numbers", "subscription", "target", "undecoded", "unread")
+    __slots__ = ("deliver_all", "numbers", "subscription", "target", "undecoded", "unread")
 
     def __init__(self, subscription: SubscriptionPeer, target: Target, last: int | None) -> None:
         self.subscription = subscription
@@ -46,6 +43,10 @@ class _Match:
         self.target = target
         self.undecoded = target.undecoded if isinstance(target, UndecodedTarget) else None
         """What is called in place of `target` if the subscription needs no object."""
+        self.deliver_all: Callable[[list[Any]], None] | None = None
+        """What can be called in place of `target` with several messages."""
+        if isinstance(subscription, DeliversAll) and target == subscription.deliver:  # else something stands before it
+            self.deliver_all = subscription.deliver_all
         self.unread = 0
         """How many have come since the last one that could not be decoded, and so have been counted as lost."""
 
@@ -105,8 +106,8 @@ class RemotePublisher:
         self._matched: dict[SubscriptionPeer, _Match | None] = {}
         self._taps: tuple[Callable[[Any], None], ...] = ()
         self._only: _Match | None = None
+        self._only_takers: tuple[SubscriptionPeer, ...] = ()
         self._plain = self._lifespan is None and not qos.transient_local
-        self._decode: Callable[[bytes], Any] = _never
 
     def __repr__(self) -> str:
         return f"<publisher of {self.entry.name} [{self.type.__ros_type__}] in {self.node.fqn}, elsewhere: {self.count} arrived>"
@@ -144,19 +145,18 @@ class RemotePublisher:
         if self._shows_itself:
             self._show_alive()
         only = self._only
-        if (
-            only is not None
-            and number - 1 == (numbers := only.numbers).last
-            and len(subscriptions) == 1
-            and subscriptions[0] is only.subscription
-            and (decoded := self._decode(payload)) is not None  # else it is written in an unusual way, or is none
-        ):
-            numbers.last = self._numbers.last = number
-            only.unread = 0
-            self._passing = payload, only.subscription.type, source_time, since, decoded
-            only.target(decoded)
-            self._passing = None
-            return
+        if only is not None and number - 1 == only.numbers.last and subscriptions is self._only_takers:
+            try:
+                decoded = self._decode(payload, len(payload))
+            except UNUSUAL:
+                pass
+            else:
+                only.numbers.last = self._numbers.last = number
+                only.unread = 0
+                self._passing = payload, only.subscription.type, source_time, since, decoded
+                only.target(decoded)
+                self._passing = None
+                return
         takers = [
             (each, match)
             for each in subscriptions
@@ -191,15 +191,42 @@ class RemotePublisher:
             if message is not None:
                 for tap in self._taps:
                     tap(message)
-        self._only = self._only_match(takers, number)
+        self._only = self._only_match(takers, number, subscriptions)
 
-    def _only_match(self, takers: list[tuple[SubscriptionPeer, _Match]], number: int) -> _Match | None:
+    def arrived_together(self, number: int, payloads: list[bytes], subscriptions: tuple[SubscriptionPeer, ...]) -> bool:
+        """Deliver messages, numbered from `number` on, if they need nothing but to be decoded for an only subscription. Whether they did."""
+        only = self._only
+        if (
+            only is None
+            or only.deliver_all is None
+            or number - 1 != only.numbers.last
+            or subscriptions is not self._only_takers
+            or self._shows_itself
+        ):
+            return False
+        decode = self._decode
+        try:
+            messages = [decode(payload, len(payload)) for payload in payloads]
+        except UNUSUAL:
+            return False
+        self.carried_bytes += sum(map(len, payloads))
+        only.numbers.last = self._numbers.last = number + len(payloads) - 1
+        only.unread = 0
+        only.deliver_all(messages)
+        return True
+
+    def _only_match(
+        self, takers: list[tuple[SubscriptionPeer, _Match]], number: int, subscriptions: tuple[SubscriptionPeer, ...]
+    ) -> _Match | None:
         """The match whose subscription alone takes the next message, after one with this number, and takes it as an object."""
         _, match = takers[0]
-        plain = self._plain and not self._taps and len(self._matched) == 1 and match.undecoded is None
+        plain = (
+            self._plain and not self._taps and len(self._matched) == len(subscriptions) == 1 and match.undecoded is None
+        )
         if not plain or self._numbers.last != number:
             return None
-        self._decode = decoder(match.subscription.type)
+        self._decode: Callable[[bytes, int], Any] = decoder(match.subscription.type)
+        self._only_takers = subscriptions
         self.kept.clear()
         self._order.clear()
         return match

@@ -21,7 +21,17 @@ def installed(*packages: str) -> Path:
     folder = kept / f"npm-{hashlib.sha256(' '.join(packages).encode()).hexdigest()[:12]}"
     if not (folder / "ready").exists():
         folder.mkdir(parents=True, exist_ok=True)
-        command = ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", "--prefix", str(folder), *packages]
+        command = [
+            "npm",
+            "install",
+            "--no-audit",
+            "--no-fund",
+            "--ignore-scripts",
+            "--fetch-retries=1",
+            "--prefix",
+            str(folder),
+            *packages,
+        ]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             pytest.skip(f"the packages cannot be installed: {done.stderr.strip()[-200:]}")

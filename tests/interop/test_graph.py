@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -12,7 +13,7 @@ from actors.interfaces import type_hash
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Char, String
 from actors.transport.format.qos import write_qos
-from tests.interop.parties import Ours, Program, until
+from tests.interop.parties import PATIENCE, Ours, Program, until
 from tests.interop.test_services import ADD, add
 
 pytestmark = [pytest.mark.interop, pytest.mark.realtime]
@@ -24,13 +25,11 @@ NODES = {"with_zenoh_ros2_sdk": "/sdk_talker", "with_pyzeros": "/third/pyzeros_n
 every_program = pytest.mark.parametrize("program", tuple(NODES))
 
 
-async def _told(there: Program, what: str, **whom: str) -> Any:
-    """What the SDK sees of a topic or service with endpoints of both kinds, or the last of three answers: tokens come one by one."""
-    info: Any = None
-    for _ in range(3):
-        info = await there.do(what, **whom)
-        if info and all(value for key, value in info.items() if key.endswith("_count")):
-            break
+async def _told(there: Program, what: str, *needed: str, **whom: str) -> Any:
+    """What the SDK sees of a topic or service, as soon as it sees what is needed: tokens come one by one."""
+    async with asyncio.timeout(PATIENCE):
+        while not (info := await there.do(what, **whom)) or not all(info[name] for name in needed):
+            pass
     return info
 
 
@@ -39,13 +38,13 @@ async def test_the_sdk_sees_our_nodes_topics_and_services(ours: Ours, start: Sta
     ours.listen(WORDS)
     ours.node.serve(ADD, add)
     there = await start("with_zenoh_ros2_sdk")
-    seen = await _told(there, "service_info", service="/math/add")
+    seen = await _told(there, "service_info", "servers", service="/math/add")
 
     end = {"node_name": "robot", "node_namespace": "/ours", "gid": None}
     service = {**end, "service_type": "example_interfaces/srv/AddTwoInts", "type_hash": type_hash(AddTwoInts)}
     assert seen["servers"] == [{**service, "qos": "::,10:,:,:,,"}]
     topic = {**end, "topic_type": TYPE, "type_hash": type_hash(String), "qos": write_qos(WORDS.qos)}
-    seen = await _told(there, "topic_info", topic="/some/words")
+    seen = await _told(there, "topic_info", "publishers", "subscribers", topic="/some/words")
     assert (seen["publishers"], seen["subscribers"]) == ([topic], [topic])
     assert {"/some/words", "/rosout", "/parameter_events"} <= {name for name, _ in await there.do("topics")}
     services = dict(await there.do("services"))
@@ -56,7 +55,7 @@ async def test_the_sdk_sees_our_nodes_topics_and_services(ours: Ours, start: Sta
 async def test_what_we_close_is_gone_there(ours: Ours, start: StartProgram) -> None:
     publisher = ours.node.publisher(WORDS)
     there = await start("with_zenoh_ros2_sdk")
-    await _told(there, "topic_info", topic="/some/words")
+    await _told(there, "topic_info", "publishers", topic="/some/words")
 
     publisher.close()
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from actors.transport.dds.format.qos import EndpointQos
+from actors.transport.protocol import TakesTogether
 
 if TYPE_CHECKING:
     from actors.transport.dds.domain import Domain
@@ -97,6 +98,9 @@ class Receiver:
         """Writer and time of the last messages, if writers keep some."""
         self._repeated: frozenset[tuple[bytes, int]] = frozenset()
         """Those that came before a writer was lost."""
+        self._together: Callable[..., bool] | None = None
+        if self._kept is None and not self._patient and isinstance(take, TakesTogether):
+            self._together = take.together
         self._names = names
         self._qos = qos
         self.heir: Subscription | None = None
@@ -123,6 +127,8 @@ class Receiver:
 
     def _arrived(self, samples: list[Sample]) -> None:
         numbers, take, patient, kept = self._numbers, self._take, self._patient, self._kept
+        if self._together is not None and self._take_together(self._together, samples):
+            return
         for payload, writer, stamp, _, since in samples:
             if not self.takers:  # the last one has gone while others were called
                 return
@@ -134,6 +140,17 @@ class Receiver:
             if number == 1 and len(numbers) > _MOST_WRITERS:
                 numbers.popitem(last=False)
             take(self.takers, writer, number, stamp, payload, since if patient else None)
+
+    def _take_together(self, together: Callable[..., bool], samples: list[Sample]) -> bool:
+        """Hand over several samples of one writer that is known. Whether it was done."""
+        writer, takers = samples[0].writer, self.takers
+        number = self._numbers.get(writer)
+        if number is None or not takers or len(samples) == 1 or any(sample.writer != writer for sample in samples):
+            return False
+        if not together(takers, writer, number + 1, [sample.payload for sample in samples]):
+            return False
+        self._numbers[writer] = number + len(samples)
+        return True
 
     def _changed(self, status: Status) -> None:
         if status.kind == "matched" and status.change <= 0 and self._kept is not None:

@@ -25,6 +25,7 @@ from actors.transport.format.gids import GID_SIZE
 _LAYOUT: Final = struct.Struct("<qqB16s")
 _NUMBERS: Final = struct.Struct("<qq")
 _unpack: Final = _LAYOUT.unpack_from
+_number: Final = struct.Struct("<q").unpack_from
 ATTACHMENT_SIZE: Final = _LAYOUT.size
 """The size of an attachment without extension, in bytes."""
 
@@ -85,6 +86,15 @@ def attached(data: bytes) -> tuple[int, int, bytes]:
     except struct.error:
         pass
     raise refuse(data, "an attachment", f"it has at least {ATTACHMENT_SIZE} bytes, of which number 16 is {GID_SIZE}")
+
+
+def in_order(attachments: list[bytes]) -> tuple[int, bytes] | None:
+    """The first number, and the GID, in the attachments of messages that follow each other; None if their numbers do not.
+
+    All but the numbers and the times is as in the first of them. Raises WireFormatError for that one."""
+    first, _, gid = attached(attachments[0])
+    numbers = [_number(each)[0] for each in attachments]
+    return (first, gid) if numbers == list(range(first, first + len(numbers))) else None
 
 
 def parse_attachment(data: bytes) -> Attachment:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from actors.transport import protocol
 from actors.transport.format.attachments import (
@@ -12,6 +12,7 @@ from actors.transport.format.attachments import (
     attached,
     attacher,
     attaching,
+    in_order,
     parse_attachment,
     write_attachment,
 )
@@ -132,6 +133,37 @@ class _Receiver:
         self.takers: tuple[object, ...] = ()
         """Those of the endpoints, as each message needs them."""
         self.handles: list[Handle] = []
+
+
+class _ArrivingAlone:
+    """What takes the samples of a receiver."""
+
+    def __init__(self, receiver: _Receiver, take: Take, events: protocol.Events) -> None:
+        self._receiver = receiver
+        self._take = take
+        self._events = events
+
+    def __call__(self, sample: Sample) -> Wait | None:
+        key, payload, attachment, since = sample
+        try:
+            number, source_time, gid = attached(attachment)
+        except WireFormatError as error:  # dropped, as in ROS 2
+            self._events.unreadable("an attachment cannot be read", key, error, key=key)
+            return None
+        return self._take(self._receiver.takers, gid, number, source_time, payload, since)
+
+
+class _Arriving(_ArrivingAlone):
+    """The same for one that takes many messages at once, too: `keyed.TakesTogether`."""
+
+    _take: Any
+
+    def together(self, payloads: list[bytes], attachments: list[bytes]) -> bool:
+        try:
+            ordered = in_order(attachments)
+        except WireFormatError:
+            return False
+        return ordered is not None and self._take.together(self._receiver.takers, ordered[1], ordered[0], payloads)
 
 
 class _Subscription:
@@ -298,7 +330,8 @@ class KeyedParticipant:
         if receiver is None:
             receiver = self._receivers[group] = _Receiver()
             keys = [write_key(key)] + ([write_buffer_key(BufferKey(key, None))] if backends else [])
-            arrived = self._arriving(receiver, take)
+            arriving = _Arriving if isinstance(take, protocol.TakesTogether) else _ArrivingAlone
+            arrived = arriving(receiver, take, self._events)
             receiver.handles += [self._keys.subscribe(one, delivery, arrived) for one in keys]
         receiver.endpoints[subscription] = taker
         receiver.takers = tuple(receiver.endpoints.values())
@@ -316,18 +349,6 @@ class KeyedParticipant:
             del self._receivers[group]
             for handle in receiver.handles:
                 handle.close()
-
-    def _arriving(self, receiver: _Receiver, take: Take) -> keyed.Take:
-        def arrived(sample: Sample) -> Wait | None:
-            key, payload, attachment, since = sample
-            try:
-                number, source_time, gid = attached(attachment)
-            except WireFormatError as error:  # dropped, as in ROS 2
-                self._events.unreadable("an attachment cannot be read", key, error, key=key)
-                return None
-            return take(receiver.takers, gid, number, source_time, payload, since)
-
-        return arrived
 
     def server(self, node: NodeHere, name: str, type: TypeInfo, qos: QoS, take: Callable[[Request], None]) -> _Server:
         endpoint = self._endpoint(node, EndpointKind.SERVER, name, type, qos)

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 from actors.transport.format.tokens import ALL_GRAPHS, graph_of
 from actors.transport.protocol import Failed, Handle, Link, NoAnswer, Wait
@@ -78,6 +78,17 @@ class Sample(NamedTuple):
 
 Take: TypeAlias = Callable[[Sample], Wait | None]
 """What is called with a sample, and returns what the next one should wait for, if it may not be lost."""
+
+
+@runtime_checkable
+class TakesTogether(Protocol):
+    """A `Take` that can take many samples in less time than one after the other."""
+
+    def __call__(self, sample: Sample) -> Wait | None: ...
+
+    def together(self, payloads: list[bytes], attachments: list[bytes]) -> bool:
+        """Take samples, at least one, of one sender, whose attachments end alike. Whether it has: if not, they are to be given one by one."""
+        ...
 
 
 class Replied(NamedTuple):

@@ -6,19 +6,20 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from math import inf
 from time import perf_counter
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
-from actors.transport.keyed.protocol import Delivery, Sample, Take
+from actors.transport.keyed.protocol import Delivery, Sample, Take, TakesTogether
 from actors.transport.protocol import Wait
 from actors.transport.wakeup import Wakeup
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.contact import Contacts, Source
 from actors.transport.zenoh.library import keep_thread_state
 from actors.transport.zenoh.memory import LARGE
-from actors.transport.zenoh.traffic import Traffic
+from actors.transport.zenoh.traffic import GID, Traffic
 
 _KEEP_ALL: Final = 1000
 """The least number of samples that a KEEP_ALL queue holds before it holds the sender back."""
@@ -27,6 +28,9 @@ _PATIENCE: Final = 1.0
 _PAUSE: Final = 0.001
 """Seconds for which a full KEEP_ALL queue holds Zenoh's thread back, and so every sender: at first, and for each sample after that. So what comes from
 others on the link is late, but not held back for as long as a reader hangs; the queue grows meanwhile."""
+
+_TOGETHER: Final = 64
+"""The most samples that are passed on together; all of them have about as many bytes as a large one, at most."""
 
 _sample: Final[Callable[[tuple[str, bytes, bytes, float | None]], Sample]] = partial(tuple.__new__, Sample)  # pyright: ignore[reportUnknownMemberType]
 """Makes a `Sample` in half the time that its class takes."""
@@ -65,7 +69,8 @@ class Subscription:
         self._wakeup = wakeup
         self._time = wakeup.time
         self._traffic = traffic
-        self._queue: deque[tuple[objects.Sample, float | None]] = deque()
+        self._queue: deque[Any] = deque()
+        """Samples; those of a patient one in pairs with the times of their arrival."""
         self._posted = False
         self._patience = 0.0 if delivery.history else delivery.patience
         self._post = wakeup.post_patiently if self._patience else wakeup.post
@@ -73,8 +78,10 @@ class Subscription:
         self._most = max(delivery.depth, _KEEP_ALL) if delivery.keep_all else 2 * delivery.depth + delivery.history
         self._room = threading.Event()
         self._hangs = False
-        self._large = False
-        """Whether the last sample was: it is handled before the next one is copied, so that its memory is still in the processor's cache then."""
+        self._size = 0
+        """Of the last sample. A large one is handled before the next one is copied, so that its memory is still in the processor's cache then."""
+        plain = not (self._patience or delivery.history or delivery.keep_all)
+        self._together = take.together if plain and isinstance(take, TakesTogether) else None
         self._held = False
         """Whether a thread waits for room, or has given it up."""
         self._paused: asyncio.Task[None] | None = None
@@ -95,7 +102,7 @@ class Subscription:
                 self._wait_for_room()
             else:
                 self._drop_oldest()
-        self._queue.append((sample, self._time() if self._patience else None))
+        self._queue.append((sample, self._time()) if self._patience else sample)
         if not self._posted:
             keep_thread_state()
             self._posted = True
@@ -126,10 +133,10 @@ class Subscription:
 
     def _drop_oldest(self) -> None:
         try:
-            oldest, _ = self._queue.popleft()
+            oldest = self._queue.popleft()
         except IndexError:  # the loop was faster
             return
-        self._traffic.lost(oldest)
+        self._traffic.lost(oldest[0] if self._patience else oldest)
 
     def _deliver(self, left: int | None) -> None:
         """Pass on so many samples, or all that are there now."""
@@ -143,20 +150,24 @@ class Subscription:
             while left:
                 left -= 1
                 try:
-                    sample, since = queue.popleft()
+                    sample = queue.popleft()
                 except IndexError:  # some were dropped, or the subscription has been closed
                     left = 0
                     break
                 if self._held:
                     self._make_room()
-                if self._contacts is None:
-                    self._pass(sample, since)
+                if self._patience:
+                    self._pass(*sample)
+                elif self._contacts is None:
+                    self._pass(sample)
                 else:
                     self._contacts.take(sample)
                 if self._paused is not None:
                     left = 0
-                elif self._large or perf_counter() > end:
+                elif self._size >= LARGE or perf_counter() > end:
                     break
+                elif self._together is not None and (most := min(left, _TOGETHER, LARGE // (self._size + 1))) > 1:
+                    left -= self._pass_together(most)
         finally:  # also after a `take` that raised, which the loop reports
             if left:
                 self._wakeup.go_on(self._deliver, left)
@@ -164,11 +175,30 @@ class Subscription:
     def _pass(self, sample: objects.Sample, since: float | None = None) -> None:
         if self._closed:
             return
-        payload = sample.payload.to_bytes()
-        self._large = len(payload) >= LARGE
         attached = sample.attachment
-        attachment = b"" if attached is None else attached.to_bytes()
-        self._traffic.received(sample, attachment, len(payload))
+        self._pass_bytes(sample, sample.payload.to_bytes(), b"" if attached is None else attached.to_bytes(), since)
+
+    def _pass_together(self, most: int) -> int:
+        """Pass on so many samples, or all that are there. Returns how many there were."""
+        assert self._together is not None
+        queue = self._queue
+        samples: list[objects.Sample] = []
+        with suppress(IndexError):  # some were dropped
+            for _ in range(most):
+                samples.append(queue.popleft())
+        payloads = [sample.payload.to_bytes() for sample in samples]
+        attachments = [b"" if (one := sample.attachment) is None else one.to_bytes() for sample in samples]
+        if len({one[GID.start - 1 :] for one in attachments}) == 1 and self._together(payloads, attachments):
+            self._traffic.received(samples[0], attachments[0], sum(map(len, payloads)))
+        else:
+            for sample, payload, attachment in zip(samples, payloads, attachments, strict=True):
+                if not self._closed:
+                    self._pass_bytes(sample, payload, attachment, None)
+        return len(samples)
+
+    def _pass_bytes(self, sample: objects.Sample, payload: bytes, attachment: bytes, since: float | None) -> None:
+        self._size = len(payload)
+        self._traffic.received(sample, attachment, self._size)
         wait = self._take(_sample((self._key, payload, attachment, since)))
         if wait is not None and self._holds_back and self._paused is None:
             self._paused = asyncio.get_running_loop().create_task(self._pause(wait), name=f"room for {self._key}")

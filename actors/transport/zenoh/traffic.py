@@ -9,7 +9,7 @@ from actors.transport.protocol import Link
 from actors.transport.zenoh import objects
 from actors.transport.zenoh.presence import Process
 
-_GID: Final = slice(17, 33)
+GID: Final = slice(17, 33)
 """Where the identity of the sender stands in the attachment of every message of ROS 2."""
 
 _KNOWN: Final = 10_000
@@ -44,9 +44,9 @@ class Traffic:
     def received(self, sample: objects.Sample, attachment: bytes, size: int) -> None:
         """A sample of `size` bytes has arrived."""
         try:
-            self._senders[attachment[_GID]][0] += size  # asking the sample takes ten times as long
+            self._senders[attachment[GID]][0] += size  # asking the sample takes ten times as long
         except KeyError:
-            self._learn(sample, attachment[_GID])[0] += size
+            self._learn(sample, attachment[GID])[0] += size
 
     def lost(self, sample: objects.Sample) -> None:
         """A sample that had arrived was dropped. From any thread."""
@@ -69,7 +69,7 @@ class Traffic:
 
     def _learn(self, sample: objects.Sample, gid: bytes) -> list[int]:
         received = self._received[_sender(sample)]
-        if len(gid) == _GID.stop - _GID.start:
+        if len(gid) == GID.stop - GID.start:
             if len(self._senders) >= _KNOWN:
                 self._senders.clear()
             self._senders[gid] = received

@@ -76,11 +76,22 @@ def publish(topic: str, message: dict[str, Any]) -> None:
     one.publish(**arguments(one.msg_type, message))
 
 
+class Subscriber(ROS2Subscriber):
+    """Zenoh now and then answers at once that there is no token, where it has told of some before. The SDK asks once, so it would never get
+    what is kept."""
+
+    def _discover_publishers(self) -> list[str]:
+        for _ in range(100):
+            if found := super()._discover_publishers():
+                return found
+        return []
+
+
 def subscription(topic: str, type: str, qos: dict[str, Any]) -> None:
     def heard(message: Any) -> None:
         say("heard", topic=topic, message=to_plain(message))
 
-    one = ROS2Subscriber(topic, type, heard, node_name="sdk_listener", qos=profile(**qos), **HERE)
+    one = Subscriber(topic, type, heard, node_name="sdk_listener", qos=profile(**qos), **HERE)
     things["subscription", topic] = one
 
 

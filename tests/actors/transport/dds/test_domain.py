@@ -109,6 +109,36 @@ async def test_losses_are_told_to_those_for_whom_the_messages_were(both: Any, mo
     assert len(owner.messages) == 2, "nobody is left for whom it could be"
 
 
+class Together:
+    """Takes messages together, too, if `takes`."""
+
+    def __init__(self, takes: bool) -> None:
+        self.takes = takes
+        self.numbers: list[int] = []
+
+    def __call__(self, takers: object, gid: bytes, number: int, *more: object) -> None:
+        self.numbers.append(number)
+
+    def together(self, takers: object, gid: bytes, number: int, payloads: list[bytes]) -> bool:
+        if self.takes:
+            self.numbers += range(number, number + len(payloads))
+        return self.takes
+
+
+@pytest.mark.parametrize("takes", [True, False])
+async def test_samples_of_one_writer_that_come_together_are_handed_on_together(both: Any, takes: bool) -> None:
+    here, *_ = both
+    take = Together(takes)
+    here.subscription(here.node("/node"), "/together", INT32, DEFAULT, take, "x")
+    (receiver,) = here._receivers.values()
+    one, other = bytes(15) + b"1", bytes(15) + b"2"
+    receiver._arrived([Sample(ONE, one, 0, 0, 0.0)] * 2)
+    receiver._arrived([Sample(ONE, one, 0, 0, 0.0)] * 3)
+    receiver._arrived([Sample(ONE, one, 0, 0, 0.0), Sample(ONE, other, 0, 0, 0.0)])
+    assert take.numbers == [1, 2, 3, 4, 5, 6, 1]
+    assert dict(receiver._numbers) == {one: 6, other: 1}
+
+
 async def test_each_of_several_equal_subscriptions_is_seen_by_others_and_each_message_comes_once(both: Any) -> None:
     here, _, there, other, _ = both
     out = here.publisher(here.node("/out"), "/shared", INT32, DEFAULT)

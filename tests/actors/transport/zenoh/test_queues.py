@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import zenoh
 
-from actors.transport.keyed.protocol import Delivery, Sample
+from actors.transport.keyed.protocol import Delivery, Sample, TakesTogether
 from actors.transport.protocol import PATIENCE
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
@@ -205,7 +205,7 @@ class Receiver:
             "own",
             "7/chatter/T/H",
             delivery,
-            self.take,
+            self if isinstance(self, TakesTogether) else self.take,
             Wakeup(asyncio.get_running_loop()),
             self.traffic,
             lambda _: self.declared,
@@ -244,6 +244,95 @@ async def test_a_full_queue_drops_the_oldest_and_counts_them_by_their_sender() -
     await asyncio.sleep(0.01)
     assert len(one.got) == 4
     assert one.dropped("a1") == 3
+
+
+class Together(Receiver):
+    """One that takes samples together, too; `refuses` those of a payload."""
+
+    def __init__(self, delivery: Delivery, refuses: bytes = b"none") -> None:
+        self.refuses = refuses
+        self.pieces: list[list[bytes]] = []
+        self.received: list[bytes] = []
+        super().__init__(delivery)
+
+    def __call__(self, sample: Sample) -> Any:
+        self.received.append(sample.payload)
+        return super().take(sample)
+
+    def together(self, payloads: list[bytes], attachments: list[bytes]) -> bool:
+        if self.refuses in payloads:
+            return False
+        self.pieces.append(payloads)
+        self.received += payloads
+        return True
+
+    async def all(self, number: int) -> list[bytes]:
+        while len(self.received) < number:
+            await asyncio.sleep(0.001)
+        return self.received
+
+
+def attached(number: int, sender: bytes = b"a", payload: bytes = b"") -> FakeSample:
+    attachment = number.to_bytes(16, "little") + b"\x10" + 16 * sender
+    return sample(payload or b"%d" % number, attachment=attachment, sender=sender.decode())
+
+
+async def test_samples_of_one_sender_that_came_while_the_loop_was_busy_are_passed_on_together() -> None:
+    one = Together(Delivery(depth=500))
+    one.traffic.begin("a")
+    one.arrive(*(attached(number) for number in range(300)))
+
+    assert await one.all(300) == [b"%d" % number for number in range(300)]
+    assert len(one.pieces) >= 4
+    assert max(map(len, one.pieces)) == 64
+    assert one.traffic.report({"a": None})[0].received_bytes == sum(map(len, one.received))
+
+
+async def test_samples_of_several_senders_and_those_that_are_refused_are_passed_on_one_by_one() -> None:
+    one = Together(Delivery(depth=500), refuses=b"20")
+    for sender in "ab":
+        one.traffic.begin(sender)
+    one.arrive(*(attached(number, b"ab"[number % 2 :][:1]) for number in range(20)))
+    one.arrive(*(attached(number) for number in range(20, 40)))
+    one.arrive(sample(b"bare"), sample(b"bare"))
+
+    assert await one.all(42) == [b"%d" % number for number in range(40)] + [b"bare", b"bare"]
+    links = one.traffic.report({"a": None, "b": None})
+    assert sum(link.received_bytes for link in links) == sum(len(b"%d" % number) for number in range(40))
+
+
+async def test_a_subscription_that_is_closed_by_the_first_of_several_takes_no_more_of_them() -> None:
+    one = Together(Delivery(depth=500), refuses=b"2")
+    one.arrive(*(attached(number) for number in range(1, 5)))
+    one.closes = True
+    await one.all(1)
+    await asyncio.sleep(0.01)
+    assert one.received == [b"1"]
+    one = Together(Delivery(depth=500), refuses=b"2")
+    close, calls = one.subscription.close, list[bytes]()
+
+    def closing(sample: Sample) -> None:
+        calls.append(sample.payload)
+        if len(calls) == 2:
+            close()
+
+    one.subscription._take = closing
+    one.arrive(*(attached(number) for number in range(1, 5)))
+    while len(calls) < 2:
+        await asyncio.sleep(0.001)
+    await asyncio.sleep(0.01)
+    assert calls == [b"1", b"2"]
+
+
+async def test_large_samples_are_passed_on_one_by_one_and_others_as_many_as_make_a_large_one() -> None:
+    one = Together(Delivery(depth=500))
+    one.arrive(*(attached(number, payload=LARGE) for number in range(3)))
+    assert await one.all(3) == [LARGE] * 3
+    assert one.pieces == []
+    one.arrive(*(attached(number, payload=bytes(20_000)) for number in range(10)))
+    await one.all(13)
+    assert {len(piece) for piece in one.pieces} <= {2, 3}
+    assert one.pieces
 
 
 async def test_a_queue_has_room_for_the_history() -> None:
