@@ -6,6 +6,7 @@ import asyncio
 import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
+from typing import Any
 
 
 def new_event_loop() -> asyncio.AbstractEventLoop:
