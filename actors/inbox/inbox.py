@@ -66,7 +66,7 @@ class Inbox:
 
     - At most one item runs at a time: `current`, in `task`. `task` is the task of the node's start phase, service or clean-up; `current`,
       `on_error` and `on_holding` are None unless it serves.
-    - `items` is `NOTHING` until the first data item comes, or `clear` has been called. Nothing is ever put into that.
+    - `items` is `NOTHING` until the first data item comes, and never again. Nothing is ever put into that.
     - `waiter` is set only while `serve` waits for work, and then `items` and `control` are empty.
     - `handled` counts the items that have run; one that ends the incarnation does not count.
     - `mark` is set while the waiting time of one item or message is measured. A `_Mark` stands in `items` directly before the item that
@@ -151,8 +151,10 @@ class Inbox:
         mark, self.mark = self.mark, None
         if isinstance(mark, _Mark):
             items.remove(mark)
-        self.items, self.control = deque(filter(keep, items)), list(filter(keep, control))
-        items.clear()
+        if items is not NOTHING:
+            self.items = deque(filter(keep, items))
+            items.clear()
+        self.control = list(filter(keep, control))
         control.clear()
 
     def discard(self, unwanted: Callable[[Item], bool]) -> None:

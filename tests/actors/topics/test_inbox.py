@@ -307,3 +307,21 @@ async def test_a_queue_that_is_made_while_an_item_runs_is_served_by_the_same_tas
     await asyncio.sleep(0.1)
     assert bench.story == ["begin first", "end first", "made the queue", "later"]
     await finish(task)
+
+
+async def test_an_inbox_without_items_is_cleared_for_who_serves_next_only() -> None:
+    """The one who is left behind still has the old control items, not those of its successor."""
+    bench = Bench()
+    left_behind = bench.serve()
+    await asyncio.sleep(0.1)
+    bench.inbox.clear(keep=lambda item: False)
+    assert bench.inbox.items is NOTHING
+    bench.inbox.leave()
+    task = bench.serve()
+    bench.inbox.put_control(bench.quick("control"))
+    bench.inbox.put(bench.quick("first"))
+    await asyncio.sleep(0.1)
+    assert bench.story == ["control", "first"]
+    assert bench.inbox.task is task
+    await finish(task)
+    await finish(left_behind)
