@@ -9,12 +9,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import msgspec
+import pytest
 import pytest_asyncio
 
 from actors import Child, Node, Service, qos
 from actors.bag import Recorder, RecordOptions, Selection
 from actors.bag.offers import known_type
-from actors.interfaces import from_plain, get_message, load, to_plain
+from actors.interfaces import from_plain, get_message, load, registry, to_plain
 from actors.interfaces.describing import described
 from actors.interfaces.foreign import ForeignType
 from actors.interfaces.std_msgs.msg import String
@@ -187,6 +188,9 @@ async def test_an_owner_that_does_not_know_its_own_type_is_told_of(
     assert "/secret" not in recorder.topics
 
 
-def test_a_type_whose_name_is_none_is_an_unknown_type() -> None:
-    assert known_type(ForeignType("no type at all", "")) is None
-    assert known_type(String) is String
+def test_a_type_whose_definition_is_none_is_an_unknown_type(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "odd_msgs" / "msg").mkdir(parents=True)
+    (tmp_path / "odd_msgs" / "msg" / "Odd.msg").write_text("this is no definition!\n")
+    monkeypatch.setattr(registry, "_folders", [*registry._folders, registry.Folder(str(tmp_path), None)])
+    assert known_type(ForeignType("odd_msgs/msg/Odd", "")) is None
+    assert known_type(ForeignType("std_msgs/msg/String", "")) is known_type(String) is String

@@ -246,6 +246,13 @@ def test_a_router_that_ends_twice_at_a_time_is_back_when_both_times_are_over() -
     assert between(heard, 6.0, 7.0) != []
 
 
+def test_links_may_be_at_fault_while_the_router_is_away_and_stay_so_when_it_is_back() -> None:
+    heard: list[tuple[float, int]] = []
+    played("router-stop:router#2000+3 cut:robot=desk#2500+4", heard, router=True)
+    assert between(heard, 2.1, 6.4) == []
+    assert between(heard, 8.0, 9.0) != []
+
+
 def test_a_clock_that_is_set_stays_so() -> None:
     clocks: list[float] = []
 

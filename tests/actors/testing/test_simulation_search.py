@@ -673,6 +673,7 @@ def test_a_failing_scenario_prints_the_line_that_replays_it(pytester: pytest.Pyt
     assert trial.endswith("fifo lose:/ticks>/listener#10")
     flight = next(line for line in text.splitlines() if "flight record:" in line).partition("record: ")[2]
     assert Path(flight.strip()).stat().st_size > 1000
+    assert "started listener child=" in text, "what happened, in its order"
     again = run_pytest(pytester, "-k", "hears", "--scenario-replay", trial)
     again.assert_outcomes(failed=1)
     fine = run_pytest(pytester, "-k", "hears", "--scenario-replay", "3")

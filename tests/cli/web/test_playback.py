@@ -124,6 +124,13 @@ async def test_a_recording_tells_that_it_can_be_played_and_from_when_to_when(tmp
         assert (await viewer.channel("/count"))["schemaName"] == "std_msgs/msg/Int32"
 
 
+async def test_a_viewer_learns_at_once_how_a_recording_is_played_and_need_not_begin_again(tmp_path: Path) -> None:
+    async with showing(recorded(tmp_path / "walk")) as url:
+        async with connect(url, subprotocols=["foxglove.sdk.v1"], max_size=None) as socket:  # type: ignore[list-item]
+            state = await Viewer(socket).state()
+            assert (state.request, state.sought) == ("", False)
+
+
 async def test_a_doctor_finds_nothing_wrong_with_the_graph_of_a_recording(tmp_path: Path) -> None:
     async with showing(recorded(tmp_path / "walk")) as url, viewing(url) as viewer:
         await viewer.channel("/count")
