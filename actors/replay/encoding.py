@@ -130,7 +130,7 @@ class _Reading(BoundedUnpickler):
             return _structure_made
         return found if isinstance(found, type(_named)) else _with_plain(found)
 
-    def call(self, function: Any, arguments: tuple[object, ...], keywords: dict[str, Any]) -> Any:
+    def call(self, function: Any, arguments: tuple[object, ...], keywords: dict[str, object]) -> Any:
         if keywords:
             raise ReplayError("the journal calls something with keywords")
         if isinstance(function, type):  # which `class_named` has found
@@ -223,7 +223,7 @@ def message_named(name: str) -> type[Message]:
     return get_message(name[:MOST_LETTERS])
 
 
-def error_made(module: str, name: str, arguments: tuple[object, ...], attributes: dict[str, Any]) -> BaseException:
+def error_made(module: str, name: str, arguments: tuple[object, ...], attributes: dict[str, object]) -> BaseException:
     """An error with these arguments and attributes, without a call of its class, which many do not bear."""
     kind: object = _named(module, name)
     if not (isinstance(kind, type) and issubclass(kind, BaseException)):

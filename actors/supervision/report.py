@@ -47,7 +47,7 @@ def log_line(report: Report, reason: str, ended_at: float | None) -> tuple[int, 
     The number of the child's life is not among the fields: the log line itself has it.
     """
     child, supervisor = report.child.id, report.supervisor[-1]
-    fields: dict[str, Any] = {"child": "/".join(report.child.path)}
+    fields: dict[str, object] = {"child": "/".join(report.child.path)}
     if report.context == "progress":
         if report.child.incarnation == 1:
             return Level.DEBUG, f"started {child}", fields
