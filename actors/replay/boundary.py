@@ -178,11 +178,11 @@ class JournalBoundary(Interceptor):
 
     # -- what comes in ------------------------------------------------------------------------------------------------------
 
-    def entering(self, node: Caller, what: str, enter: Callable[..., object]) -> Callable[..., Any]:
+    def entering(self, node: Caller, what: str, enter: Callable[..., object]) -> Callable[..., object]:
         if node.fqn not in self.members:
             return enter
 
-        def entered(value: object) -> Any:
+        def entered(value: object) -> object:
             return self.enter(what, (node.fqn, value), enter, value)
 
         return entered

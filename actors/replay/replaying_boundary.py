@@ -200,7 +200,7 @@ class ReplayingBoundary(JournalBoundary):
                 self._ahead.add(place)
                 self.apply(entry)
 
-    def _step_entries(self) -> Iterator[tuple[int, tuple[Any, ...], bool]]:
+    def _step_entries(self) -> Iterator[tuple[int, tuple[object, ...], bool]]:
         """What comes in during the step that begins now, with its place in the recording, and whether the node has sent something before."""
         entries, sent = self.recording.entries, False
         for place in range(self.at, len(entries)):
@@ -274,7 +274,7 @@ class ReplayingBoundary(JournalBoundary):
         return clock() if self.over else self.now
 
 
-def _by_name(recording: Recording) -> dict[tuple[str, str], list[tuple[bool, Any]]]:
+def _by_name(recording: Recording) -> dict[tuple[str, str], list[tuple[bool, object]]]:
     """What was sent in the recording, by kind and name: each with whether it was sent to members alone."""
     sent: dict[tuple[str, str], list[tuple[bool, object]]] = {}
     for entry in recording.entries:

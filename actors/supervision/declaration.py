@@ -34,7 +34,7 @@ class Declaration(ABC):
         shown = [f"{name}={value!r}" for name, value in fields.items() if value != plain.get(name, value)]
         return f"{type(self).__name__}({', '.join([*self._positional(), *shown])})"
 
-    def __reduce__(self) -> tuple[Callable[[type[Self], dict[str, Any]], Self], tuple[type[Self], dict[str, Any]]]:
+    def __reduce__(self) -> tuple[Callable[[type[Self], dict[str, Any]], Self], tuple[type[Self], dict[str, object]]]:
         return _rebuild, (type(self), self._fields())
 
     def replace(self, **changes: object) -> Self:
@@ -49,7 +49,7 @@ class Declaration(ABC):
             put(copy, name, changes[name] if name in changes else getattr(self, name))
         return copy
 
-    def _fields(self) -> dict[str, Any]:
+    def _fields(self) -> dict[str, object]:
         names: tuple[str, ...] = self.__slots__
         return {name: getattr(self, name) for name in names}
 

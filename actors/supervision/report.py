@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import msgspec
 
@@ -40,7 +40,7 @@ class Report(msgspec.Struct, frozen=True):
         return f"{text}: {details}" if details else text
 
 
-def log_line(report: Report, reason: str, ended_at: float | None) -> tuple[int, str, dict[str, Any]]:
+def log_line(report: Report, reason: str, ended_at: float | None) -> tuple[int, str, dict[str, object]]:
     """The level, the text and the fields of a report's log line. `reason` is the text of its reason, `ended_at` the loop time at which the
     child's last life ended, or None.
 
