@@ -177,7 +177,7 @@ class GoalDriver:
         goal.interrupted_at = (now, goal.feedback_count)
         return asyncio.CancelledError(goal.interruption)
 
-    async def _feed(self, goal: GoalRecord, body: AsyncGenerator[Any, None], item: object) -> Awaitable[Any]:
+    async def _feed(self, goal: GoalRecord, body: AsyncGenerator[Any, None], item: object) -> Awaitable[object]:
         """Send a feedback and give the loop one turn. Returns the body's next step, or the throwing of an interruption into it."""
         goal.feedback_count += 1
         client, observers = goal.client, self.on_feedback

@@ -397,7 +397,7 @@ class ActionServer:
         for observer in self.on_status:
             observer()
 
-    async def result_of(self, goal_id: bytes) -> tuple[GoalStatus, Any]:
+    async def result_of(self, goal_id: bytes) -> tuple[GoalStatus, object]:
         """Wait for the end of a goal and return its status and result (None if there is none). For an unknown id, return UNKNOWN at
         once."""
         self._expire()

@@ -84,7 +84,7 @@ def _converter(
 
 def _step(
     other: Field, field: Field, within: str, left_out: list[str], defaults: list[str]
-) -> Callable[[Any], Any] | None:
+) -> Callable[[Any], object] | None:
     """What makes the value of one field from that of another; None if their types do not agree."""
     if other.type.is_array != field.type.is_array:
         return None
@@ -100,5 +100,5 @@ def _step(
     return lambda values: tuple(map(convert, values))
 
 
-def _same(value: object) -> Any:
+def _same(value: object) -> object:
     return value

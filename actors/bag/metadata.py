@@ -119,7 +119,7 @@ def noted(notes: Iterable[Mapping[str, str]]) -> BagMetadata | None:
     return found
 
 
-def _mapping(bag: BagMetadata) -> dict[str, Any]:
+def _mapping(bag: BagMetadata) -> dict[str, object]:
     return {
         "version": bag.version,
         "storage_identifier": bag.storage,
@@ -144,7 +144,7 @@ def _mapping(bag: BagMetadata) -> dict[str, Any]:
     }
 
 
-def _topic_mapping(topic: BagTopic, count: int) -> dict[str, Any]:
+def _topic_mapping(topic: BagTopic, count: int) -> dict[str, object]:
     return {
         "topic_metadata": {
             "name": topic.name,

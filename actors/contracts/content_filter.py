@@ -190,7 +190,7 @@ def _tokens(expression: str) -> list[_Token]:
     return tokens
 
 
-def _literal(token: _Token) -> Any:
+def _literal(token: _Token) -> object:
     if token.kind == "text":
         return token.text[1:-1].replace("''", "'")
     if token.kind == "word":

@@ -79,7 +79,7 @@ def _returned(function: Callable[..., Any]) -> Any:
     return _UNKNOWN if hasattr(function, "__wrapped__") else _resolved(function, "return")
 
 
-def _resolved(function: Callable[..., object], name: str) -> Any:
+def _resolved(function: Callable[..., object], name: str) -> object:
     annotation = function.__annotations__.get(name, _UNKNOWN)
     if isinstance(annotation, str):
         try:
@@ -89,7 +89,7 @@ def _resolved(function: Callable[..., object], name: str) -> Any:
     return annotation
 
 
-def _alternatives(annotation: object) -> tuple[Any, ...]:
+def _alternatives(annotation: object) -> tuple[object, ...]:
     return get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,)
 
 

@@ -50,7 +50,7 @@ def read_event(data: bytes) -> messages.Event:
 def _fits(value: object, kind: Any) -> bool:
     """Whether a value is of this type, as the fields of events are declared, with all that it contains."""
     origin: object = get_origin(kind)
-    parts: tuple[Any, ...] = get_args(kind)
+    parts: tuple[object, ...] = get_args(kind)
     if origin in (Union, UnionType):
         return any(_fits(value, one) for one in parts)
     if origin is Literal:
@@ -70,7 +70,7 @@ def _contents_fit(values: Collection[object], parts: tuple[object, ...]) -> bool
 
 
 @cache
-def _hints(kind: type) -> dict[str, Any]:
+def _hints(kind: type) -> dict[str, object]:
     return get_type_hints(kind)
 
 
@@ -90,7 +90,7 @@ class _Foreign:
 
 
 class _Reading(BoundedUnpickler):
-    def find_class(self, module: str, name: str, /) -> Any:
+    def find_class(self, module: str, name: str, /) -> object:
         made = _MADE.get(f"{module}:{name}")
         # Never the class itself: the bytes can set attributes of what they have named.
         return _foreign(module, name) if made is None else partial(made)
@@ -114,14 +114,14 @@ def _class_of(kind: object, base: type[Any]) -> Any:
     return found if isinstance(found, type) and issubclass(found, base) else None
 
 
-def _child(kind: object, fields: dict[str, Any]) -> Child:
+def _child(kind: object, fields: dict[str, object]) -> Child:
     """A declaration, for the names that it gives; its factory is not called here."""
     told: dict[str, Any] = {**fields, "factory": _class_of(fields.get("factory"), Node) or Node}
     return Child(**told)
 
 
 def _error(
-    kind: Any, args: tuple[object, ...], state: dict[str, Any], notes: tuple[str, ...], cause: BaseException | None
+    kind: Any, args: tuple[object, ...], state: dict[str, object], notes: tuple[str, ...], cause: BaseException | None
 ) -> Exception:
     """An error, without a call of its class: see `actors.processes.pickling`. One of a class that is not loaded here is a `RemoteError`."""
     found = RemoteError if getattr(kind, "func", None) is RemoteError else _class_of(kind, Exception)

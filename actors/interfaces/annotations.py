@@ -117,7 +117,7 @@ def _constant(name: str, annotation: object, namespace: dict[str, Any]) -> Const
     return Constant(name, kind, namespace[name])
 
 
-def _annotations(namespace: dict[str, Any]) -> dict[str, Any]:
+def _annotations(namespace: dict[str, Any]) -> dict[str, object]:
     if "__annotations__" in namespace:
         annotations: dict[str, object] = namespace["__annotations__"]
         return annotations
@@ -125,9 +125,9 @@ def _annotations(namespace: dict[str, Any]) -> dict[str, Any]:
     return annotate(1) if annotate is not None else {}
 
 
-def _evaluate(name: str, key: str, text: str, namespace: dict[str, Any], caller: dict[str, object]) -> Any:
+def _evaluate(name: str, key: str, text: str, namespace: dict[str, Any], caller: dict[str, object]) -> object:
     module = sys.modules.get(namespace.get("__module__", ""))
-    known: dict[str, Any] = {**vars(module), **caller} if module is not None else caller
+    known: dict[str, object] = {**vars(module), **caller} if module is not None else caller
     try:
         return eval(text, known, {})
     except NameError as error:

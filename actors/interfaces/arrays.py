@@ -34,7 +34,7 @@ LARGE: Final = 1 << 20
 """From so many bytes on numpy copies faster into its own memory than into bytes."""
 
 
-def is_settled(value: Any, dtype: DType) -> bool:
+def is_settled(value: object, dtype: DType) -> bool:
     """Whether `value` can be kept as it is: flat, of this dtype, and a view of memory that nobody can write to through it.
 
     An array that owns its memory is not: a reader of the message could make it writeable, or resize it.
@@ -48,7 +48,7 @@ def is_settled(value: Any, dtype: DType) -> bool:
     )
 
 
-def _cannot_change(base: Any) -> bool:
+def _cannot_change(base: object) -> bool:
     if type(base) is bytes:
         return True
     if type(base) is ndarray:
@@ -72,7 +72,7 @@ def _kept(value: Array, dtype: DType) -> Array:
     return np.frombuffer(value.tobytes(), dtype) if value.nbytes < LARGE else frozen(value.copy())
 
 
-def to_array(where: str, kind: FieldType, given: Any) -> Array:
+def to_array(where: str, kind: FieldType, given: object) -> Array:
     """`given` as a read-only, one-dimensional array of the field's dtype: a view of memory that nobody can write to through it.
 
     Accepts arrays (copied unless they and their base are read-only; who makes its own array read-only promises that nobody writes to it

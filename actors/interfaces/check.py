@@ -170,7 +170,7 @@ def to_string(where: str, kind: FieldType, value: object) -> str:
     return text
 
 
-def to_message(where: str, wanted: type[Any], value: object) -> Any:
+def to_message(where: str, wanted: type[Any], value: object) -> object:
     """A message of exactly this type."""
     if type(value) is not wanted:
         raise _wrong_type(where, wanted.__ros_type__, value)

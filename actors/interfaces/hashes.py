@@ -98,7 +98,7 @@ def type_description(of: str | InterfaceClass) -> dict[str, Any]:
 _FieldEntry: TypeAlias = tuple[str, FieldType, InterfaceClass | None]
 
 
-def _individual(name: str, fields: Iterable[_FieldEntry]) -> dict[str, Any]:
+def _individual(name: str, fields: Iterable[_FieldEntry]) -> dict[str, object]:
     entries = [{"name": field, "type": _field_type(kind)} for field, kind, _ in fields]
     if not entries:
         dummy = FieldType("uint8")  # C structs cannot be empty, so upstream puts this member into an empty type
@@ -106,7 +106,7 @@ def _individual(name: str, fields: Iterable[_FieldEntry]) -> dict[str, Any]:
     return {"type_name": name, "fields": entries}
 
 
-def _field_type(kind: FieldType) -> dict[str, Any]:
+def _field_type(kind: FieldType) -> dict[str, object]:
     number = NESTED if kind.is_message else TYPE_IDS[kind.base] + (BOUNDED_STRING if kind.string_bound else 0)
     array, size = kind.array, kind.size
     if kind.base == "wstring" and kind.string_bound and array == "unbounded":

@@ -146,7 +146,7 @@ def _message_class(
 
 def class_body(
     definition: MessageDefinition, find: Callable[[str], type[Any] | None], file: str | None
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """The body of the class of a definition. `find` gives the classes of nested messages by their full names.
 
     Raises:
@@ -187,7 +187,7 @@ def _annotation(kind: FieldType, line: int, file: str | None, find: Callable[[st
         raise DefinitionError("invalid_type_name", f"type {kind.element} is not known.{hint}", line, file)
     if not kind.is_array:
         return message
-    many: Any = types.Many[message]  # type: ignore[valid-type]  # a class that is known at run time only
+    many: object = types.Many[message]  # type: ignore[valid-type]  # a class that is known at run time only
     if kind.array == "unbounded":
         return many
     return Annotated[many, types.Exactly(kind.size) if kind.array == "fixed" else types.AtMost(kind.size)]

@@ -256,7 +256,7 @@ def _first_call(self: Any) -> None:
     COMPILE(self)  # type: ignore[name-defined]  # noqa: F821  # pyright: ignore[reportUndefinedVariable]
 
 
-def _equality(names: tuple[str, ...], arrays: tuple[str, ...]) -> tuple[Any, Any]:
+def _equality(names: tuple[str, ...], arrays: tuple[str, ...]) -> tuple[object, object]:
     plain = tuple(name for name in names if name not in arrays)
 
     def __eq__(self: object, other: object) -> bool:

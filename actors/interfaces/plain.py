@@ -33,7 +33,7 @@ def _plain(value: Any, kind: FieldType, array: Callable[[FieldType, Any], Any]) 
     return array(kind, value) if kind.is_numeric_array else value
 
 
-def _listed(kind: FieldType, values: Any) -> Any:
+def _listed(kind: FieldType, values: Any) -> object:
     return values.tolist()
 
 
@@ -89,7 +89,7 @@ def _value(field: Field, value: object, where: str) -> Any:
     return _build(field.message, value, where) if field.message is not None else converter(field)(where, value)
 
 
-def _whole(where: str, value: object) -> Any:
+def _whole(where: str, value: object) -> object:
     try:
         return whole_text(value) if isinstance(value, str) else value
     except UnicodeDecodeError:

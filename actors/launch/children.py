@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from actors.launch.errors import LaunchError
 from actors.launch.executables import Running
@@ -114,7 +113,7 @@ def named(spec: Spec, node: NodeSpec, warn: Warn) -> Spec:
         raise LaunchError(str(error)) from error
 
 
-def known_parameters(child: Child, given: Mapping[str, object], fqn: str, warn: Warn) -> dict[str, Any]:
+def known_parameters(child: Child, given: Mapping[str, object], fqn: str, warn: Warn) -> dict[str, object]:
     """The parameters that the node has; a warning names the others, which a node of ROS 2 ignores without a word."""
     kind = child.factory
     if not (isinstance(kind, type) and issubclass(kind, Node) and has_fixed_parameters(kind)):

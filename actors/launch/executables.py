@@ -43,7 +43,7 @@ class Running:
             return self.returncode
         return 1
 
-    def details(self) -> dict[str, Any]:
+    def details(self) -> dict[str, object]:
         """What its action tells in `process_details`."""
         return {name: value for name, value in self.about().items() if name != "action"}
 

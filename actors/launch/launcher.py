@@ -370,7 +370,7 @@ class Launcher(Node):
 
     # -- the tree -----------------------------------------------------------------------------------------------------------
 
-    def _actions(self) -> list[Any]:
+    def _actions(self) -> list[object]:
         """The actions of the executables that run."""
         return [one.job.action for one in self._running.values()]
 

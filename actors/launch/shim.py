@@ -13,7 +13,7 @@ from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.launch import packages_api
 from actors.launch.errors import LaunchError
@@ -109,7 +109,7 @@ class _Module(ModuleType):
         self._names = names
         self._table = table
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         if name.startswith("__"):
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
         if name in self._names:
@@ -151,7 +151,7 @@ class _Lenient(MetaPathFinder, Loader):
 class _Unknown(ModuleType):
     """A module that is not installed: whatever is asked of it is unknown."""
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         if name.startswith("__"):
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
         return Unknown(f"{self.__name__}.{name}")
@@ -174,7 +174,7 @@ class Unknown(Substitution):
     def __str__(self) -> str:
         return f"$({self._name})"
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         if name.startswith("__"):
             raise AttributeError(name)
         return Unknown(f"{self._name}.{name}")

@@ -60,12 +60,12 @@ def normalize_remap_rules(
     return [(normalized(old), normalized(new)) for old, new in remappings]
 
 
-def normalize_parameters(parameters: Iterable[object]) -> list[Any]:
+def normalize_parameters(parameters: Iterable[object]) -> list[object]:
     """Files and dictionaries of parameters, as they are: `evaluate_parameters` takes both."""
     return list(parameters)
 
 
-def evaluate_parameters(context: LaunchContext, parameters: Iterable[object]) -> tuple[Any, ...]:
+def evaluate_parameters(context: LaunchContext, parameters: Iterable[object]) -> tuple[object, ...]:
     """What parameters come to: a dictionary for values, a path for a file."""
     from actors.launch.parameters import own_layers
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Final, Literal, TypeAlias
 
 from actors.errors import NotRunning, ProgramExit, described
 from actors.inbox.control import blame
@@ -162,7 +162,7 @@ class LifecycleNode(Node):
 
     __standard_services__ = tuple(SERVICES)
 
-    def __standard_service__(self, name: str) -> tuple[Any, Any] | None:
+    def __standard_service__(self, name: str) -> tuple[object, object] | None:
         """The type and the handler of one of the five services of a lifecycle node, or None."""
         return SERVICES[name](self) if name in SERVICES else None
 

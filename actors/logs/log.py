@@ -300,7 +300,7 @@ _INDENT: Final = "    "
 _OWN: Final = frozenset(("event", "level", "life", "logger", "node", "time"))
 
 
-def _fields(record: LogRecord) -> dict[str, Any]:
+def _fields(record: LogRecord) -> dict[str, object]:
     """The fields of a record. Those with a name that the line itself uses are renamed."""
     fields = record.fields
     return (

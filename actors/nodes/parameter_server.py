@@ -67,7 +67,7 @@ class ParameterServer(Node):
 
 async def get_global(
     node: Node, name: str, alternative: Any = _NOT_GIVEN, *, server: str = SERVER, timeout: float = CALL_TIMEOUT
-) -> Any:
+) -> object:
     """The value of a global parameter; if it has not been set, `alternative`, if given. `timeout` is in seconds.
 
     Raises `ParameterNotDeclared` if it has not been set and there is no `alternative`, and what `Node.call` raises if the server does not

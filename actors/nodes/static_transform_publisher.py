@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from actors.parameters.declare import parameter
 from actors.runtime.node import Node
@@ -36,7 +36,7 @@ class StaticTransformPublisher(Node):
     child_frame_id = parameter("", read_only=True, description="The child frame.")
 
     @classmethod
-    def arguments_as_parameters(cls, words: Sequence[str]) -> dict[str, Any]:
+    def arguments_as_parameters(cls, words: Sequence[str]) -> dict[str, object]:
         """The parameters that the words of a command line stand for. Raises ``ValueError``."""
         _refuse_old(words)
         given = vars(arguments_parser().parse_args(words))

@@ -105,6 +105,6 @@ class CallbackChains:
             self.running = False
 
 
-def name_of(callback: Callable[..., Any]) -> str:
+def name_of(callback: Callable[..., object]) -> str:
     """The name of `callback` in reports."""
     return cast("str", getattr(callback, "__qualname__", None) or repr(callback))

@@ -205,7 +205,7 @@ class ParameterStore:
         return self._declare(parameter, described)
 
     def declare_many(
-        self, namespace: str, parameters: Iterable[tuple[Any, ...]], *, ignore_override: bool = False
+        self, namespace: str, parameters: Iterable[tuple[object, ...]], *, ignore_override: bool = False
     ) -> tuple[Parameter, ...]:
         """Declare several parameters, given as (name), (name, value) or (name, value, descriptor) and named `namespace.name`.
 

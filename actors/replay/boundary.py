@@ -57,7 +57,7 @@ class JournalBoundary(Interceptor):
         self.timers: list[tuple[str, NodeTimer]] = []
         """Each with its name: its node, method and rate."""
         self.answers: dict[int, Answer] = {}
-        self.followers: dict[int, Any] = {}
+        self.followers: dict[int, object] = {}
         self.subscriptions: list[Any] = []
         self.futures: WeakKeyDictionary[asyncio.Future[Any], int] = WeakKeyDictionary()
         self._subscription_numbers: dict[int, int] = {}
@@ -66,11 +66,11 @@ class JournalBoundary(Interceptor):
     # -- what a derived class does ------------------------------------------------------------------------------------------
 
     @abstractmethod
-    def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
+    def enter(self, kind: str, details: tuple[object, ...], function: Callable[..., T], *arguments: object) -> T:
         """Note that something comes in, and call `function`, which takes it in, as code of a member."""
 
     @abstractmethod
-    def compute(self, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
+    def compute(self, function: Callable[..., T], arguments: tuple[object, ...]) -> T:
         """See `Boundary.compute`."""
 
     @abstractmethod
@@ -83,17 +83,17 @@ class JournalBoundary(Interceptor):
 
     @abstractmethod
     def leave(
-        self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any, inner: bool = False
+        self, kind: str, name: str, value: object, function: Callable[..., T], *arguments: object, inner: bool = False
     ) -> T:
         """As `send`, and call `function`, which takes it, as code of others. A future that it returns is one of theirs."""
 
     @abstractmethod
-    def send(self, kind: str, name: str, value: Any, *, inner: bool = False) -> None:
+    def send(self, kind: str, name: str, value: object, *, inner: bool = False) -> None:
         """Note what goes out, or is drawn; with `inner`, what goes to other members alone."""
 
     @abstractmethod
     def plan(
-        self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[Any, ...],
+        self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[object, ...],
         context: Context | None,
     ) -> asyncio.Handle:  # fmt: skip
         """Have the callback with this number called."""
@@ -137,7 +137,7 @@ class JournalBoundary(Interceptor):
         plain: Callable[..., asyncio.Handle],
         when: float | None,
         callback: Callback,
-        arguments: tuple[Any, ...],
+        arguments: tuple[object, ...],
         context: Context | None,
     ) -> asyncio.Handle:
         """Have `callback` called soon, or at the loop time `when`. `plain(callback, *arguments, context=context)` is the loop's own way."""
@@ -151,7 +151,7 @@ class JournalBoundary(Interceptor):
         self.tasks[task.number] = task
         task.add_done_callback(_forgets(self.tasks), context=Context())
 
-    def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: Any) -> bool:
+    def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: object) -> bool:
         """Other code cancels a task of a member: call `cancel(message)`."""
         return self.enter("interrupt", (task.number, None), cancel, message)
 
@@ -178,11 +178,11 @@ class JournalBoundary(Interceptor):
 
     # -- what comes in ------------------------------------------------------------------------------------------------------
 
-    def entering(self, node: Caller, what: str, enter: Callable[..., Any]) -> Callable[..., Any]:
+    def entering(self, node: Caller, what: str, enter: Callable[..., object]) -> Callable[..., object]:
         if node.fqn not in self.members:
             return enter
 
-        def entered(value: Any) -> Any:
+        def entered(value: object) -> object:
             return self.enter(what, (node.fqn, value), enter, value)
 
         return entered
@@ -199,7 +199,7 @@ class JournalBoundary(Interceptor):
         if server.node.fqn not in self.members:
             return take
 
-        def taken(message: Any, caller: Requester, timeout: float) -> Request:
+        def taken(message: object, caller: Requester, timeout: float) -> Request:
             if BOUNDARY.get() is self:
                 return take(message, caller, timeout)
             number = self._owing = self._owing + 1
@@ -214,7 +214,7 @@ class JournalBoundary(Interceptor):
             return ways
         name = server.entry.name
 
-        def submit(goal_id: bytes, message: Any, client: GoalFollower | None) -> GoalRequest:
+        def submit(goal_id: bytes, message: object, client: GoalFollower | None) -> GoalRequest:
             if BOUNDARY.get() is self:
                 return ways.submit(goal_id, message, client)
             number = self._owing = self._owing + 1
@@ -231,7 +231,7 @@ class JournalBoundary(Interceptor):
 
         return ways._replace(submit=submit, cancel=cancel)
 
-    def _take(self, number: int, take: Callable[..., T], *arguments: Any) -> T:
+    def _take(self, number: int, take: Callable[..., T], *arguments: object) -> T:
         taken = take(*arguments)
         request: Any = taken
         request.future = self.answers[number] = Answer(self, number)
@@ -258,11 +258,11 @@ class JournalBoundary(Interceptor):
         others = {one.node.fqn for one in matched} - {publisher.node.fqn}
         inner = bool(others) and all(map(self.owns, matched))
 
-        def deliver(message: Any) -> None:
+        def deliver(message: object) -> None:
             for target in targets:
                 target(message)
 
-        def publish(message: Any) -> None:
+        def publish(message: object) -> None:
             if BOUNDARY.get() is self:
                 self.leave("publish", name, getattr(message, "message", message), deliver, message, inner=inner)
             else:
@@ -277,7 +277,7 @@ class JournalBoundary(Interceptor):
     def to_itself(self, target: Target) -> Target:
         """`target`, called as code of the members: one hears what it, or another, has published."""
 
-        def deliver(message: Any) -> None:
+        def deliver(message: object) -> None:
             token = BOUNDARY.set(self)
             try:
                 target(message)
@@ -292,7 +292,7 @@ class JournalBoundary(Interceptor):
         name = client.entry.name
         self.uses(cast("ServiceEntry", client.entry))
 
-        def submitted(server: ServicePeer, message: Any, caller: Caller, timeout: float) -> ServiceCall:
+        def submitted(server: ServicePeer, message: object, caller: Caller, timeout: float) -> ServiceCall:
             if self._is_inside(server):
                 self.send("call", name, (message, timeout), inner=True)
                 call = submit(server, message, caller, timeout)
@@ -308,7 +308,7 @@ class JournalBoundary(Interceptor):
             return ways
         self.uses(entry)
 
-        def submit(server: ActionPeer, goal_id: bytes, message: Any, client: GoalFollower) -> OpenCall:
+        def submit(server: ActionPeer, goal_id: bytes, message: object, client: GoalFollower) -> OpenCall:
             if self._is_inside(server):
                 self.send("goal", entry.name, (goal_id, message), inner=True)
                 request = ways.submit(server, goal_id, message, client)
@@ -366,18 +366,18 @@ class Answer(asyncio.Future[Any]):
         self._boundary = boundary
         self._number = number
 
-    def set_result(self, result: Any, /) -> None:
+    def set_result(self, result: object, /) -> None:
         self._owed(super().set_result, result, result)
 
-    def set_exception(self, exception: Any, /) -> None:
+    def set_exception(self, exception: object, /) -> None:
         self._owed(super().set_exception, exception, exception)
 
-    def cancel(self, msg: Any = None) -> bool:
+    def cancel(self, msg: object = None) -> bool:
         if self.done() or BOUNDARY.get() is self._boundary:
             return super().cancel(msg)
         return self._boundary.enter("given up", (self._number, CANCELED), super().cancel, msg)
 
-    def _owed(self, complete: Callable[[Any], None], value: Any, note: Any) -> None:
+    def _owed(self, complete: Callable[[Any], None], value: object, note: object) -> None:
         self._boundary.answers.pop(self._number, None)
         if BOUNDARY.get() is self._boundary:
             told = described(note) if isinstance(note, BaseException) else note
@@ -395,10 +395,10 @@ class InwardFollower:
         self._follower = follower
         self.owner: Final = follower.owner
 
-    def on_status(self, status: Any) -> None:
+    def on_status(self, status: object) -> None:
         self._boundary.enter("goal status", (self._number, status), self._follower.on_status, status)
 
-    def on_feedback(self, feedback: Any) -> None:
+    def on_feedback(self, feedback: object) -> None:
         self._boundary.enter("feedback", (self._number, feedback), self._follower.on_feedback, feedback)
 
     def on_result(self, outcome: Outcome) -> None:
@@ -420,7 +420,7 @@ class OutwardFollower:
     def on_status(self, status: Any) -> None:
         self._boundary.leave("status", self._name, (self._goal_id, status.name), self._client.on_status, status)
 
-    def on_feedback(self, feedback: Any) -> None:
+    def on_feedback(self, feedback: object) -> None:
         self._boundary.leave("feedback", self._name, feedback, self._client.on_feedback, feedback)
 
     def on_result(self, outcome: Outcome) -> None:

@@ -45,7 +45,7 @@ def shown(value: object) -> str:
     return text if len(text) <= WIDTH else text[: WIDTH - 3] + "..."
 
 
-def first_difference(recorded: Any, replayed: Any, field: str = "") -> tuple[str, Any, Any] | None:
+def first_difference(recorded: Any, replayed: Any, field: str = "") -> tuple[str, object, object] | None:
     """The first field in which two values differ, with its two values; None if they are bit for bit the same.
 
     A NaN equals itself, and -0.0 is not 0.0.
@@ -67,7 +67,7 @@ def first_difference(recorded: Any, replayed: Any, field: str = "") -> tuple[str
     return None if alike else (field, recorded, replayed)
 
 
-def _in_array(recorded: Any, replayed: Any, field: str) -> tuple[str, Any, Any] | None:
+def _in_array(recorded: Any, replayed: Any, field: str) -> tuple[str, object, object] | None:
     if recorded.shape != replayed.shape:
         return (f"shape({field})", recorded.shape, replayed.shape)
     if recorded.dtype != replayed.dtype:
@@ -79,7 +79,7 @@ def _in_array(recorded: Any, replayed: Any, field: str) -> tuple[str, Any, Any] 
     return (f"{field}[{place}]", recorded.ravel()[place].item(), replayed.ravel()[place].item())
 
 
-def _in_sequence(recorded: list[object], replayed: list[object], field: str) -> tuple[str, Any, Any] | None:
+def _in_sequence(recorded: list[object], replayed: list[object], field: str) -> tuple[str, object, object] | None:
     if len(recorded) != len(replayed):
         return (f"len({field})", len(recorded), len(replayed))
     for index, (one, other) in enumerate(zip(recorded, replayed, strict=True)):

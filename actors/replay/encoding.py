@@ -120,7 +120,7 @@ class _Writing(pickle.Pickler):
 
 
 class _Reading(BoundedUnpickler):
-    def find_class(self, module: str, name: str, /) -> Any:
+    def find_class(self, module: str, name: str, /) -> object:
         if f"{module}:{name}" not in CALLED:
             raise ReplayError(
                 f"the journal wants {module:.200}.{name:.200} to be called: replay it with --trust (trust=True) if you trust its origin"
@@ -130,7 +130,7 @@ class _Reading(BoundedUnpickler):
             return _structure_made
         return found if isinstance(found, type(_named)) else _with_plain(found)
 
-    def call(self, function: Any, arguments: tuple[object, ...], keywords: dict[str, Any]) -> Any:
+    def call(self, function: Any, arguments: tuple[object, ...], keywords: dict[str, object]) -> Any:
         if keywords:
             raise ReplayError("the journal calls something with keywords")
         if isinstance(function, type):  # which `class_named` has found
@@ -138,7 +138,7 @@ class _Reading(BoundedUnpickler):
         return function(*arguments)
 
 
-def _structure_made(kind: object, fields: object) -> Any:
+def _structure_made(kind: object, fields: object) -> object:
     """A structure with these fields: `msgspec._utils.rebuild`."""
     if not (isinstance(kind, type) and _may_be_named(kind) and type(fields) is dict):
         raise ReplayError("the journal holds a structure without its class or its fields")
@@ -162,7 +162,7 @@ def _may_be_held(value: Any) -> bool:
     return type(value) in _HELD or isinstance(value, Message) or type(value).__module__ == "numpy"
 
 
-def _with_plain(function: Any) -> Any:
+def _with_plain(function: Any) -> object:
     """The function, for plain arguments only."""
 
     def call(*arguments: Any) -> Any:
@@ -174,7 +174,7 @@ def _with_plain(function: Any) -> Any:
     return call
 
 
-def _of_numpy(value: object) -> Any:
+def _of_numpy(value: object) -> object:
     """How an array or a number of numpy is written; None for one with elements that are objects or have fields."""
     import numpy as np
 
@@ -223,7 +223,7 @@ def message_named(name: str) -> type[Message]:
     return get_message(name[:MOST_LETTERS])
 
 
-def error_made(module: str, name: str, arguments: tuple[object, ...], attributes: dict[str, Any]) -> BaseException:
+def error_made(module: str, name: str, arguments: tuple[object, ...], attributes: dict[str, object]) -> BaseException:
     """An error with these arguments and attributes, without a call of its class, which many do not bear."""
     kind: object = _named(module, name)
     if not (isinstance(kind, type) and issubclass(kind, BaseException)):
@@ -263,7 +263,7 @@ def object_filled(value: object, state: object) -> None:
         place.__set__(value, one)
 
 
-def tuple_made(module: str, name: str, values: tuple[object, ...]) -> tuple[Any, ...]:
+def tuple_made(module: str, name: str, values: tuple[object, ...]) -> tuple[object, ...]:
     """A named tuple."""
     kind: object = _named(module, name)
     if not _is_named_tuple(kind):

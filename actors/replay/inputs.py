@@ -180,7 +180,7 @@ class Inputs:
         if server is not None:
             server.cancel(goal_id, reason)
 
-    def given_up(self, number: int, how: Any) -> None:
+    def given_up(self, number: int, how: object) -> None:
         answer = self._boundary.answers.get(number)
         if answer is None or answer.done():
             return
@@ -208,7 +208,7 @@ class Inputs:
         place = sum(one[:2] == (kind, name) for one in self._names[: number - 1])
         return self._boundary.channels.get((kind, name, place))
 
-    def goal_status(self, number: int, status: Any) -> None:
+    def goal_status(self, number: int, status: object) -> None:
         self._follower(number, "on_status", status)
 
     def feedback(self, number: int, feedback: Any) -> None:

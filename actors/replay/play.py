@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.checks import create
 from actors.replay.alone import check_alone, check_parameters, stop_at
@@ -77,7 +77,7 @@ def replay(
     *,
     changed: str | None = None,
     node: type[Node] | None = None,
-    parameters: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, object] | None = None,
     pause: tuple[str, int] | None = None,
     debugger: Callable[[], object] | None = None,
     every: bool = False,
@@ -118,7 +118,7 @@ class Change:
     """
 
     def __init__(
-        self, recording: Recording, name: str | None, factory: type[Node] | None, parameters: Mapping[str, Any]
+        self, recording: Recording, name: str | None, factory: type[Node] | None, parameters: Mapping[str, object]
     ) -> None:
         self.made = factory is not None or bool(parameters)
         self._recording, self._factory, self._parameters = recording, factory, parameters

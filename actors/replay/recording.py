@@ -149,7 +149,7 @@ class Recording:
         """The path of the supervisor below which all nodes are that are in the recording."""
         return tuple(self.node.split("/")) if is_subtree(self.node) else self.start.path[:-1]
 
-    def outputs(self, *, inner: bool = False) -> Iterator[tuple[str, str, Any]]:
+    def outputs(self, *, inner: bool = False) -> Iterator[tuple[str, str, object]]:
         """What was sent, in order: (kind, name, value). With `inner`, also what the nodes of a subtree sent to each other alone."""
         for entry in self.entries:
             if isinstance(entry, tuple) and entry[0] in SENT and (inner or entry[0] == "out"):

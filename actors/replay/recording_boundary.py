@@ -275,7 +275,7 @@ class RecordedLife:
         self._recording.enter("stop", details, self._life.stop, reason)
 
 
-def outcome_of(future: asyncio.Future[Any]) -> tuple[str, Any]:
+def outcome_of(future: asyncio.Future[Any]) -> tuple[str, object]:
     """How a future has ended, and its result or error."""
     if future.cancelled():
         return CANCELED, None
@@ -284,7 +284,7 @@ def outcome_of(future: asyncio.Future[Any]) -> tuple[str, Any]:
     return "result", future.result()
 
 
-def state_of(entry: ServerEntry[Any], members: Container[str]) -> tuple[Any, ...] | None:
+def state_of(entry: ServerEntry[Any], members: Container[str]) -> tuple[object, ...] | None:
     """Who serves a name, for a member that asks: the state of its entry, as far as a client can see it."""
     server = entry.server
     if server is not None:

@@ -68,7 +68,7 @@ class ReplayingBoundary(JournalBoundary):
 
     # -- what passes ---------------------------------------------------------------------------------------------------------
 
-    def enter(self, kind: str, details: tuple[Any, ...], function: Callable[..., T], *arguments: Any) -> T:
+    def enter(self, kind: str, details: tuple[object, ...], function: Callable[..., T], *arguments: object) -> T:
         token = BOUNDARY.set(self)
         try:
             return function(*arguments)
@@ -76,7 +76,7 @@ class ReplayingBoundary(JournalBoundary):
             BOUNDARY.reset(token)
 
     def leave(
-        self, kind: str, name: str, value: Any, function: Callable[..., T], *arguments: Any, inner: bool = False
+        self, kind: str, name: str, value: object, function: Callable[..., T], *arguments: object, inner: bool = False
     ) -> T:
         self.send(kind, name, value, inner=inner)
         token = BOUNDARY.set(None)
@@ -89,7 +89,7 @@ class ReplayingBoundary(JournalBoundary):
         self.expect_if_future(answer)
         return answer
 
-    def send(self, kind: str, name: str, value: Any, *, inner: bool = False) -> None:
+    def send(self, kind: str, name: str, value: object, *, inner: bool = False) -> None:
         number, self._last = self.sent[kind, name], (kind, name)
         self.sent[kind, name] += 1
         if self.over:
@@ -111,19 +111,19 @@ class ReplayingBoundary(JournalBoundary):
         if (found := first_difference(recorded, value)) is not None:
             self._differs(kind, name, number, *found, inner=within)
 
-    def _unlike(self, kind: str, name: str, entry: Entry | None, value: Any) -> None:
+    def _unlike(self, kind: str, name: str, entry: Entry | None, value: object) -> None:
         """The recording did something else here."""
         if isinstance(entry, tuple) and entry[0] in SENT:
             self._missing(entry, f"{kind} {name}: {value!r}")
         self.diverge()
 
-    def _missing(self, entry: tuple[Any, ...], replayed: Any) -> None:
+    def _missing(self, entry: tuple[Any, ...], replayed: object) -> None:
         """The recording sends something at a place where `replayed` was done."""
         tag, kind, name, value = entry
         self._differs(kind, name, self.sent[kind, name], "", value, replayed, inner=tag == "inner")
 
     def _differs(
-        self, kind: str, name: str, number: int, field: str, recorded: Any, replayed: Any, *, inner: bool
+        self, kind: str, name: str, number: int, field: str, recorded: Any, replayed: object, *, inner: bool
     ) -> None:
         found = self.inner if inner else self.differences
         if any((one.kind, one.name) == (kind, name) for one in found):
@@ -145,7 +145,7 @@ class ReplayingBoundary(JournalBoundary):
                 inner, recorded = values[number]
                 self._differs(kind, name, number, "", recorded, ABSENT, inner=inner)
 
-    def missed(self, entry: tuple[Any, ...]) -> None:
+    def missed(self, entry: tuple[object, ...]) -> None:
         """The recording sends something that is not sent now."""
         self._missing(entry, ABSENT)
         self.diverge()
@@ -200,7 +200,7 @@ class ReplayingBoundary(JournalBoundary):
                 self._ahead.add(place)
                 self.apply(entry)
 
-    def _step_entries(self) -> Iterator[tuple[int, tuple[Any, ...], bool]]:
+    def _step_entries(self) -> Iterator[tuple[int, tuple[object, ...], bool]]:
         """What comes in during the step that begins now, with its place in the recording, and whether the node has sent something before."""
         entries, sent = self.recording.entries, False
         for place in range(self.at, len(entries)):
@@ -212,7 +212,7 @@ class ReplayingBoundary(JournalBoundary):
                 return
             yield place, entry, sent
 
-    def compute(self, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
+    def compute(self, function: Callable[..., T], arguments: tuple[object, ...]) -> T:
         entry = None if self.diverged else self.entry()
         if isinstance(entry, tuple) and entry[0] == "result":
             self.at += 1
@@ -242,13 +242,13 @@ class ReplayingBoundary(JournalBoundary):
         self._joining = self.number_of(subscription)
         return target
 
-    def uses(self, entry: Any) -> None:
+    def uses(self, entry: object) -> None:
         """Do nothing: the recording knows who serves it."""
 
     # -- the event loop ------------------------------------------------------------------------------------------------------
 
     def plan(
-        self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[Any, ...],
+        self, plain: Callable[..., asyncio.Handle], when: float | None, number: int, callback: Callback, arguments: tuple[object, ...],
         context: Context | None,
     ) -> asyncio.Handle:  # fmt: skip
         if self.over:
@@ -274,9 +274,9 @@ class ReplayingBoundary(JournalBoundary):
         return clock() if self.over else self.now
 
 
-def _by_name(recording: Recording) -> dict[tuple[str, str], list[tuple[bool, Any]]]:
+def _by_name(recording: Recording) -> dict[tuple[str, str], list[tuple[bool, object]]]:
     """What was sent in the recording, by kind and name: each with whether it was sent to members alone."""
-    sent: dict[tuple[str, str], list[tuple[bool, Any]]] = {}
+    sent: dict[tuple[str, str], list[tuple[bool, object]]] = {}
     for entry in recording.entries:
         if isinstance(entry, tuple) and entry[0] in SENT:
             sent.setdefault((entry[1], entry[2]), []).append((entry[0] == "inner", entry[3]))
@@ -289,5 +289,5 @@ def run_handle(handle: asyncio.Handle) -> None:
         handle._run()  # pyright: ignore[reportPrivateUsage]
 
 
-def _nowhere(entry: tuple[Any, ...]) -> None:
+def _nowhere(entry: tuple[object, ...]) -> None:
     """Take nothing in: there is no node yet."""

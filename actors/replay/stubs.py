@@ -54,7 +54,7 @@ class _StubEnd:
     def part(self, peer: object, /) -> None:
         self.matched.pop(peer, None)
 
-    def leave(self) -> tuple[Any, ...]:
+    def leave(self) -> tuple[object, ...]:
         peers, self.matched = tuple(self.matched), {}
         return peers
 

@@ -150,7 +150,7 @@ def read_parameters(where: str, parameters: ParameterSources | None) -> Paramete
     return overrides
 
 
-def parameters_by_node(where: str, tree: Spec, parameters: ParameterSources) -> dict[str, dict[str, Any]]:
+def parameters_by_node(where: str, tree: Spec, parameters: ParameterSources) -> dict[str, dict[str, object]]:
     """Full name of each node of the tree -> those of these parameters that apply to it, for a run of a part of the tree.
 
     Raises `InvalidParams`, as `run` does with the whole tree.

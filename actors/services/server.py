@@ -259,5 +259,5 @@ class InterceptedServer(Server):
     handling: Handle
     """`Request.handle`, behind the interceptors."""
 
-    def submit(self, message: Any, caller: Requester, timeout: float) -> Request:
+    def submit(self, message: object, caller: Requester, timeout: float) -> Request:
         return self.taking(message, caller, timeout)

@@ -29,19 +29,19 @@ class Declaration(ABC):
 
     def __repr__(self) -> str:
         fields = self._fields()
-        keywords: dict[str, Any] = getattr(type(self).__init__, "__kwdefaults__", {})
+        keywords: dict[str, object] = getattr(type(self).__init__, "__kwdefaults__", {})
         plain = keywords | self._stored_defaults | {"name": fields["name"]}
         shown = [f"{name}={value!r}" for name, value in fields.items() if value != plain.get(name, value)]
         return f"{type(self).__name__}({', '.join([*self._positional(), *shown])})"
 
-    def __reduce__(self) -> tuple[Callable[[type[Self], dict[str, Any]], Self], tuple[type[Self], dict[str, Any]]]:
+    def __reduce__(self) -> tuple[Callable[[type[Self], dict[str, Any]], Self], tuple[type[Self], dict[str, object]]]:
         return _rebuild, (type(self), self._fields())
 
-    def replace(self, **changes: Any) -> Self:
+    def replace(self, **changes: object) -> Self:
         """A copy with these options changed, which is checked like a new declaration. Raises `DeclarationError`."""
         return _rebuild(type(self), self._fields() | changes)
 
-    def varied(self, **changes: Any) -> Self:
+    def varied(self, **changes: object) -> Self:
         """A copy with these options changed, which are valid: nothing is checked."""
         copy, put = object.__new__(type(self)), object.__setattr__
         names: tuple[str, ...] = self.__slots__
@@ -49,7 +49,7 @@ class Declaration(ABC):
             put(copy, name, changes[name] if name in changes else getattr(self, name))
         return copy
 
-    def _fields(self) -> dict[str, Any]:
+    def _fields(self) -> dict[str, object]:
         names: tuple[str, ...] = self.__slots__
         return {name: getattr(self, name) for name in names}
 
@@ -61,5 +61,5 @@ class Declaration(ABC):
             object.__setattr__(self, name, value)
 
 
-def _rebuild(kind: type[D], fields: dict[str, Any]) -> D:
+def _rebuild(kind: type[D], fields: dict[str, object]) -> D:
     return kind(**fields)

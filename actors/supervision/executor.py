@@ -73,7 +73,7 @@ class Executor:
         self._context = contextvars.copy_context()
         self.of_ends = contextvars.copy_context()
         """The context in which the ends of tasks are noted: one for all, since each callback would copy the present one."""
-        self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
+        self._inbox: deque[tuple[Callable[..., None], tuple[object, ...]]] = deque()
         self._busy = False
         self._over: asyncio.Future[None] = self.loop.create_future()
         self._failure: Exception | None = None

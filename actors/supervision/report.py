@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import msgspec
 
@@ -40,14 +40,14 @@ class Report(msgspec.Struct, frozen=True):
         return f"{text}: {details}" if details else text
 
 
-def log_line(report: Report, reason: str, ended_at: float | None) -> tuple[int, str, dict[str, Any]]:
+def log_line(report: Report, reason: str, ended_at: float | None) -> tuple[int, str, dict[str, object]]:
     """The level, the text and the fields of a report's log line. `reason` is the text of its reason, `ended_at` the loop time at which the
     child's last life ended, or None.
 
     The number of the child's life is not among the fields: the log line itself has it.
     """
     child, supervisor = report.child.id, report.supervisor[-1]
-    fields: dict[str, Any] = {"child": "/".join(report.child.path)}
+    fields: dict[str, object] = {"child": "/".join(report.child.path)}
     if report.context == "progress":
         if report.child.incarnation == 1:
             return Level.DEBUG, f"started {child}", fields

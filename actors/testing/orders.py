@@ -147,7 +147,7 @@ class ByPriority:
             priority = self._priorities[task] = self._rng.random()
         return priority
 
-    def _choose(self) -> Any:
+    def _choose(self) -> object:
         """Take the next step from those held back."""
         oldest = next(iter(self._waiting))
         if self._turn - self._waiting[oldest][0] > LONGEST_WAIT:
@@ -164,7 +164,7 @@ class ByPriority:
         self._last = task
         return handle
 
-    def _highest(self) -> Any:
+    def _highest(self) -> object:
         while (number := heappop(self._ranks)[1]) not in self._waiting:
             pass
         return self._waiting.pop(number)[1]

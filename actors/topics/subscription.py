@@ -104,7 +104,7 @@ class Subscription(Endpoint, Generic[M]):
 
     def _takes(self, message: M | ExpiringMessage[M]) -> bool:
         """Whether the filter, if there is one, takes a message, or the one in a wrapper."""
-        bare: Any = message.message if isinstance(message, ExpiringMessage) else message
+        bare: object = message.message if isinstance(message, ExpiringMessage) else message
         return self.filter is None or self.filter.takes(bare)
 
     def _deliver_taken(self, deliver: Target, message: Any) -> None:
@@ -239,7 +239,7 @@ class Subscription(Endpoint, Generic[M]):
         self.must_unwrap = True
         if self.senders is None:
             self.senders = Waiters()
-        oldest: Any = self.messages[0]
+        oldest: object = self.messages[0]
         expires = oldest.expires if isinstance(oldest, ExpiringMessage) else math.inf
         loop = asyncio.get_running_loop()
         expiry = loop.call_at((expires + 1) / 1e9, self.senders.wake_all) if expires < math.inf else None
@@ -250,7 +250,7 @@ class Subscription(Endpoint, Generic[M]):
                 expiry.cancel()
 
     def _oldest_has_expired(self) -> bool:
-        oldest: Any = self.messages[0]
+        oldest: object = self.messages[0]
         return isinstance(oldest, ExpiringMessage) and not oldest.fresh
 
     def _overflow(self, message: M) -> None:

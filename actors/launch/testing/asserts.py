@@ -53,7 +53,7 @@ def assert_in_stream(
     proc_output: _Known,
     expected_output: Expected,
     process: object,
-    cmd_args: Any = None,
+    cmd_args: object = None,
     *,
     output_filter: Callable[[str], str] | None = None,
     strict_proc_matching: bool = True,
@@ -80,14 +80,14 @@ def assert_in_stream(
 
 
 def assert_in_stdout(
-    proc_output: _Known, expected_output: Expected, process: object, cmd_args: Any = None, **options: Any
+    proc_output: _Known, expected_output: Expected, process: object, cmd_args: object = None, **options: Any
 ) -> None:
     """`assert_in_stream` for stdout."""
     assert_in_stream(proc_output, expected_output, process, cmd_args, stream="stdout", **options)
 
 
 def assert_in_stderr(
-    proc_output: _Known, expected_output: Expected, process: object, cmd_args: Any = None, **options: Any
+    proc_output: _Known, expected_output: Expected, process: object, cmd_args: object = None, **options: Any
 ) -> None:
     """`assert_in_stream` for stderr."""
     assert_in_stream(proc_output, expected_output, process, cmd_args, stream="stderr", **options)

@@ -36,7 +36,7 @@ def _bound(case: type[unittest.TestCase], names: Sequence[str], given: Mapping[s
     return type(case.__name__, (case,), members)
 
 
-def _with(function: Callable[..., object], given: Mapping[str, object]) -> Callable[..., Any]:
+def _with(function: Callable[..., object], given: Mapping[str, object]) -> Callable[..., object]:
     chosen = {name: given[name] for name in inspect.signature(function).parameters if name in given}
 
     @functools.wraps(function)

@@ -134,7 +134,7 @@ class IoHandler:
             return list(self._lines[name])
 
     def assertWaitFor(
-        self, expected_output: Expected, process: object = None, cmd_args: Any = None, **options: Any
+        self, expected_output: Expected, process: object = None, cmd_args: object = None, **options: Any
     ) -> None:
         """Wait for a text, as `waitFor` does; AssertionError where it does not come."""
         if not self.waitFor(expected_output, process, cmd_args, **options):
@@ -144,7 +144,7 @@ class IoHandler:
         self,
         expected_output: Expected,
         process: object = None,
-        cmd_args: Any = None,
+        cmd_args: object = None,
         *,
         timeout: float = WAIT_SECONDS,
         stream: str = "stderr",

@@ -93,7 +93,7 @@ class LaunchTest(metaclass=NoPublicConstructor):
             evaluate([self._described()[0]], context, Scope("test", ""))
         return arguments_text(context)
 
-    def _described(self) -> tuple[LaunchDescription, Mapping[str, Any]]:
+    def _described(self) -> tuple[LaunchDescription, Mapping[str, object]]:
         """What the function of the file returns: the description, and what tests are given."""
         made: object = self._make(**self._parameters)
         description, given = cast("tuple[Any, Mapping[str, Any]]", made if isinstance(made, tuple) else (made, {}))

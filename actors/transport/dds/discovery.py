@@ -178,7 +178,7 @@ class Discovery:
                 del self._guids[handle]
         self._guids[endpoint.handle] = endpoint.guid
 
-    def _taken(self, topic: int, kind: Any, read: Callable[[Any], Any]) -> Iterator[tuple[bytes, int, int, Any]]:
+    def _taken(self, topic: int, kind: Any, read: Callable[[Any], object]) -> Iterator[tuple[bytes, int, int, Any]]:
         """GUID, count of lives, instance handle, and what `read` makes of it; None: it has gone."""
         library, reader = self._library, self._readers[topic]
         while True:
