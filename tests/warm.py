@@ -122,7 +122,7 @@ def _begin(request: bytes, out: int, err: int, answer: int) -> list[str]:
 
 def _import_all() -> None:
     """Import what most commands import. Nothing that starts a thread: a fork would have its locks, and not the thread."""
-    import robot.run.flight
+    import robot.run.recordings
 
     import robot.assembly
     import robot.commands
