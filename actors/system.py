@@ -69,9 +69,9 @@ class System(metaclass=NoPublicConstructor):
         self.clock, self.graph, self.log = runtime.clock, runtime.graph, runtime.log
         self.nodes: dict[tuple[str, ...], NodeRecord] = runtime.directory.records
         """The record of every node, by its path in the tree; nodes beside the tree are included."""
-        self.records: deque[LogRecord] = runtime.journal.records
+        self.records: deque[LogRecord] = runtime.system_log.records
         """The newest 1000 log lines."""
-        self.reports: deque[Report] = runtime.journal.reports
+        self.reports: deque[Report] = runtime.system_log.reports
         """The newest 10,000 reports of supervisors."""
 
     def __repr__(self) -> str:

@@ -122,13 +122,12 @@ def _begin(request: bytes, out: int, err: int, answer: int) -> list[str]:
 
 def _import_all() -> None:
     """Import what most commands import. Nothing that starts a thread: a fork would have its locks, and not the thread."""
-    import robot.run.flight
-
     import robot.assembly
     import robot.commands
     import robot.run.command
     import robot.run.judge
     import robot.run.mission
+    import robot.run.recordings
     import robot.run.report
     import robot.run.status
     import robot.sim.kinematic

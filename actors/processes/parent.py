@@ -63,7 +63,7 @@ class ParentSide:
             spec=self._spec,
             path=self._path,
             seed=runtime.seed,
-            level=runtime.journal.level,
+            level=runtime.system_log.level,
             options=runtime.options,
             transport=self._rendezvous.sibling(),
             domain_id=self._rendezvous.domain_id,
@@ -95,7 +95,7 @@ class ParentSide:
         if isinstance(event, Line):
             self._line(event)
         elif isinstance(event, Told):
-            self._runtime.journal.keep(event.report)
+            self._runtime.system_log.keep(event.report)
         else:
             for facts in event.changed:
                 self._note(facts)
@@ -105,11 +105,11 @@ class ParentSide:
             self._looking.wake_all()
 
     def _line(self, line: Line) -> None:
-        journal = self._runtime.journal
+        system_log = self._runtime.system_log
         # The time of this process may have slipped, that of the line's has not: it is never later than its arrival.
         now = min(line.at, self._runtime.loop.time()) - self._runtime.clock.loop_time(0.0)
         fields = {"process": self._id, **line.fields}
-        journal.write(
+        system_log.write(
             LogRecord(
                 now, line.level, line.node, line.incarnation, line.event, fields, times=line.times, trace=line.trace
             )

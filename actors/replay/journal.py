@@ -253,7 +253,7 @@ class Journal:
         return Start(
             journal=name, node=record.identity.fqn, incarnation=record.incarnation + 1, path=record.path, child=frozen(child),
             options=frozen(runtime.options), saved=frozen(record.saved), state=record.asked_state, seed=runtime.seed,
-            process=runtime.process, level=runtime.journal.level, virtual=runtime.clock.virtual, origin=runtime.clock.origin,
+            process=runtime.process, level=runtime.system_log.level, virtual=runtime.clock.virtual, origin=runtime.clock.origin,
             epoch=runtime.clock.epoch, id_streams=runtime.id_streams[record.identity.fqn],
         )  # fmt: skip
 

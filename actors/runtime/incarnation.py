@@ -323,7 +323,7 @@ class Incarnation:
     @property
     def log(self) -> NodeLog:
         if self._log is None:
-            self._log = self.runtime.journal.log(self.fqn, self.incarnation, self)
+            self._log = self.runtime.system_log.log(self.fqn, self.incarnation, self)
         return self._log
 
     @property
@@ -512,7 +512,7 @@ class Incarnation:
 
     def _write(self, error: BaseException, handler: str, event: str) -> None:
         fields = {"handler": handler, **error_fields(error)}
-        self.log.write(ERROR, event, fields, *self.runtime.journal.new_error(error, fields.get("at", "")))
+        self.log.write(ERROR, event, fields, *self.runtime.system_log.new_error(error, fields.get("at", "")))
 
     def fail(self, error: BaseException, label: str, *, decided: bool = False) -> None:
         """Let `error` end this incarnation, as the next item of its inbox. Unless `decided`, `on_error` is asked first."""

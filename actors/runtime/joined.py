@@ -198,7 +198,7 @@ class JoinedNodes:
             runtime.log.error("a node beside the tree refused to die and was abandoned", node_name=fqn)
         elif (error := node.error) is not None and not isinstance(error, Stop):
             fields = {"node_name": fqn, **error_fields(error)}
-            told = runtime.journal.new_error(error, fields.get("at", ""))
+            told = runtime.system_log.new_error(error, fields.get("at", ""))
             runtime.log.write(ERROR, "a node beside the tree failed", fields, *told)
         if node.leaving:
             self._forget(node)

@@ -19,13 +19,13 @@ from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
 from actors.runtime.endpoints import NOTHING
 from actors.runtime.incarnation import Incarnation, made
-from actors.runtime.journal import Journal
 from actors.runtime.offload import CallsFromThreads, Offload
 from actors.runtime.options import identity_of
 from actors.runtime.placement import HERE, Placement
 from actors.runtime.preload import preload
 from actors.runtime.stall import Runner, StallWatch
 from actors.runtime.start_watch import StartWatch
+from actors.runtime.system_log import SystemLog
 from actors.runtime.tree import Tree
 from actors.suggest import did_you_mean
 from actors.supervision.child import Child
@@ -486,14 +486,14 @@ class Runtime:
         """Full name -> how many lives of the node have drawn ids: a node that is opened again must not repeat those of the last time."""
         self.observers = Observers(sinks)
         self.options = options
-        self.journal = Journal(
+        self.system_log = SystemLog(
             loop,
             self.clock,
             LevelTree(Level(level)) if options is None else options.levels,
             self.observers.sinks,
             self.observers.reports,
         )
-        self.log = self.journal.log("system", 1)
+        self.log = self.system_log.log("system", 1)
         self.graph = make_graph(self.clock.now)
         self.tree = Tree()
         self.directory = Directory(self.tree, loop, options)
@@ -525,7 +525,7 @@ class Runtime:
 
     def stall_watch(self) -> StallWatch:
         """What finds the handlers that block the event loop, still to be started."""
-        return StallWatch(self.loop, self.thread, self.journal, self.directory.runner_of)
+        return StallWatch(self.loop, self.thread, self.system_log, self.directory.runner_of)
 
     def intercept(self, interceptor: Interceptor, *, first: bool = False) -> None:
         """Let `interceptor` stand between the nodes and their world; with `first`, nearest to the nodes.
@@ -603,11 +603,11 @@ class Runtime:
     def report(self, report: Report, /) -> None:
         """Keep a supervisor's report, tell the observers, and log it."""
         record = self.directory.records.get(report.child.path)
-        self.journal.keep(report)
+        self.system_log.keep(report)
         reason = "" if report.reason is None else str(report.reason)
         if report.context == "child_terminated" and record is not None:
             record.note_restart(self.clock.now(), reason)
-        self.journal.write_report(report, reason, None if record is None else record.ended_at)
+        self.system_log.write_report(report, reason, None if record is None else record.ended_at)
 
     # -- the lives of nodes -------------------------------------------------------------------------------------------------
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.inbox.inbox import Inbox
-    from actors.runtime.journal import Journal
+    from actors.runtime.system_log import SystemLog
 
 POLL_SECONDS = 0.2
 """Time between two checks of the thread, seconds."""
@@ -85,12 +85,12 @@ class StallWatch:
         self,
         loop: asyncio.AbstractEventLoop,
         thread: int,
-        journal: Journal,
+        system_log: SystemLog,
         runner_of: Callable[[asyncio.Task[Any] | Inbox], Runner | None],
     ) -> None:
         self._loop = loop
         self._loop_thread = thread
-        self._journal = journal
+        self._system_log = system_log
         self._runner_of = runner_of
         self._end = Event()
         self._asked = False
@@ -237,7 +237,7 @@ class StallWatch:
         waited = self.waited(begun) - waited
         if waited >= STARVED * seconds:
             self._told_starved = True
-            self._journal.log("system", 1).warning(
+            self._system_log.log("system", 1).warning(
                 f"this process got {(process_time() - ran) / seconds:.0%} of a core: its timers are late",
                 waited_for_a_processor=f"{waited / seconds:.0%} of the time",
                 remedy="end other programs, give it more of the machine, or ask less of it",
@@ -263,7 +263,7 @@ class StallWatch:
         if (block.node, block.handler) in self._reported:
             return
         self._reported.add((block.node, block.handler))
-        log = self._journal.log(block.node, block.incarnation) if block.node else self._journal.log("system", 1)
+        log = self._system_log.log(block.node, block.incarnation) if block.node else self._system_log.log("system", 1)
         fields: dict[str, Any] = {"at": block.line, **harm} if block.line else harm
         log.warning(
             f"handler blocked the event loop for {block.ended - block.begun:.2f} s", handler=block.handler, **fields,

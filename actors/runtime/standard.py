@@ -128,7 +128,7 @@ class StandardEndpoints:
 
         runtime.observers.sinks.insert(0, publish)
         oldest = runtime.clock.now() - ROSOUT_SECONDS
-        for record in runtime.journal.records:
+        for record in runtime.system_log.records:
             if record.time >= oldest:
                 publish(record)
 
@@ -177,7 +177,7 @@ def _logger_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] 
     kind, answered = LOGGER_SERVICES[last]
 
     async def answer(request: Any) -> Any:
-        return answered(life.runtime.journal.levels, request)
+        return answered(life.runtime.system_log.levels, request)
 
     return kind, answer
 

@@ -7,9 +7,9 @@ is busy or a process has just been started; and no command says that a name is n
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
-from typing import Final
+from typing import Any, Final
 
 LATE: Final = 1.0
 """Seconds for which something that is asked for by its name is waited for at least."""
@@ -62,3 +62,15 @@ async def late(news: asyncio.Event, wanted: Callable[[], bool], most: float) -> 
                 await news.wait()
             return True
     return wanted()
+
+
+async def until_one_ends(*work: Coroutine[Any, Any, object]) -> None:
+    """Do all of this together until one part has ended, and cancel the others. Raises the error of that part."""
+    tasks = [asyncio.ensure_future(one) for one in work]
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            task.result()
+    finally:
+        for task in tasks:
+            task.cancel()

@@ -112,7 +112,7 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "catch_up", "count_incompatible_qos", "count_incompatible_type", "count_lost", "deliver", "due", "end_events", "entry", "expiring",
         "full", "here", "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
         "timed", "unwrap", "waiting", "wrapped",
-        "active", "concurrent", "handler", "inbox", "label", "must_unwrap", "run", "stamp", "take_over",
+        "handler", "inbox", "label", "must_unwrap", "run", "stamp", "take_over",
     ),
     "RunningSupervisor": (
         "ask", "below", "incarnation", "leaked", "life", "lives", "name", "phase", "recent_restarts", "run", "statuses", "stop",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import os
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -14,6 +13,7 @@ from actors.interfaces.action_msgs.msg import GoalStatusArray
 from actors.interfaces.action_msgs.srv import CancelGoal
 from actors.names.names import service_event_topic
 from cli.command import CommandFailed, Exit
+from cli.graph.looking import until_one_ends
 from cli.graph.seen import Seen, seen
 from cli.graph.types import action_type
 from cli.graph.view import absolute
@@ -53,14 +53,7 @@ async def echo(options: argparse.Namespace) -> Exit:
         interfaces = [one for one in _interfaces(kind, name, stated_qos(options, qos.SERVICES)) if one.name in chosen]
         for line in _silent(graph, name, interfaces):
             complain(line)
-        tasks = [asyncio.ensure_future(_follow(graph, one, options)) for one in interfaces]
-        try:
-            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            for task in done:
-                task.result()
-        finally:
-            for task in tasks:
-                task.cancel()
+        await until_one_ends(*(_follow(graph, one, options) for one in interfaces))
     return Exit.DONE
 
 

@@ -16,6 +16,7 @@ from actors.interfaces import Message
 from actors.names.names import is_hidden
 from actors.suggest import did_you_mean
 from cli.command import CommandFailed, Exit
+from cli.graph.looking import until_one_ends
 from cli.graph.seen import Seen, seen
 from cli.graph.view import absolute
 from cli.output import control
@@ -85,18 +86,12 @@ async def plot(options: argparse.Namespace) -> Exit:
         drawn = options.csv != "-"
         with _table(options.csv) as table:
             begin = time.monotonic()
-            tasks = [asyncio.ensure_future(_show(series, options, begin, drawn=drawn))]
-            tasks += [
-                asyncio.ensure_future(_collect(graph, options, *where, one, begin, table))
-                for where, one in zip(chosen, series, strict=True)
+            work = [
+                _collect(graph, options, *where, one, begin, table) for where, one in zip(chosen, series, strict=True)
             ]
             try:
-                done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-                for task in done:
-                    task.result()
+                await until_one_ends(_show(series, options, begin, drawn=drawn), *work)
             finally:
-                for task in tasks:
-                    task.cancel()
                 if drawn and any(one.values for one in series):
                     _draw(series, options)
                 if options.png is not None:

@@ -281,7 +281,7 @@ async def test_log_levels_are_those_of_the_logger_or_of_its_nearest_ancestor() -
     async with run(tree(), sinks=(lines,), argv=ros("--log-level", "warn", "--log-level", "left:=debug")) as system:
         assert node(system, "/gait").log.level == 30
         assert node(system, "/left/gait").log.level == DEBUG
-        assert system.runtime.journal.level == 30
+        assert system.runtime.system_log.level == 30
     assert {line.node for line in lines if line.event == "gait ready"} == {"/left/gait"}
 
 

@@ -1,4 +1,4 @@
-"""The journal of a system: keeps its log lines and its supervisors' reports, and passes them on."""
+"""The log of a system: keeps its log lines and its supervisors' reports, and passes them on."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _ADDRESS: Final = re.compile(r" at 0x[0-9a-f]+")
 """Where an object lies in memory, in its representation: it differs from run to run."""
 
 
-class Journal:
+class SystemLog:
     """The log lines and reports of one system. It gives them to `sinks` and `observers`, to which others may be added at any time.
 
     Invariants:
