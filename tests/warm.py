@@ -1,4 +1,4 @@
-"""`python -m robot` in processes of their own that need not import the same 1,100 modules anew.
+"""`python -m robot`, and programs for `python -c`, in processes of their own that need not import the same 1,100 modules anew.
 
 One process imports what the command line and the robot import, and is forked for every command. A fork does all else that `python -m robot` does:
 it has its own words, environment, folder and output, and its own end. A test of imports, of signals at the start or of the seed of hashes starts
@@ -22,6 +22,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 ROOT = Path(__file__).parents[1]
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -63,7 +64,7 @@ class Program:
 def run(
     *words: str, env: Mapping[str, str] | None = None, cwd: Path = ROOT, timeout: float = 300.0
 ) -> subprocess.CompletedProcess[str]:
-    """What ``python -m robot`` does with these words. It is killed after `timeout` seconds."""
+    """What ``python -m robot`` does with these words, or ``python -c`` with the words after "-c". It is killed after `timeout` seconds."""
     return Program(*words, env=env, cwd=cwd).wait(timeout)
 
 
@@ -141,8 +142,14 @@ def _import_all() -> None:
 def _main() -> None:
     with socket.socket(fileno=int(sys.argv[1])) as door:
         _import_all()
-        sys.argv = ["robot", *_serve(door)]
-    runpy.run_module("robot", run_name="__main__", alter_sys=True)
+        words = _serve(door)
+    if words[:1] == ["-c"]:
+        _, code, *sys.argv[1:] = words
+        sys.modules["__main__"] = module = ModuleType("__main__")
+        exec(compile(code, "<string>", "exec"), vars(module))
+    else:
+        sys.argv = ["robot", *words]
+        runpy.run_module("robot", run_name="__main__", alter_sys=True)
 
 
 if __name__ == "__main__":
