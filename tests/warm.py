@@ -11,6 +11,7 @@ import atexit
 import gc
 import json
 import os
+import pkgutil
 import runpy
 import signal
 import socket
@@ -21,6 +22,7 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
@@ -40,14 +42,14 @@ class Program:
             request = json.dumps([words, dict(os.environ if env is None else env), str(cwd)]).encode()
             files = [self._out.fileno(), self._err.fileno(), theirs.fileno()]
             socket.send_fds(_door(), [request], files)
-        self.pid = int.from_bytes(self._told.recv(4), "little")
+        self.pid = self._hear()
 
     def wait(self, timeout: float) -> subprocess.CompletedProcess[str]:
         """How it has ended, and what it has printed. It is killed after `timeout` seconds."""
         self._told.settimeout(timeout)
         with self._told, self._out, self._err:
             try:
-                status = int.from_bytes(self._told.recv(4), "little")
+                status = self._hear()
             except TimeoutError:
                 self.kill()
                 raise subprocess.TimeoutExpired(self._words, timeout) from None
@@ -55,6 +57,12 @@ class Program:
                 file.seek(0)
             printed = (file.read().decode() for file in (self._out, self._err))
             return subprocess.CompletedProcess(self._words, os.waitstatus_to_exitcode(status), *printed)
+
+    def _hear(self) -> int:
+        told = self._told.recv(4)
+        if not told:
+            raise EOFError("the process that is forked for commands has ended")
+        return int.from_bytes(told, "little")
 
     def kill(self) -> None:
         """End it at once. Only while it is waited for."""
@@ -123,18 +131,10 @@ def _begin(request: bytes, out: int, err: int, answer: int) -> list[str]:
 
 def _import_all() -> None:
     """Import what most commands import. Nothing that starts a thread: a fork would have its locks, and not the thread."""
-    import robot.run.flight
-
-    import robot.assembly
-    import robot.commands
-    import robot.run.command
-    import robot.run.judge
-    import robot.run.mission
-    import robot.run.report
-    import robot.run.status
-    import robot.sim.kinematic
-    import robot.sim.physics  # noqa: F401
-
+    for name in ("cli.graph.looking", "robot.commands", "robot.assembly", "robot.run", "robot.nodes", "robot.sim"):
+        module = import_module(name)
+        for found in pkgutil.iter_modules(getattr(module, "__path__", ()), f"{name}."):
+            import_module(found.name)
     gc.collect()
     gc.freeze()
 
@@ -144,7 +144,8 @@ def _main() -> None:
         _import_all()
         words = _serve(door)
     if words[:1] == ["-c"]:
-        _, code, *sys.argv[1:] = words
+        _, code, *others = words
+        sys.argv = ["-c", *others]
         sys.modules["__main__"] = module = ModuleType("__main__")
         exec(compile(code, "<string>", "exec"), vars(module))
     else:
