@@ -135,6 +135,7 @@ def _import_all() -> None:
         module = import_module(name)
         for found in pkgutil.iter_modules(getattr(module, "__path__", ()), f"{name}."):
             import_module(found.name)
+    import_module("mujoco")
     gc.collect()
     gc.freeze()
 
