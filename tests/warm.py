@@ -1,4 +1,4 @@
-"""`python -m robot` in processes of their own that need not import the same 1,100 modules anew.
+"""`python -m robot`, and programs for `python -c`, in processes of their own that need not import the same 1,100 modules anew.
 
 One process imports what the command line and the robot import, and is forked for every command. A fork does all else that `python -m robot` does:
 it has its own words, environment, folder and output, and its own end. A test of imports, of signals at the start or of the seed of hashes starts
@@ -11,6 +11,7 @@ import atexit
 import gc
 import json
 import os
+import pkgutil
 import runpy
 import signal
 import socket
@@ -21,7 +22,9 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 ROOT = Path(__file__).parents[1]
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -39,14 +42,14 @@ class Program:
             request = json.dumps([words, dict(os.environ if env is None else env), str(cwd)]).encode()
             files = [self._out.fileno(), self._err.fileno(), theirs.fileno()]
             socket.send_fds(_door(), [request], files)
-        self.pid = int.from_bytes(self._told.recv(4), "little")
+        self.pid = self._hear()
 
     def wait(self, timeout: float) -> subprocess.CompletedProcess[str]:
         """How it has ended, and what it has printed. It is killed after `timeout` seconds."""
         self._told.settimeout(timeout)
         with self._told, self._out, self._err:
             try:
-                status = int.from_bytes(self._told.recv(4), "little")
+                status = self._hear()
             except TimeoutError:
                 self.kill()
                 raise subprocess.TimeoutExpired(self._words, timeout) from None
@@ -54,6 +57,12 @@ class Program:
                 file.seek(0)
             printed = (file.read().decode() for file in (self._out, self._err))
             return subprocess.CompletedProcess(self._words, os.waitstatus_to_exitcode(status), *printed)
+
+    def _hear(self) -> int:
+        told = self._told.recv(4)
+        if not told:
+            raise EOFError("the process that is forked for commands has ended")
+        return int.from_bytes(told, "little")
 
     def kill(self) -> None:
         """End it at once. Only while it is waited for."""
@@ -63,7 +72,7 @@ class Program:
 def run(
     *words: str, env: Mapping[str, str] | None = None, cwd: Path = ROOT, timeout: float = 300.0
 ) -> subprocess.CompletedProcess[str]:
-    """What ``python -m robot`` does with these words. It is killed after `timeout` seconds."""
+    """What ``python -m robot`` does with these words, or ``python -c`` with the words after "-c". It is killed after `timeout` seconds."""
     return Program(*words, env=env, cwd=cwd).wait(timeout)
 
 
@@ -122,17 +131,11 @@ def _begin(request: bytes, out: int, err: int, answer: int) -> list[str]:
 
 def _import_all() -> None:
     """Import what most commands import. Nothing that starts a thread: a fork would have its locks, and not the thread."""
-    import robot.assembly
-    import robot.commands
-    import robot.run.command
-    import robot.run.judge
-    import robot.run.mission
-    import robot.run.recordings
-    import robot.run.report
-    import robot.run.status
-    import robot.sim.kinematic
-    import robot.sim.physics  # noqa: F401
-
+    for name in ("cli.graph.looking", "robot.commands", "robot.assembly", "robot.run", "robot.nodes", "robot.sim"):
+        module = import_module(name)
+        for found in pkgutil.iter_modules(getattr(module, "__path__", ()), f"{name}."):
+            import_module(found.name)
+    import_module("mujoco")
     gc.collect()
     gc.freeze()
 
@@ -140,8 +143,15 @@ def _import_all() -> None:
 def _main() -> None:
     with socket.socket(fileno=int(sys.argv[1])) as door:
         _import_all()
-        sys.argv = ["robot", *_serve(door)]
-    runpy.run_module("robot", run_name="__main__", alter_sys=True)
+        words = _serve(door)
+    if words[:1] == ["-c"]:
+        _, code, *others = words
+        sys.argv = ["-c", *others]
+        sys.modules["__main__"] = module = ModuleType("__main__")
+        exec(compile(code, "<string>", "exec"), vars(module))
+    else:
+        sys.argv = ["robot", *words]
+        runpy.run_module("robot", run_name="__main__", alter_sys=True)
 
 
 if __name__ == "__main__":

@@ -91,7 +91,8 @@ async def test_the_calls_of_an_action_are_told_by_name_if_its_server_tells_them(
             found = [json.loads(line) for line in await lines(process, '{"interface":"RESULT_SERVICE"', feedback=2)]
             code, error = await ended(process)
     assert code == 130
-    assert error == "no events of CANCEL_SERVICE: service introspection is not enabled at the action server or client\n"
+    (line,) = error.splitlines()
+    assert all(part in line for part in ("CANCEL_SERVICE", "service introspection is not enabled"))
     goal = [each for each in found if each["interface"] == "GOAL_SERVICE"]
     assert [each["info"]["event_type"] for each in goal] == ["REQUEST_RECEIVED", "RESPONSE_SENT"]
     assert [each["request"][0]["goal"] for each in goal[:1]] == [{"order": 3}]

@@ -281,7 +281,8 @@ async def test_components_are_loaded_listed_and_unloaded(system_of: SystemOf, co
         assert (failed.code, failed.err) == (1, "Failed to load component: there is no demo::Nobody\n")
         unloaded = await command("component", "unload", "/box", "1", "9")
         assert unloaded.out == "Unloaded component 1 from '/box' container node\n"
-        assert unloaded.err == "Failed to unload component 9 from '/box' container node: no such component\n"
+        assert unloaded.err.startswith("Failed to unload component 9 from '/box' container node")
+        assert unloaded.err.count("\n") == 1
         assert unloaded.code == 1
         absent = await command("component", "list", "/bx")
         assert (absent.code, absent.err) == (1, "Unable to find container node '/bx'; did you mean '/box'?\n")

@@ -11,9 +11,10 @@ import pytest
 
 from tests.benchmarks import Row, wire
 from tests.benchmarks._claims import callbacks, graphs, latency
-from tests.benchmarks._wire import IMAGE, Work
+from tests.benchmarks._wire import Work
 
 Figures: TypeAlias = dict[tuple[str, str, str], float]
+SIZES = graphs.SIZES
 CLAIMS = (Path(__file__).parents[2] / "docs" / "reference" / "performance.md").read_text(encoding="utf-8")
 
 
@@ -39,7 +40,6 @@ def latencies() -> Figures:
 @pytest.fixture(scope="module")
 def graph_figures() -> Figures:
     """Those of `graphs`."""
-    assert graphs.SIZES == (10, 100, 300)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(graphs, "SIZES", (10, 100))
         patch.setattr(graphs, "LOOKED_AT", 0.3)
@@ -62,8 +62,7 @@ def test_megabytes_are_messages_times_their_size_and_a_cameras_load_is_named_bes
         work = f"one process, {text}"
         messages, megabytes = (latencies[work, "as fast as possible", unit] for unit in ("messages/s", "MB/s"))
         assert megabytes == pytest.approx(messages * size / 1e6, rel=0.1)  # what the last turn sent may be under way
-    assert load == "27.9 MB/s"
-    assert "27.9 MB/s" in CLAIMS
+    assert load in CLAIMS
 
 
 def test_four_callbacks_that_block_are_timed_one_after_another_and_in_threads() -> None:
@@ -92,7 +91,7 @@ def test_graphs_of_10_100_and_300_nodes_have_a_start_a_load_and_a_size_in_memory
         assert graph_figures["nodes that publish 10 times a second", name, "% of a core"] > 0
         assert graph_figures["nodes that publish 10 times a second", name, "kB each"] > 1.0
     (row,) = (line for line in CLAIMS.splitlines() if line.startswith("| hundreds of nodes"))
-    assert "10, 100 and 300 nodes" in row
+    assert "{}, {} and {} nodes".format(*SIZES) in row
     assert all(unit in row for unit in ("ms", "% of a core", "kB"))
 
 
@@ -116,13 +115,6 @@ def test_between_two_processes_each_has_its_figures(work: Work) -> None:
     assert all(value > 0 for value in measured)
     if work == "latency":
         assert measured[0] <= measured[1]
-
-
-def test_images_by_shared_memory_stand_beside_the_same_images_without() -> None:
-    plain, shared = (wire.WORKS[work] for work in ("images", "shared"))
-    assert plain[0] == "wire: images of 921,600 bytes" == shared[0].removesuffix(", by shared memory")
-    assert plain[1] == shared[1], "the same units"
-    assert IMAGE == 921_600
 
 
 @pytest.mark.parametrize(

@@ -36,8 +36,8 @@ def test_a_contract_is_renamed_and_retyped_and_a_topic_also_gets_two_other_profi
     assert 'SPEED = Topic(Float32, "speed")' in mutants[4].source
 
 
-def test_the_seventeen_that_were_once_not_noticed_are_where_they_are_said_to_be() -> None:
-    assert len(known(ROOT)) == len(KNOWN) == 17
+def test_those_that_were_once_not_noticed_are_where_they_are_said_to_be() -> None:
+    assert len(known(ROOT)) == len(KNOWN)
     for mutant in known(ROOT):
         assert mutant.source != (ROOT / mutant.path).read_text(encoding="utf-8")
         compile(mutant.source, mutant.path, "exec")

@@ -8,7 +8,6 @@ import functools
 import inspect
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -17,6 +16,7 @@ from typing import Any
 import pytest
 
 from actors.testing import Lab, Rig
+from tests import warm
 
 DOCS = Path(__file__).parents[2] / "docs"
 START = DOCS / "start"
@@ -48,15 +48,10 @@ once = functools.cache(program)
 @pytest.mark.parametrize("page", PAGES)
 def test_the_page_runs_as_printed(page: str, tmp_path: Path) -> None:
     """In a process and a folder of its own: a page may run event loops, and write files."""
-    code = f"from tests.project.test_docs import program; program({page!r})"
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(DOCS.parent)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    strict = "import warnings; warnings.simplefilter('error')"
+    code = f"{strict}; from tests.project.test_docs import program; program({page!r})"
+    environment = {**os.environ, "PYTHONPATH": str(DOCS.parent)}
+    done = warm.run("-c", code, cwd=tmp_path, env=environment, timeout=120)
     assert (done.returncode, done.stderr) == (0, "")
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from collections import Counter
 from pathlib import Path
 from textwrap import dedent
 
@@ -13,7 +12,6 @@ import pytest
 
 from tests.suites import run_pytest
 from tests.tools import twice as suite_twice
-from tests.tools.mutants.__main__ import killed_share, score
 from tests.tools.twice import main as main_twice
 
 ROOT = Path(__file__).parents[2]
@@ -23,13 +21,10 @@ def nightly(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([str(ROOT / ".ci/nightly"), *arguments], capture_output=True, text=True, timeout=30)
 
 
-def test_the_steps_are_listed() -> None:
+def test_the_steps_are_listed_and_each_says_what_it_is() -> None:
     done = nightly("--list")
-    steps = [line.split()[0] for line in done.stdout.splitlines()]
-    assert steps == [
-        "contracts", "realtime", "slow", "interop", "wheels", "browser", "package", "coverage", "twice", "python-3.12", "python-3.13", "eager", "chaos",
-        "kills", "fuzz", "mutants", "sight", "figures", "stops",
-    ]  # fmt: skip
+    steps = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    assert {"slow", "realtime", "coverage", "mutants", "chaos", "properties"} <= set(steps)
     assert done.returncode == 0
 
 
@@ -191,12 +186,4 @@ def test_older_pythons_say_what_is_needed(pytester: pytest.Pytester) -> None:
     assert (
         "tasks can be started eagerly from Python 3.12 on; run it with that"
         in result.stderr.str() + result.stdout.str()
-    )
-
-
-def test_mutants_are_scored() -> None:
-    assert killed_share(Counter()) == 100.0
-    assert killed_share(Counter(killed=15, survived=5)) == 75.0
-    assert score(Counter({"killed": 2, "timed out": 1, "survived": 1})).endswith(
-        "3 of    4 killed (1 by time),   1 survived: 75.0 %"
     )

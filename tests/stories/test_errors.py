@@ -70,4 +70,4 @@ async def test_a_handler_that_fails_and_one_that_is_late_are_named(start: Start,
         await me.call(SLOW, Trigger.Request(), timeout=0.2)
 
     assert "/slow" in str(failed.value) and "OSError" in str(failed.value) and "no such port" in str(failed.value)
-    assert str(late.value) == "/slow did not answer /slow in time: give the call more time, or make it an action"
+    assert all(part in str(late.value) for part in ("/slow", "in time", "make it an action"))

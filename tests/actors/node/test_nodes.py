@@ -218,7 +218,7 @@ async def test_a_handler_that_holds_the_inbox_is_reported_once_with_what_it_awai
     assert report.fields["awaits"].endswith("Holder.dawdle")
     assert "test_nodes.py:" in report.fields["awaits"]
     assert report.fields["ticks_lost"] == 0
-    assert report.fields["remedy"] == "declare it concurrent=n, make it an action, or self.offload() its work"
+    assert all(way in report.fields["remedy"] for way in ("concurrent=", "action", "self.offload()"))
 
 
 async def test_a_timer_that_holds_the_inbox_is_told_what_a_timer_can_do(rig: Rig) -> None:
@@ -526,10 +526,7 @@ async def test_a_handler_that_awaits_something_canceled_is_a_failure_with_its_cl
     rig.publish(NUMBERS, number(1))
     await rig.settled()
     assert rig.incarnation(Careless) == 2
-    assert (
-        str(heard[0])
-        == "it raised RuntimeError: Careless.take awaited something that was canceled, and did not handle it"
-    )
+    assert str(heard[0]).startswith("it raised RuntimeError: Careless.take awaited ") and "canceled" in str(heard[0])
 
 
 async def test_a_background_or_spawned_task_that_fails_ends_the_incarnation(rig: Rig) -> None:

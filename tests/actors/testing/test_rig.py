@@ -307,7 +307,7 @@ async def test_a_node_that_fails_unexpectedly_fails_the_test_where_time_passes(r
     (first,), (remedy,) = str(caught.value).splitlines(), caught.value.__notes__
     assert first.startswith("system/brittle (incarnation 1) failed at t=1.000 s: ValueError: -1 is negative (at ")
     assert first.endswith("in Brittle.take)")
-    assert remedy == "If the test means this to happen, let it say so before: rig.expect_failure(ValueError)"
+    assert "rig.expect_failure(ValueError)" in remedy
     assert isinstance(caught.value.__cause__, ValueError)
     await rig.advance(1.0)  # said once
 

@@ -15,8 +15,8 @@ def test_real_time_scheduling_is_asked_for_unless_it_is_switched_off(monkeypatch
     monkeypatch.setattr(os, "sched_setscheduler", lambda process, policy, parameter: asked.append(policy))
     monkeypatch.setattr(priority, "short_turns", lambda: asked.append(-1) is None)
     monkeypatch.setenv("ROBACTOR_REALTIME", "0")
-    off = "no real-time scheduling, as ROBACTOR_REALTIME is 0"
-    assert favour("control") == f"control: {off}; short turns: a machine that is busy holds it up little"
+    said = favour("control")
+    assert all(part in said for part in ("control: no real-time scheduling", "ROBACTOR_REALTIME is 0", "short turns"))
     assert asked == [-1]
     monkeypatch.delenv("ROBACTOR_REALTIME")
     assert favour("control") == "control: real-time scheduling, SCHED_FIFO 10"
@@ -30,4 +30,6 @@ def test_a_guard_that_gets_neither_says_what_that_means(monkeypatch: pytest.Monk
     monkeypatch.delenv("ROBACTOR_REALTIME", raising=False)
     monkeypatch.setattr(os, "sched_setscheduler", refused)
     monkeypatch.setattr(priority, "short_turns", lambda: False)
-    assert favour("body") == "body: no real-time scheduling here (PermissionError); a busy machine can hold it up"
+    said = favour("body")
+    assert said.startswith("body: no real-time scheduling here (PermissionError)")
+    assert "short turns" not in said

@@ -149,7 +149,8 @@ async def test_every_request_is_logged_with_its_name_and_flag(rig: Rig) -> None:
 async def test_silent_sensors_are_told(rig: Rig) -> None:
     await rig.start(Supervisor("robot", children=[Child(Calibration)]))
     answer = await calibrate(rig, "imu")
-    assert answer.message == "Failed to calibrate imu: the IMU is silent: 0 samples came in 3 s, 100 are needed"
+    assert answer.message.startswith("Failed to calibrate imu: ")
+    assert "0 samples came in 3 s" in answer.message
 
 
 async def test_a_restarted_calibration_and_a_restarted_driver_keep_the_bias(rig: Rig) -> None:

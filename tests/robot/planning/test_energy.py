@@ -63,4 +63,4 @@ def test_below_twenty_per_cent_only_the_way_home_is_open_until_three_points_have
         open_at.append(battery.objection(5.0, 5.0) == "")
     assert open_at == [True, True, False, False, False, True, True]
     battery.heard(19.0, 500.0)
-    assert battery.objection(5.0, 5.0) == "battery critical for new goals (19 %): only the way to the dock is open"
+    assert all(part in battery.objection(5.0, 5.0) for part in ("battery critical", "19 %", "dock"))

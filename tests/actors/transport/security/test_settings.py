@@ -149,7 +149,8 @@ def test_an_encrypted_key_is_refused_because_nobody_is_asked_for_its_password(fo
     key = folder / "key.pem"
     key.write_text(key.read_text().replace("BEGIN PRIVATE", "BEGIN ENCRYPTED PRIVATE"))
     said = refused(folder, TLS)
-    assert said == "4: tls.key: key.pem is encrypted, and nobody is there to ask for its password: decrypt it"
+    assert said.startswith("4: tls.key: key.pem is encrypted")
+    assert said.endswith("decrypt it")
 
 
 @pytest.mark.parametrize(("name", "line"), [("certificate.pem", 3), ("authority.pem", 2)])

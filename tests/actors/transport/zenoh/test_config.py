@@ -70,9 +70,8 @@ def test_a_size_of_shared_memory_that_is_none_is_refused(size: str) -> None:
     with pytest.raises(WireUnavailable) as refused:
         ZenohConfig.from_environment({"ROBACTOR_SHARED_MEMORY": size})
 
-    assert (
-        str(refused.value)
-        == f"ROBACTOR_SHARED_MEMORY is '{size}'; it must be a number of MiB up to 65536, or 0 for none"
+    assert str(refused.value).startswith(f"ROBACTOR_SHARED_MEMORY is '{size}'; ") and "MiB up to 65536" in str(
+        refused.value
     )
 
 

@@ -32,4 +32,4 @@ async def test_a_port_that_is_taken_is_one_line() -> None:
         with pytest.raises(WireUnavailable) as refused:
             async with router((where,)):
                 raise AssertionError("two routers at one port")
-    assert str(refused.value) == f"cannot listen at {where}: another process listens there; choose another port"
+    assert all(part in str(refused.value) for part in (where, "another process listens", "choose another port"))
