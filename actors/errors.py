@@ -40,6 +40,12 @@ def described(value: object) -> str:
     )
 
 
+def explain(error: BaseException | None) -> None:
+    """Add to an error that leaves a block, as a note, what `described` says beside its text. Python's own hints are left to Python."""
+    if isinstance(error, TypeError) and (meant := _meant(error)) and not hasattr(error, "__notes__"):
+        error.add_note(f"{error}{meant}")
+
+
 def _meant(error: BaseException) -> str:
     """``; did you mean 'speed'?`` for an `AttributeError` on an object that has an attribute of nearly that name; what a message takes, for a
     `TypeError` of its call; the missing `await`, for a coroutine that is used as what it returns; else empty."""

@@ -74,6 +74,13 @@ def natural(text: str) -> int:
     return int(text)
 
 
+def port(text: str) -> int:
+    """A TCP port; 0: any that is free."""
+    if not (text.isascii() and text.isdigit() and int(text[:6]) <= 65535):
+        raise argparse.ArgumentTypeError(f"{text!r} is no port from 0 to 65535")
+    return int(text)
+
+
 def positive_float(text: str) -> float:
     """A finite number above 0."""
     try:
@@ -110,7 +117,11 @@ def add_graph_options(parser: argparse.ArgumentParser) -> None:
     """The options of every command that looks at the graph."""
     group = parser.add_argument_group("network")
     group.add_argument(
-        "--spin-time", type=float, default=0.5, metavar="S", help="look for other processes at most S seconds (0.5)"
+        "--spin-time",
+        type=nonnegative_float,
+        default=0.5,
+        metavar="S",
+        help="look for other processes at most S seconds (0.5)",
     )
     group.add_argument(
         "--connect", action="append", default=[], metavar="ENDPOINT", help="also connect to tcp/HOST:PORT"

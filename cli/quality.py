@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from cli.command import CommandFailed
-from cli.parsing import natural
+from cli.parsing import natural, positive_float
 
 if TYPE_CHECKING:
     from actors import QoS
@@ -39,7 +39,7 @@ def add_qos_options(parser: argparse.ArgumentParser, what: str, profile: str) ->
     add("reliability", "system_default", "reliable", "best_effort", "unknown", "best_available")
     add("durability", "system_default", "transient_local", "volatile", "unknown", "best_available")
     add("liveliness", "system_default", "automatic", "manual_by_topic", "unknown", "best_available")
-    group.add_argument("--qos-liveliness-lease-duration-seconds", type=float, metavar="S")
+    group.add_argument("--qos-liveliness-lease-duration-seconds", type=positive_float, metavar="S")
 
 
 def stated_qos(options: argparse.Namespace, default: QoS) -> QoS:

@@ -2,6 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Final
+
+MOST_SECONDS: Final = 1e8
+"""What is longer, such as a rate of 1e308 makes it, counts as so long: no bag has three years."""
+
+
+def nanoseconds(seconds: float) -> int:
+    """A duration in nanoseconds."""
+    return round(min(seconds, MOST_SECONDS) * 1e9)
+
 
 class PlayClock:
     """Maps the time of a clock that always runs, in seconds, to the time of a bag, in nanoseconds.
@@ -21,7 +31,7 @@ class PlayClock:
         """The time of the bag at the instant `now`."""
         if self.paused:
             return self._bag_ns
-        return self._bag_ns + round((now - self._anchor) * self.rate * 1e9)
+        return self._bag_ns + nanoseconds((now - self._anchor) * self.rate)
 
     def instant(self, bag_ns: int) -> float:
         """When the bag's time will be `bag_ns`, if nothing changes and it is not paused."""

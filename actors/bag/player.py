@@ -13,7 +13,7 @@ from actors.bag.contents import BagError, BagMessage, BagTopic
 from actors.bag.control_services import serve_player
 from actors.bag.conversion import here
 from actors.bag.options import PlayOptions
-from actors.bag.play_clock import PlayClock
+from actors.bag.play_clock import PlayClock, nanoseconds
 from actors.bag.qos_text import parse_qos_profiles
 from actors.bag.read_ahead import ReadAhead
 from actors.bag.reader import BagReader
@@ -74,8 +74,8 @@ class Player(Node):
         self.message_ns: int | None = None
         """While a message is published: when it was received, in nanoseconds since 1970. Else None."""
         first, last = self.bag.metadata.start_ns, self.bag.metadata.end_ns
-        self._begin_ns = first + round(options.start_offset * 1e9)
-        ends = [last] if options.duration == math.inf else [last, self._begin_ns + round(options.duration * 1e9)]
+        self._begin_ns = first + nanoseconds(options.start_offset)
+        ends = [last] if options.duration == math.inf else [last, self._begin_ns + nanoseconds(options.duration)]
         self._end_ns = min(ends if options.until_ns is None else [*ends, options.until_ns])
         self.failure: BagError | None = None
         """Why playing has ended, if the bag could not be read further."""

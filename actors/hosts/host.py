@@ -133,7 +133,7 @@ class Host:
             wire.send(Hello(self._granting.seconds))
         if not await spoken:
             raise ConnectionError(
-                "its agent ended the connection: it may take nothing from whom this tree's certificate names"
+                "its agent ended the connection: this tree's certificate has ended, or names nobody from whom it takes anything"
             )
 
     def _failed_to_connect(self, error: Exception) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Sequence
 from typing import NoReturn
 
@@ -44,7 +45,10 @@ class StaticTransformPublisher(Node):
         if turned and any(given[name] is not None for name in QUATERNION):
             raise ValueError("static_transform_publisher: give the rotation by angles or as a quaternion, not both")
         if turned:
-            rotation = of_rpy(*(given[name] or 0.0 for name in ANGLES))
+            angles = [given[name] or 0.0 for name in ANGLES]
+            if not all(map(math.isfinite, angles)):
+                raise ValueError(f"static_transform_publisher: roll, pitch and yaw must be finite, not {angles}")
+            rotation = of_rpy(*angles)
             given.update(zip(("qw", "qx", "qy", "qz"), rotation, strict=True))
         names = {name: f"translation.{name}" for name in "xyz"} | {name: f"rotation.{name[1]}" for name in QUATERNION}
         names |= {name: name for name in ("frame_id", "child_frame_id")}

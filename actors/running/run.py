@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar, cast
 
 from actors.checks import NoPublicConstructor, create, factory_name
-from actors.errors import DeclarationError, NotRunning
+from actors.errors import DeclarationError, NotRunning, explain
 from actors.logs import INFO, LogSink, structlog_sink
 from actors.places import shortened
 from actors.running.hints import give_hints
@@ -197,6 +197,7 @@ class Run(metaclass=NoPublicConstructor):
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        explain(error)
         system = self._system
         self._inside, self._leaving = False, system.runtime.tree.signal is None
         self._end_hints()
@@ -333,6 +334,7 @@ class OpenNode(metaclass=NoPublicConstructor):
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        explain(error)
         system = self._system
         self._end_hints()
         try:

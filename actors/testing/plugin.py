@@ -127,7 +127,11 @@ _FLIGHT = pytest.StashKey[Any]()
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Add the log of the system and the flight record to the report of a failed test, whether it failed itself or at its clean-up."""
+    """Add the log of the system, the flight record and what the error means to the report of a failed test, whether it failed itself or at its clean-up."""
+    if call.excinfo is not None:
+        from actors.errors import explain
+
+        explain(call.excinfo.value)
     report = yield
     if report.failed and (rig := item.stash.get(_RIG, None)) is not None:
         from actors.testing.flight_records import save_flight

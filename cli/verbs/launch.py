@@ -15,7 +15,7 @@ from actors.logs import DEBUG, INFO, console_sink
 from actors.suggest import did_you_mean
 from actors.transport import WireUnavailable, transport_from_environment
 from cli.command import CommandFailed
-from cli.parsing import Parser
+from cli.parsing import Parser, positive_float
 from cli.verb import Verb
 
 SUFFIXES = (".launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", "_launch.py", "_launch.xml", "_launch.yaml")
@@ -88,7 +88,7 @@ def _arguments(parser: Parser) -> None:
     )
     add("--launch-prefix-filter", metavar="REGEX", help="only before those whose name it matches")
     add("--clock", choices=("real", "virtual"), default="real", help="virtual: waiting takes no time; nodes only")
-    add("--duration", type=float, metavar="SECONDS", help="end after so many seconds")
+    add("--duration", type=positive_float, metavar="SECONDS", help="end after so many seconds")
 
 
 def _file(words: Sequence[str], packages: Packages) -> tuple[Path, Sequence[str]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cli.parsing import Parser, add_graph_options
+from cli.parsing import Parser, add_graph_options, port
 from cli.verb import Verb
 
 
@@ -16,7 +16,7 @@ def _arguments(parser: Parser) -> None:
         metavar="BAG",
         help="show this bag, file or flight record instead of the graph",
     )
-    parser.add_argument("--port", type=int, metavar="N", help="listen on this port, or the next that is free (8765)")
+    parser.add_argument("--port", type=port, metavar="N", help="listen on this port, or the next that is free (8765)")
     parser.add_argument(
         "--host", default="127.0.0.1", metavar="H", help="listen on this address; needs ROBACTOR_WEB_TOKEN"
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import cos, isfinite, sin
 
 from actors.interfaces.builtin_interfaces.msg import Duration, Time
 from actors.interfaces.geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
@@ -15,6 +15,12 @@ def from_pose(pose: Pose) -> Pose2:
     """The floor part of a pose message."""
     q = pose.orientation
     return Pose2(pose.position.x, pose.position.y, yaw_of(q.w, q.x, q.y, q.z))
+
+
+def is_pose(pose: Pose) -> bool:
+    """Whether a message, which anybody may have sent, holds finite numbers and a rotation."""
+    p, q = pose.position, pose.orientation
+    return isfinite(p.x + p.y + p.z) and 1e-6 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1e6
 
 
 def to_pose(pose: Pose2) -> Pose:

@@ -22,8 +22,8 @@ _ROUNDING = 1e-6
 
 @lru_cache(maxsize=8)
 def beam_angles(beams: int = BEAMS) -> Floats:
-    """Angle of every beam in the sensor's frame, read-only, shape (beams,): beam i looks along -pi + i 2 pi / beams."""
-    angles: Floats = -math.pi + np.arange(beams, dtype=np.float64) * (2 * math.pi / beams)
+    """Angle of every beam in the sensor's frame, read-only, shape (beams,): beam i looks along -pi + i 2 pi / beams. A scan may be empty."""
+    angles: Floats = -math.pi + np.arange(beams, dtype=np.float64) * (2 * math.pi / max(1, beams))
     angles.setflags(write=False)
     return angles
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import nan
+from math import inf, nan
 
 from actors import Node, every, parameter, publishes
 from actors.interfaces.sensor_msgs.msg import BatteryState
@@ -59,6 +59,8 @@ class Battery(Node):
     @MOTOR_POWER.on()
     def load(self, message: MotorPower) -> None:
         """Advance the pack by the energy that the motors took since the last message (10 Hz)."""
+        if not 0.0 <= message.mean < inf:
+            return
         self._motors, self._charger = message.mean, message.charger
         now = self.clock.now()
         dt, self._stepped = now - self._stepped, now

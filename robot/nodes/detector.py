@@ -63,6 +63,9 @@ class Detector(Node):
                 "cannot read these images", color=color.encoding, depth=depth.encoding, wanted="rgb8 and 16UC1"
             )
             return
+        if not (_is_whole(color, 3) and _is_whole(depth, 2)):
+            self.log.warning("cannot read these images", why="they hold other than height x step bytes")
+            return
         for blob in find_blobs(_rows(color, 3), _rows(depth, 2).view("<u2").reshape(depth.height, depth.width)):
             self.found(_message(color.header, blob))
 
@@ -70,6 +73,10 @@ class Detector(Node):
 def _later(one: Image, other: Image) -> bool:
     a, b = one.header.stamp, other.header.stamp
     return (a.sec, a.nanosec) > (b.sec, b.nanosec)
+
+
+def _is_whole(image: Image, size: int) -> bool:
+    return len(image.data) == image.height * image.step and image.step >= image.width * size > 0 and image.height > 0
 
 
 def _rows(image: Image, size: int) -> NDArray[np.uint8]:

@@ -41,7 +41,7 @@ from robot.contracts import (
 )
 from robot.estimation.dock_finder import find_dock
 from robot.estimation.history import pose_history
-from robot.geometry.messages import from_pose, pose_stamped, seconds
+from robot.geometry.messages import from_pose, is_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, compose, inverse
 from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.action import Dock, Dock_Feedback, Dock_Goal, Dock_Result
@@ -162,6 +162,8 @@ class Docking(Node):
 
     @POSE.on(qos=20, patience=CONFIG.period)
     def pose(self, message: PoseStamped) -> None:
+        if not is_pose(message.pose):
+            return
         self._pose = from_pose(message.pose)
         self._poses.add(seconds(message.header.stamp), self._pose)
 

@@ -14,7 +14,7 @@ from robot.contracts import DEPTH_POINTS, ELEVATION_POINTS, GAIT_STATUS, ODOMETR
 from robot.estimation.elevation import ElevationMap
 from robot.estimation.history import attitude_history, pose_history
 from robot.geometry.angles import yaw_of
-from robot.geometry.messages import from_pose, seconds
+from robot.geometry.messages import from_pose, is_pose, seconds
 from robot.geometry.vectors import Floats, Vector, rotation_of
 from robot.hardware.beams import beam_angles, returns
 from robot.hardware.depth import eyes
@@ -50,6 +50,8 @@ class Elevation(Node):
 
     @POSE.on()
     def pose(self, message: PoseStamped) -> None:
+        if not is_pose(message.pose):
+            return
         here, stamp = from_pose(message.pose), seconds(message.header.stamp)
         self._poses.add(stamp, here)
         if self._map is None and self._up:
@@ -57,6 +59,8 @@ class Elevation(Node):
 
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
+        if not is_pose(message.pose.pose):
+            return
         q, z = message.pose.pose.orientation, message.pose.pose.position.z
         self._attitudes.add(seconds(message.header.stamp), (np.array([q.w, q.x, q.y, q.z]), z))
 

@@ -19,7 +19,7 @@ from typing import Any
 from actors import Aborted, Done, Node, Reject, Steps, parameter
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from robot.contracts import FETCH_AND_CARRY, GAIT_STATUS, GRIPPER_STATE, NAVIGATE_AND_GRAB, POSE
-from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.messages import from_pose, is_pose, pose_stamped
 from robot.geometry.planar import Pose2
 from robot.interfaces.robactor_msgs.action import (
     FetchAndCarry,
@@ -72,6 +72,8 @@ class Fetch(Node):
 
     @POSE.on(qos=1)
     def pose(self, message: PoseStamped) -> None:
+        if not is_pose(message.pose):
+            return
         self._skills.pose = from_pose(message.pose)
 
     @GAIT_STATUS.on()

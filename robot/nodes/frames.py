@@ -16,6 +16,7 @@ from actors.interfaces.nav_msgs.msg import Odometry
 from actors.tf2 import StaticTransformBroadcaster, Transform, TransformBroadcaster, stamped
 from robot.contracts import ODOMETRY, POSE
 from robot.geometry.angles import yaw_of
+from robot.geometry.messages import is_pose
 from robot.hardware import mounts
 from robot.model.robot import SPOT, RobotModel
 
@@ -47,6 +48,8 @@ class Frames(Node):
 
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
+        if not is_pose(message.pose.pose):
+            return
         base, stamp = Transform.from_msg(message.pose.pose), message.header.stamp
         heading = _heading(base)
         self._odoms.append((stamp, Transform.planar(base.translation[0], base.translation[1], heading)))
@@ -57,6 +60,8 @@ class Frames(Node):
     @POSE.on()
     def pose(self, message: PoseStamped) -> None:
         """The localizer stamps a pose with the odometry that it is made from."""
+        if not is_pose(message.pose):
+            return
         stamp = message.header.stamp
         for told, odom in reversed(self._odoms):
             if told == stamp:

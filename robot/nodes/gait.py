@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
@@ -45,6 +46,7 @@ from robot.interfaces.robactor_msgs.msg import MotorTargets as MotorTargetsMessa
 from robot.model.actuators import MOTOR_DELAY, SILENCE
 from robot.model.charge import ChargeLevel
 from robot.model.modes import ON_ITS_FEET, Mode
+from robot.model.parameters import JOINT_LIMITS
 from robot.model.robot import SPOT, RobotModel
 
 FRESH = 0.02
@@ -148,11 +150,14 @@ class Gait(Node):
 
     @HEADING_ERROR.on()
     def heading_error(self, message: Float64) -> None:
-        self._controller.correct_heading(message.data)
+        if math.isfinite(message.data):
+            self._controller.correct_heading(message.data)
 
     @JOINT_STATES.on()
     def joints(self, message: JointState) -> None:
         """One control step, from the samples of this instant."""
+        if not len(message.position) == len(message.velocity) == len(message.effort) == len(JOINT_LIMITS):
+            return  # nobody's joints, or another robot's: our own, if they are silent, are missed
         now = self._joints_heard = self.clock.now()
         controller = self._controller
         sampled = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec

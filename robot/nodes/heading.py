@@ -12,7 +12,7 @@ from actors.interfaces.std_msgs.msg import Float64
 from robot.contracts import HEADING_ERROR, ODOMETRY, SCAN
 from robot.estimation.history import pose_history, started_over
 from robot.estimation.scan_heading import ScanHeading
-from robot.geometry.messages import from_pose, seconds
+from robot.geometry.messages import from_pose, is_pose, seconds
 
 PERIOD: Final = 0.15
 """A scan that comes sooner after the last one is left out, s: a heading drifts slowly, and a fit takes 3 ms."""
@@ -34,6 +34,8 @@ class Heading(Node):
 
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
+        if not is_pose(message.pose.pose):
+            return
         odom, stamp, newest = from_pose(message.pose.pose), seconds(message.header.stamp), self._odoms.newest
         if started_over(self._last, (odom.x, odom.y), stamp - newest if newest is not None else 0.0):
             self._odoms.clear()

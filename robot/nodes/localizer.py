@@ -19,7 +19,7 @@ from robot.estimation.history import pose_history, started_over
 from robot.estimation.hypotheses import PoseHypotheses
 from robot.estimation.relocalize import CERTAIN, Found, Near, Relocalizer, apart
 from robot.estimation.scan_match import ACCEPTED, ScanMatcher
-from robot.geometry.messages import from_pose, pose_stamped, seconds
+from robot.geometry.messages import from_pose, is_pose, pose_stamped, seconds
 from robot.geometry.planar import ZERO_TWIST, Pose2, Twist2, compose, inverse
 from robot.geometry.vectors import Floats
 from robot.hardware.beams import MAX_RANGE
@@ -100,6 +100,8 @@ class Localizer(Node):
 
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
+        if not is_pose(message.pose.pose):
+            return
         odom = from_pose(message.pose.pose)
         passed = seconds(message.header.stamp) - self._stamp if self._offset is not None else 0.0
         jumped = started_over((self._odom.x, self._odom.y), (odom.x, odom.y), passed)

@@ -37,7 +37,7 @@ from robot.contracts import (
 )
 from robot.estimation.elevation import Relief
 from robot.estimation.fit_watch import AMBIGUOUS, BLIND, LOST
-from robot.geometry.messages import from_pose, pose_stamped, seconds
+from robot.geometry.messages import from_pose, is_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2, Twist2
 from robot.interfaces.nav2_msgs.action import (
     NavigateThroughPoses,
@@ -160,12 +160,16 @@ class Navigation(Node):
 
     @POSE.on(qos=20, patience=1.0 / RATE)
     def pose(self, message: PoseStamped) -> None:
+        if not is_pose(message.pose):
+            return
         here = self._heard.pose = from_pose(message.pose)
         self._heard.poses.add(seconds(message.header.stamp), here)
         self._located.set()
 
     @ODOMETRY.on(qos=20, patience=1.0 / RATE)
     def odometry(self, message: Odometry) -> None:
+        if not is_pose(message.pose.pose):
+            return
         self._odom = from_pose(message.pose.pose)
         twist = message.twist.twist
         self._heard.velocity = Twist2(twist.linear.x, twist.linear.y, twist.angular.z)
@@ -182,6 +186,8 @@ class Navigation(Node):
     def relief(self, message: OccupancyGrid) -> None:
         """From the first one on the robot avoids steps and holes, and walks no faster than it sees the floor."""
         info = message.info
+        if len(message.data) != info.height * info.width or not info.resolution > 0.0:
+            return
         cells = message.data.reshape(info.height, info.width)
         self._heard.relief = Relief(cells, info.resolution, info.origin.position.x, info.origin.position.y)
 

@@ -23,7 +23,7 @@ from robot.contracts import (
     UNDOCK,
     WALK,
 )
-from robot.geometry.messages import from_pose, pose_stamped
+from robot.geometry.messages import from_pose, is_pose, pose_stamped
 from robot.geometry.planar import Pose2
 from robot.interfaces.nav2_msgs.action import NavigateToPose
 from robot.interfaces.robactor_msgs.action import Dock
@@ -88,6 +88,8 @@ class Patrol(Node):
 
     @POSE.on(qos=20, patience=0.1)  # noted, for the next goal
     def pose(self, message: PoseStamped) -> None:
+        if not is_pose(message.pose):
+            return
         self._pose = from_pose(message.pose)
 
     @background

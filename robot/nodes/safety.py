@@ -28,6 +28,7 @@ from robot.contracts import (
     STAND,
 )
 from robot.control.stop_causes import StopLatch, how_to_go_on
+from robot.geometry.messages import is_pose
 from robot.interfaces.robactor_msgs.msg import BatteryStatus, GaitStatus, SafetyState
 from robot.interfaces.tutorials.my_robot_interfaces.msg import SensorData
 from robot.model.charge import ChargeLevel
@@ -107,6 +108,8 @@ class SafetyMonitor(Node):
 
     @ODOMETRY.on(qos=1)
     def odometry(self, message: Odometry) -> None:
+        if not is_pose(message.pose.pose):
+            return
         self._quiet["odom"] = 0
         q, v = message.pose.pose.orientation, message.twist.twist.linear
         tilt = acos(max(-1.0, min(1.0, 1.0 - 2.0 * (q.x * q.x + q.y * q.y))))

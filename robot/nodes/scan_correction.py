@@ -13,7 +13,7 @@ from actors.time import nanoseconds_of, stamp_of
 from robot.contracts import ODOMETRY, SCAN, SCAN_RAW
 from robot.estimation.deskew import Deskew
 from robot.estimation.history import started_over
-from robot.geometry.messages import seconds
+from robot.geometry.messages import is_pose, seconds
 from robot.model.footprint import Footprint
 from robot.model.robot import SPOT, RobotModel
 
@@ -41,6 +41,8 @@ class ScanCorrection(Node):
 
     @ODOMETRY.on()
     def odometry(self, message: Odometry) -> None:
+        if not is_pose(message.pose.pose):
+            return
         base = Transform.from_msg(message.pose.pose)
         x, y, _ = base.translation
         stamp, newest = seconds(message.header.stamp), self._deskew.newest

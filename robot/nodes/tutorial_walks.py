@@ -22,7 +22,7 @@ from robot.contracts import (
     STRAIGHT,
 )
 from robot.geometry.angles import wrap
-from robot.geometry.messages import from_pose, pose_stamped, seconds
+from robot.geometry.messages import from_pose, is_pose, pose_stamped, seconds
 from robot.geometry.planar import Pose2
 from robot.interfaces.nav2_msgs.action import NavigateToPose, NavigateToPose_Feedback
 from robot.interfaces.tutorials.humanoid_control_interfaces.action import (
@@ -68,6 +68,8 @@ class TutorialWalks(Node):
 
     @POSE.on(qos=20)
     def pose(self, message: PoseStamped) -> None:
+        if not is_pose(message.pose):
+            return
         here, last = from_pose(message.pose), self._pose
         if last is not None:
             self._walked += hypot(here.x - last.x, here.y - last.y)

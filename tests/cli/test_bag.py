@@ -136,6 +136,18 @@ async def test_recording_wants_to_be_told_what(robot: Command, tmp_path: Path) -
     unclear = await robot("bag", "play", "x", "--rate", "0")
     assert unclear.code == 2
     assert "'0' is no number above 0" in unclear.err
+    for words in (
+        ("bag", "play", "x", "--playback-duration", "nan"),
+        ("bag", "play", "x", "--playback-until-sec", "inf"),
+        ("node", "list", "--spin-time", "inf"),
+        ("param", "get", "/x", "y", "--timeout", "nan"),
+        ("launch", "x.launch.py", "--duration", "nan"),
+        ("topic", "echo", "/x", "--qos-liveliness-lease-duration-seconds", "nan"),
+        ("web", "--port", "99999"),
+    ):
+        odd = await robot(*words)
+        assert odd.code == 2, words
+        assert f"{words[-1]!r} is no " in odd.err
     nowhere = await robot("bag", "play", "/nowhere", "-m", "a")
     assert (nowhere.code, nowhere.err) == (1, "--remap 'a': write it as OLD:=NEW\n")
 

@@ -159,6 +159,11 @@ def _burst(parser: Parser) -> None:
     add_graph_options(parser)
 
 
+def _or_none(text: str) -> float:
+    """A finite number; a negative one, as ros2 has it, stands for no limit."""
+    return -1.0 if text.startswith("-") and nonnegative_float(text[1:]) else nonnegative_float(text)
+
+
 def _playing(parser: Parser) -> Any:
     parser.add_argument("bag_path", type=Path, help="the folder of a bag, or one of its files")
     parser.add_argument("-s", "--storage", choices=("mcap", "sqlite3"), help="accepted for ros2's sake: it is seen")
@@ -191,9 +196,11 @@ def _add_play(parser: Parser, group: Any) -> None:
         help="wait S seconds before playing, and /clock with it",
     )
     group.add_argument("-p", "--start-paused", action="store_true", help="begin paused")
-    group.add_argument("--playback-duration", type=float, default=-1.0, metavar="S", help="play S seconds of the bag")
+    group.add_argument(
+        "--playback-duration", type=_or_none, default=-1.0, metavar="S", help="play S seconds of the bag"
+    )
     until = parser.add_mutually_exclusive_group()
-    until.add_argument("--playback-until-sec", type=float, default=-1.0, metavar="S", help="play until this time")
+    until.add_argument("--playback-until-sec", type=_or_none, default=-1.0, metavar="S", help="play until this time")
     until.add_argument("--playback-until-nsec", type=int, default=-1, metavar="NS", help="the same in nanoseconds")
     clock = parser.add_mutually_exclusive_group()
     clock.add_argument(

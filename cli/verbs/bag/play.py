@@ -42,7 +42,7 @@ def _told(options: argparse.Namespace) -> PlayOptions:
         return PlayOptions(paused=True, **common)
     until_ns = options.playback_until_nsec
     if options.playback_until_sec >= 0:
-        until_ns = round(options.playback_until_sec * 1e9)
+        until_ns = round(min(options.playback_until_sec, 4e9) * 1e9)  # nobody plays beyond 2096
     source: Literal["service", "client"] = "service"
     if options.service_requests_source == "client_introspection":
         source = "client"

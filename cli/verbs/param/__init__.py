@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cli.parsing import Parser, add_graph_verb, positive_float
+from cli.parsing import Parser, add_graph_verb, nonnegative_float, positive_float
 from cli.verb import Group, Verb
 
 
@@ -61,7 +61,9 @@ def _node(parser: Parser) -> None:
 
 
 def _waiting(parser: Parser) -> None:
-    parser.add_argument("--timeout", type=float, default=1.0, metavar="S", help="wait S seconds for the node (1)")
+    parser.add_argument(
+        "--timeout", type=nonnegative_float, default=1.0, metavar="S", help="wait S seconds for the node (1)"
+    )
     _asking(parser)
 
 

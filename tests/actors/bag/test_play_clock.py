@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.bag.play_clock import PlayClock
+from actors.bag.play_clock import PlayClock, nanoseconds
 
 S = 1_000_000_000
 
@@ -41,3 +41,11 @@ def test_it_jumps_where_it_is_sent() -> None:
     clock = PlayClock(0.0, 0, 2.0, paused=False)
     clock.seek(5.0, 100 * S)
     assert clock.bag_ns(6.0) == 102 * S
+
+
+def test_a_rate_beyond_all_measure_and_a_long_offset_are_no_overflow() -> None:
+    clock = PlayClock(0.0, 5, 1.0, paused=False)
+    clock.set_rate(0.0, 1e308)
+    assert clock.bag_ns(10.0) > 10**16
+    assert nanoseconds(1e300) > 10**16
+    assert nanoseconds(1.5) == 1_500_000_000

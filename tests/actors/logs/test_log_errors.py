@@ -7,13 +7,14 @@ import io
 import json
 import weakref
 from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager
 from typing import Any
 
 import numpy as np
 import pytest
 import structlog
 
-from actors import Child, Intensity, Node, Service, Supervisor, background, every, transient
+from actors import Child, Intensity, Node, Service, Supervisor, background, every, open_node, run, transient
 from actors.errors import described
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -328,6 +329,20 @@ def test_a_message_that_cannot_be_made_is_named_with_the_field_that_was_meant(
     with pytest.raises(TypeError) as told:
         make()
     assert described(told.value) == f"TypeError: {says}"
+
+
+@pytest.mark.parametrize("block", [lambda: open_node("script"), lambda: run(Child(Adder))], ids=["open_node", "run"])
+async def test_an_error_that_leaves_a_block_says_which_field_of_which_message_was_meant(
+    block: Callable[[], AbstractAsyncContextManager[object]],
+) -> None:
+    with pytest.raises(TypeError) as told:
+        async with block():
+            Twist(linaer=Vector3())  # type: ignore[call-arg]
+    assert told.value.__notes__ == ["Unexpected keyword argument 'linaer' of Twist; did you mean 'linear'?"]
+    with pytest.raises(TypeError) as plain:
+        async with block():
+            raise TypeError("mine")
+    assert not hasattr(plain.value, "__notes__")
 
 
 def test_an_error_of_code_without_a_source_is_described_as_it_is() -> None:

@@ -109,6 +109,17 @@ def test_time_is_virtual_for_a_rig_directly_or_through_a_fixture_and_for_the_mar
     suite(pytester, body).assert_outcomes(passed=6)
 
 
+def test_a_failed_test_says_which_field_of_which_message_was_meant(pytester: pytest.Pytester) -> None:
+    body = """
+        from actors.interfaces.geometry_msgs.msg import Twist
+
+        def test_twist():
+            Twist(linaer=None)
+    """
+    result = suite(pytester, body)
+    result.stdout.fnmatch_lines(["*Unexpected keyword argument 'linaer' of Twist; did you mean 'linear'?"])
+
+
 def test_the_names_of_tests_stay_what_they_are(pytester: pytest.Pytester) -> None:
     body = """
         async def test_plain(): ...

@@ -34,6 +34,7 @@ def test_words_become_parameters_and_what_is_not_said_keeps_its_default() -> Non
     ("text", "why"),
     [
         ("--qz 1 --yaw 0", "by angles or as a quaternion, not both"),
+        ("--yaw inf", "roll, pitch and yaw must be finite"),
         ("0 0 1 map lamp", "unrecognized arguments: 0 0 1 map lamp; it takes --x"),
         (
             "0 0 -1 3 2 1 map lamp",
