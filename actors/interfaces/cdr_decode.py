@@ -148,6 +148,7 @@ class _Decoder:
             else:
                 plain.append(f"{field.name}={value}")
         if not cls.__ros_fields__:
+            self.flush()  # some leave the byte out, so what stands before it is read without it
             self.skip("x", EMPTY_SIZE)
             return self.constant("C", cls())  # one for all, however many a sequence claims to hold
         name = self.constant("C", cls)

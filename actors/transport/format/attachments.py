@@ -23,7 +23,6 @@ from actors.transport.format.errors import refuse
 from actors.transport.format.gids import GID_SIZE
 
 _LAYOUT: Final = struct.Struct("<qqB16s")
-_NUMBERS: Final = struct.Struct("<qq")
 _unpack: Final = _LAYOUT.unpack_from
 _number: Final = struct.Struct("<q").unpack_from
 ATTACHMENT_SIZE: Final = _LAYOUT.size
@@ -46,8 +45,7 @@ class Attachment(NamedTuple):
 def write_attachment(attachment: Attachment) -> bytes:
     """Write an attachment as bytes. Raises WireFormatError."""
     number, time, gid, extension = attachment
-    if len(gid) != GID_SIZE:
-        raise refuse(gid, "a GID", f"it has {GID_SIZE} bytes")
+    _check(gid)
     try:
         return _LAYOUT.pack(number, time, GID_SIZE, gid) + extension
     except struct.error as error:
@@ -56,25 +54,25 @@ def write_attachment(attachment: Attachment) -> bytes:
 
 def attacher(gid: bytes) -> Callable[[int, int], bytes]:
     """What writes the attachments of one publisher or client, from the number and the time of each message. Raises WireFormatError."""
-    end, pack = _end(gid), _NUMBERS.pack
-    return lambda sequence_number, source_time: pack(sequence_number, source_time) + end
+    _check(gid)
+    pack = _LAYOUT.pack
+    return lambda sequence_number, source_time: pack(sequence_number, source_time, GID_SIZE, gid)
 
 
 def attaching(gid: bytes, put: Callable[[bytes, bytes], None]) -> Callable[[bytes, int, int], None]:
     """What calls `put` with each payload of one publisher and its attachment, from the number and the time of the message. Raises WireFormatError."""
-    end, pack = _end(gid), _NUMBERS.pack
+    _check(gid)
+    pack = _LAYOUT.pack
 
     def put_attached(payload: bytes, sequence_number: int, source_time: int) -> None:
-        put(payload, pack(sequence_number, source_time) + end)
+        put(payload, pack(sequence_number, source_time, GID_SIZE, gid))
 
     return put_attached
 
 
-def _end(gid: bytes) -> bytes:
-    """What is the same in all attachments of one publisher or client."""
+def _check(gid: bytes) -> None:
     if len(gid) != GID_SIZE:
         raise refuse(gid, "a GID", f"it has {GID_SIZE} bytes")
-    return bytes((GID_SIZE,)) + gid
 
 
 def attached(data: bytes) -> tuple[int, int, bytes]:
