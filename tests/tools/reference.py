@@ -109,7 +109,7 @@ INTERNAL: Mapping[str, Sequence[str]] = {
         "unwrap", "waiting", "wrapped",
     ),
     "HandlerSubscription": (
-        "catch_up", "count_incompatible_qos", "count_incompatible_type", "count_lost", "deliver", "due", "end_events", "entry", "expiring",
+        "catch_up", "count_incompatible_qos", "count_incompatible_type", "count_lost", "deliver", "deliver_all", "due", "end_events", "entry", "expiring",
         "full", "here", "join", "keep_events", "kept_events", "leave", "matched", "node", "notify", "part", "publishers", "room", "senders", "target",
         "timed", "unwrap", "waiting", "wrapped",
         "handler", "inbox", "label", "must_unwrap", "run", "stamp", "take_over",
