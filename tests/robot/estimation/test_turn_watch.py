@@ -211,7 +211,10 @@ def test_in_a_robot_that_sits_a_wrong_gyro_that_shows_rest_gets_a_new_chance(
     assert not trial.fallen
 
 
-@pytest.mark.parametrize(("seed", "amount", "turn"), [(1, 0.4, 0.0), (5, 0.4, 0.4), (10, -0.4, 0.0)])
+@pytest.mark.parametrize(
+    ("seed", "amount", "turn"),
+    [(5, 0.4, 0.4), *(pytest.param(*trial, marks=pytest.mark.slow) for trial in ((1, 0.4, 0.0), (10, -0.4, 0.0)))],
+)
 def test_a_walk_whose_gyro_is_wrong_about_the_tilt_waits_for_its_feet_and_sits(
     seed: int, amount: float, turn: float
 ) -> None:
@@ -226,7 +229,7 @@ def test_a_walk_whose_gyro_is_wrong_about_the_tilt_waits_for_its_feet_and_sits(
     assert (trial.fallen, trial.gait.mode) == (False, Mode.SIT)
 
 
-@pytest.mark.parametrize("seed", [0, 3, 6])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (3, 6))])
 def test_feet_that_seem_to_slide_under_a_wrong_gyro_are_not_taken_for_ice(seed: int) -> None:
     trial = Trial(seed, conditions=real())
     trial.stand_up()

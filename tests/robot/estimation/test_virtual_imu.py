@@ -114,7 +114,7 @@ def test_an_imu_that_fails_in_a_walk_leaves_the_robot_standing_upright(fault: st
     assert record.tilt[-1] < radians(1.0)
 
 
-@pytest.mark.parametrize("phase", [0.0, 0.09, 0.17, 0.26])
+@pytest.mark.parametrize("phase", [0.0, 0.17, *(pytest.param(phase, marks=pytest.mark.slow) for phase in (0.09, 0.26))])
 def test_a_robot_that_loses_its_imu_at_full_speed_knows_its_speed_while_it_slows_down_and_stands(phase: float) -> None:
     trial = Trial(7, conditions=Conditions(delay=0.008))
     trial.stand_up()

@@ -98,7 +98,9 @@ def test_a_robot_too_near_to_a_shelf_may_still_begin_there() -> None:
 def gap(width: float) -> Scene:
     """Two walls across an empty world with a gap between them at the origin's height."""
     halves = tuple(Box(2.0, side * (5.0 + width / 2), 0.2, 10.0) for side in (-1, 1))
-    return dataclasses.replace(get_world("empty"), name="gap", obstacles=halves, start=Pose2(0.0, 0.0))
+    return dataclasses.replace(
+        get_world("empty"), name="gap", bounds=(-2.0, -3.0, 6.0, 3.0), obstacles=halves, start=Pose2(0.0, 0.0)
+    )
 
 
 @pytest.mark.parametrize(
