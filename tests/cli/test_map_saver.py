@@ -42,6 +42,8 @@ async def test_the_map_of_a_running_robot_is_saved_and_read_back(
     expected = Grid.from_scene(get_world("corridor"))
     assert np.array_equal(found.grid().occupied, expected.occupied)
     assert found.grid().bounds == pytest.approx(expected.bounds, abs=1e-5)
+    scale = await robot("map_saver_cli", *words, "--mode", "scale")
+    assert (scale.code, (tmp_path / "hall.png").exists()) == (0, True)
     raw = await robot("map_saver_cli", *words, "--mode", "raw", "--fmt", "png")
     assert raw.code == 0
     assert np.array_equal(read_map(tmp_path / "hall.yaml").data, found.data)

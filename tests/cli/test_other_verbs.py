@@ -134,6 +134,9 @@ async def test_packages_and_executables_are_those_of_the_tutorials(command: Comm
     assert "communication_demo processor\n" in executables
     full = (await command("pkg", "executables", "communication_demo", "--full-path")).out
     assert "robot.tutorials.communication_demo:SensorSimulator\n" in full
+    found = json.loads((await command("pkg", "executables", "communication_demo", "--json")).out)
+    path = "robot.tutorials.communication_demo:SensorSimulator"
+    assert {"package": "communication_demo", "name": "sensor_simulator", "path": path} in found
     unknown = await command("pkg", "executables", "communication_dem")
     assert unknown.code == 1
     assert unknown.err.startswith("Package 'communication_dem' not found; did you mean 'communication_demo'?")

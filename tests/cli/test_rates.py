@@ -7,6 +7,7 @@ import json
 import signal
 import statistics
 import sys
+from argparse import Namespace
 
 import pytest
 
@@ -16,7 +17,7 @@ from actors.interfaces.geometry_msgs.msg import Vector3Stamped
 from actors.interfaces.rosgraph_msgs.msg import Clock
 from actors.interfaces.std_msgs.msg import Header, UInt8MultiArray
 from actors.nodes import CLOCK
-from cli.verbs.topic.rate import Intervals, Sizes, Spread, Window, bandwidth
+from cli.verbs.topic.rate import Intervals, Sizes, Spread, Window, _print_rates, _printing, bandwidth
 from tests.cli.conftest import SystemOf
 
 FAST = Topic(Vector3Stamped, "fast", QoS(depth=1000))
@@ -90,6 +91,28 @@ async def measured(environment: dict[str, str], lines: int, *words: str) -> list
         process.send_signal(signal.SIGINT)
         await process.communicate()
     return found
+
+
+def test_the_rates_of_several_topics_are_a_table_of_those_that_were_heard(capsys: pytest.CaptureFixture[str]) -> None:
+    windows = {name: Intervals(10) for name in ("/fast", "/slow", "/silent")}
+    for number in range(5):
+        windows["/fast"].arrived(number * 0.1)
+        windows["/slow"].arrived(number * 1.0)
+    _print_rates(Namespace(json=False, all_topics=False), windows)
+    head, _, *rows = (line.split() for line in capsys.readouterr().out.splitlines())
+    assert head == ["topic", "rate", "min_delta", "max_delta", "std_dev", "window"]
+    assert [row[:3] for row in rows if row] == [["/fast", "10.000", "0.100"], ["/slow", "1.000", "1.000"]]
+
+
+@pytest.mark.virtual
+async def test_what_cannot_be_printed_ends_the_measurement_with_its_error() -> None:
+    def show() -> None:
+        raise BrokenPipeError("the terminal is gone")
+
+    with pytest.raises(BrokenPipeError, match="the terminal is gone"):
+        async with _printing(show):
+            await asyncio.sleep(60.0)
+    assert asyncio.get_running_loop().time() < 2.0
 
 
 @pytest.mark.realtime

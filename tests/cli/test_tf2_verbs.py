@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from cli.command import CommandFailed
+from cli.verbs.view_frames import _write
 from tests.cli.conftest import Command
 
 LAMP = ("--x", "1.5", "--yaw", "1.5707963267948966", "--frame-id", "map", "--child-frame-id", "lamp")
@@ -64,6 +66,23 @@ async def test_view_frames_writes_the_graph(lamp: None, robot: Command, tmp_path
     assert (frame["parent"], frame["static"]) == ("map", True)
     graph = (tmp_path / "tree.gv").read_text()
     assert graph.startswith('digraph G {\n"map" -> "lamp"[label=" Broadcaster: default_authority')
+
+
+@pytest.mark.parametrize(("code", "said"), [(0, "written: tree.pdf"), (1, "graphviz: no such font")])
+def test_a_picture_of_the_frames_is_that_of_graphviz_or_its_error(
+    code: int, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    program = tmp_path / "dot"
+    program.write_text(f"#!/bin/sh\necho no such font >&2\nexit {code}\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
+    monkeypatch.chdir(tmp_path)
+    try:
+        _write(Path("tree"), "digraph {}")
+        told = capsys.readouterr().err.splitlines()[-1]
+    except CommandFailed as error:
+        told = str(error)
+    assert (told, (tmp_path / "tree.gv").read_text()) == (said, "digraph {}")
 
 
 async def test_view_frames_without_transforms_says_where_to_look(robot: Command) -> None:

@@ -89,6 +89,17 @@ async def test_a_reset_puts_off_the_next_tick_as_of_a_watchdog(rig: Rig) -> None
     assert node.at == [5.5]
 
 
+async def test_a_timer_that_is_started_again_and_again_leaves_none_behind(rig: Rig) -> None:
+    node = await alarm(rig)
+    watchdog = node.create_timer(1.0, node.ring)
+    for _ in range(100):
+        watchdog.reset()
+    timers: Any = incarnation_of(node)._timers
+    assert len(timers.made) == 1
+    watchdog.cancel()
+    assert len(timers.made) == 0
+
+
 async def test_without_autostart_it_begins_when_it_is_told(rig: Rig) -> None:
     node = await alarm(rig)
     timer = node.create_timer(1.0, node.ring, autostart=False)

@@ -12,8 +12,9 @@ from actors.interfaces.geometry_msgs.msg import PoseWithCovariance, PoseWithCova
 from actors.interfaces.nav_msgs.msg import Odometry
 from actors.interfaces.sensor_msgs.msg import LaserScan
 from actors.interfaces.std_msgs.msg import Header
+from actors.interfaces.std_srvs.srv import Trigger
 from actors.testing import Rig
-from robot.contracts import INITIAL_POSE, LOCALIZATION, ODOMETRY, POSE, SCAN
+from robot.contracts import INITIAL_POSE, LOCALIZATION, ODOMETRY, POSE, RELOCALIZE, SCAN
 from robot.geometry.messages import from_pose, to_pose
 from robot.geometry.planar import Pose2, compose
 from robot.nodes.localizer import Localizer
@@ -67,6 +68,8 @@ async def test_walking_up_to_the_pillar_tells_which_half_it_is(rig: Rig) -> None
     poses, states = rig.probe(POSE), rig.probe(LOCALIZATION)
     await walked.on(5.0)
     assert states.newest.data == "ambiguous"
+    answer = await rig.call(RELOCALIZE, Trigger.Request(), timeout=5.0)
+    assert (answer.success, answer.message) == (False, "the scan fits 2 places alike")
     await walked.on(8.0, speed=0.9)
     here = from_pose(poses.newest.pose)
     assert states.newest.data == "tracking"

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import time
 from functools import partial
+from pathlib import Path
 
 import pytest
 
@@ -54,6 +56,24 @@ async def test_samples_are_padded_and_may_be_large_and_all_arrive_in_order() -> 
         assert [payload[4 : 4 + size] for payload, size in zip(other.payloads, sizes, strict=True)] == [
             bytes([number]) * size for number, size in enumerate(sizes)
         ]
+
+
+async def test_large_samples_leave_no_memory_behind() -> None:
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+    async with two_peers() as (one, other):
+        writer, reader = one.writer("rt/a", RELIABLE), other.reader("rt/a", RELIABLE)
+        await matched(writer, reader)
+        before, size = 0, 4_000_000
+        for number in range(40):
+            if number == 10:
+                before = resident()
+            writer.put(b"\0\1\0\0" + bytes(size))
+            await until(lambda: bool(other.samples))
+            other.batches.clear()
+        assert resident() - before < 15 * size
+        assert reader.matched_guids() == {writer.guid}
 
 
 async def test_samples_come_in_batches_and_in_order() -> None:
