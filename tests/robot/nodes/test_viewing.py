@@ -181,11 +181,12 @@ async def test_what_was_never_heard_is_stale_and_what_goes_wrong_has_its_level_a
 async def test_a_topic_that_grows_thin_is_warned_of_and_one_that_falls_silent_is_an_error(rig: Rig) -> None:
     await rig.start(Supervisor("viewing", children=[Child(Diagnostics)]))
     reports = rig.probe(DIAGNOSTICS)
-    seen: list[int] = []
+    seen: list[tuple[int, str]] = []
     for count in (10, 7, 0):
         for _ in range(count):
             rig.publish(SCAN, LaserScan())
             await rig.advance(0.05)
         await rig.advance(1.0 - 0.05 * count)
-        seen.append(levels(reports[-1])["rate of /lidar/scan"])
-    assert seen == [OK, WARN, ERROR]
+        (scans,) = (status for status in reports[-1].status if status.name.endswith("rate of /lidar/scan"))
+        seen.append((scans.level, scans.message))
+    assert seen == [(OK, "10 Hz"), (WARN, "7 Hz"), (ERROR, "silent")]
