@@ -12,7 +12,8 @@ supervisor. So the child's own `ChildTask` decides how its life has ended, and t
 
 There are two kinds of processes behind the Protocol `life.Process`:
 
-* `os_process`: an interpreter of its own, on the real clock. The control channel is an inherited socket pair (`channel`, `main`). The parent
+* `os_process`: a process of the system, on the real clock: an interpreter of its own, or one that a `zygote` has forked, which has imported for
+  all of them (`forked`, `prefork`). The control channel is an inherited socket pair (`channel`, `main`). The parent
   sees the end by the process descriptor, and a loop that hangs by missing beats; the process sees the end of its parent by the closed
   channel (`watchdog`), ends its nodes in order, and is gone after 5 s in any case.
 * `simulated`: a system of its own on the same virtual loop, for `Rig`: deterministic, without a real process.

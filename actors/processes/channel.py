@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import struct
 from collections.abc import Callable
 from typing import Any, Final, cast
@@ -21,6 +22,21 @@ def framed(value: object, write: Callable[[Any], bytes] = pack) -> bytes:
     """The value as a frame. Raises what `write` raises."""
     data = value.data if isinstance(value, Opaque) else write(value)
     return HEAD.pack(len(data)) + data
+
+
+def read_frame(channel: socket.socket) -> Any:
+    """The next value of the channel. Raises EOFError if the parent is gone."""
+    return unpack(read_exactly(channel, HEAD.unpack(read_exactly(channel, HEAD.size))[0]))
+
+
+def read_exactly(channel: socket.socket, size: int) -> bytes:
+    """The next bytes of the channel. Raises EOFError if the parent is gone."""
+    data = bytearray()
+    while len(data) < size:
+        if not (more := channel.recv(min(size - len(data), 1 << 20))):
+            raise EOFError("the parent is gone")
+        data += more
+    return bytes(data)
 
 
 class Channel(asyncio.Protocol):

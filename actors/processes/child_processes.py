@@ -89,10 +89,10 @@ class ChildProcesses:
             return await simulate(order, take)
         from actors.processes.os_process import spawn
 
-        return await spawn(order, take, self._started_ahead(order))
+        return await spawn(order, take, await self._started_ahead(order))
 
-    def _started_ahead(self, order: Order) -> Started | None:
-        """The interpreter that waits for this order, if one does. With the first order those of the rest of the tree are started."""
+    async def _started_ahead(self, order: Order) -> Started | None:
+        """The process that waits for this order, if one does. With the first order those of the rest of the tree are started."""
         if self._prefork is None:
             from actors.processes.prefork import PreforkPool
 
@@ -100,7 +100,7 @@ class ChildProcesses:
             assert supervisor is not None
             self._prefork = PreforkPool(supervisor.spec, supervisor.path, order)
             self._runtime.observers.closing.append(self._prefork.close)
-        return self._prefork.take(order)
+        return await self._prefork.take(order)
 
 
 async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess[ChildTree]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import ctypes
 import os
 import signal
 import socket
@@ -12,13 +11,13 @@ import threading
 from collections.abc import Sequence
 from contextlib import suppress
 from math import inf
-from typing import Any, Final
+from typing import Final
 
 from msgspec import structs
 
 from actors.logs import WARN
 from actors.places import line_of
-from actors.processes.channel import HEAD, Channel, framed
+from actors.processes.channel import Channel, framed, read_frame
 from actors.processes.child_processes import ChildProcesses
 from actors.processes.child_tree import ChildTree
 from actors.processes.messages import (
@@ -32,9 +31,8 @@ from actors.processes.messages import (
     beat_seconds,
     next_beat,
 )
-from actors.processes.pickling import unpack
 from actors.processes.preparation import prepare
-from actors.processes.signals import PARENT, leave_to_parent
+from actors.processes.signals import PARENT, end_with_parent, leave_to_parent
 from actors.processes.watchdog import ORPHAN_SECONDS, Watchdog
 from actors.runtime.stall import work_of
 from actors.supervision.reasons import Failed
@@ -43,15 +41,23 @@ from actors.time.real_loop import new_event_loop
 MOST_UNSENT: Final = 1_000_000
 """While the parent leaves so many bytes unread, log lines are counted instead of sent."""
 ORPHANED: Final = "its parent process is gone"
-_PR_SET_PDEATHSIG: Final = 1
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Read the order from the channel, and run it to its end."""
+    """The program: runs the order that comes by the channel."""
     leave_to_parent()
     fenced = len(arguments) > 3
     end_with_parent(signal.SIGKILL if fenced else PARENT)
-    with socket.socket(fileno=int(arguments[0])) as channel:
+    return live(int(arguments[0]), int(arguments[1]), fenced=fenced)
+
+
+def live(channel_descriptor: int, notes: int, *, fenced: bool = False, parent: int | None = None) -> int:
+    """Read the order from the channel, and run it to its end; returns the exit code. In place of an order a function may come, which is called.
+
+    `parent` is the process descriptor of the parent, if this process was forked by a zygote: the system then kills it with the zygote only as
+    long as it has no order.
+    """
+    with socket.socket(fileno=channel_descriptor) as channel:
         try:
             prepare(read_frame(channel))
             order = read_frame(channel)
@@ -60,32 +66,14 @@ def main(arguments: Sequence[str]) -> int:
         except Exception as error:  # what the order names cannot be imported here
             channel.sendall(framed(Over(Failed(error))))
             return 1
+        if parent is not None or not isinstance(order, Order):
+            end_with_parent(0)
+        if not isinstance(order, Order):
+            order()
+            return 0
         with asyncio.Runner(loop_factory=new_event_loop) as runner:
-            runner.run(serve(order, channel, int(arguments[1]), fenced=fenced))
+            runner.run(serve(order, channel, notes, fenced=fenced, parent=parent))
     return 0
-
-
-def end_with_parent(by: signal.Signals) -> None:
-    """Have the system send this signal to this process when its parent ends, where the system can do that.
-
-    The closed channel tells the same, unless a process that the parent has forked holds its other end.
-    """
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, by, 0, 0, 0)
-
-
-def read_frame(channel: socket.socket) -> Any:
-    """The next value of the channel. Raises EOFError if the parent is gone."""
-    return unpack(_read(channel, HEAD.unpack(_read(channel, HEAD.size))[0]))
-
-
-def _read(channel: socket.socket, size: int) -> bytes:
-    data = bytearray()
-    while len(data) < size:
-        if not (more := channel.recv(min(size - len(data), 1 << 20))):
-            raise EOFError("the parent is gone")
-        data += more
-    return bytes(data)
 
 
 class Served:
@@ -95,14 +83,17 @@ class Served:
     beat is running while `run` does.
     """
 
-    def __init__(self, order: Order, channel: socket.socket, notes: int, *, fenced: bool = False) -> None:
+    def __init__(
+        self, order: Order, channel: socket.socket, notes: int, *, fenced: bool = False, parent: int | None = None
+    ) -> None:
         self._socket = channel
         self._notes = notes
         self._path = order.path
         self._period = beat_seconds(order.spec.hang)
         self._loop = asyncio.get_running_loop()
         self._thread = threading.get_ident()
-        self._parent = os.getppid()
+        self._started_by = os.getppid()
+        self._parent = parent
         self._lost = 0
         self._told = -inf
         """When the parent was last told of changes that nothing else tells of."""
@@ -112,13 +103,17 @@ class Served:
         self._hosted = ChildTree(
             order, transport, self.tell, lambda runtime: ChildProcesses(runtime, transport, order.recorders)
         )
-        self._watchdog = Watchdog(channel.fileno(), notes, self.where, orphan_seconds=0.0 if fenced else ORPHAN_SECONDS)
+        self._watchdog = Watchdog(
+            channel.fileno(), notes, self.where, orphan_seconds=0.0 if fenced else ORPHAN_SECONDS, parent=parent
+        )
 
     async def run(self) -> None:
         """Run the order to its end, and return when the parent has been told of it."""
         loop = self._loop
         await loop.create_connection(lambda: self._channel, sock=self._socket)
         loop.add_signal_handler(PARENT, self._signaled)
+        if self._parent is not None:
+            loop.add_reader(self._parent, self._orphaned, self._parent)
         self._watchdog.start()
         os.set_blocking(self._notes, False)
         self._beat()
@@ -170,10 +165,15 @@ class Served:
 
     def _signaled(self) -> None:
         """The parent has asked for the end, or has ended."""
-        if os.getppid() == self._parent:
+        if self._parent is not None or os.getppid() == self._started_by:
             self._hosted.terminate()
         else:
             self._hosted.stop(ORPHANED)
+
+    def _orphaned(self, parent: int) -> None:
+        """The parent has ended."""
+        self._loop.remove_reader(parent)
+        self._hosted.stop(ORPHANED)
 
     def _left(self) -> None:
         """The channel is closed: by this process at its end, or because the parent is gone."""
@@ -190,9 +190,11 @@ class Served:
         )
 
 
-async def serve(order: Order, channel: socket.socket, notes: int, *, fenced: bool = False) -> None:
-    """Run an order to its end; `fenced`: or until the parent is gone."""
-    await Served(order, channel, notes, fenced=fenced).run()
+async def serve(
+    order: Order, channel: socket.socket, notes: int, *, fenced: bool = False, parent: int | None = None
+) -> None:
+    """Run an order to its end; `fenced`: or until the parent is gone. `parent` is as for `live`."""
+    await Served(order, channel, notes, fenced=fenced, parent=parent).run()
 
 
 if __name__ == "__main__":

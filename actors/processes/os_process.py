@@ -14,10 +14,12 @@ from typing import Any, Final, NamedTuple
 from actors.errors import ProcessDied, ProcessHung
 from actors.logs import WARN
 from actors.processes.channel import Channel, framed
+from actors.processes.forked import UNKNOWN, Forked, Zygote, here
 from actors.processes.messages import BEAT, Event, Line, Opaque, Order, Request, beat_seconds, next_beat
 from actors.processes.pickling import unpack
 from actors.processes.preparation import environment, preparation
 from actors.processes.signals import PARENT, held_back
+from actors.processes.zygote import PROGRAM
 from actors.time.processor import Processor, is_runnable
 
 NAMED_SECONDS: Final = 0.3
@@ -38,7 +40,7 @@ class Started(NamedTuple):
     """An interpreter that waits for its preparation and its order at the other end of `channel`; `notes` is our end of its pipe for beats and
     notes."""
 
-    popen: subprocess.Popen[bytes]
+    popen: subprocess.Popen[bytes] | Forked
     channel: socket.socket
     notes: int
 
@@ -62,7 +64,7 @@ def start(name: str, *, fenced: bool) -> Started:
         with held_back():
             popen = subprocess.Popen(  # in this thread, with whose end the system ends the process
                 [
-                    *(sys.executable, "-m", "actors.processes.main", str(theirs.fileno()), str(noting), name),
+                    *(sys.executable, "-m", PROGRAM, str(theirs.fileno()), str(noting), name),
                     *(("fenced",) if fenced else ()),
                 ],
                 pass_fds=(theirs.fileno(), noting),
@@ -79,15 +81,39 @@ def start(name: str, *, fenced: bool) -> Started:
     return Started(popen, ours, notes)
 
 
-def prepared(name: str, frame: bytes, *, fenced: bool) -> Started:
-    """Start an interpreter, as `start` does, and send it its preparation, a frame. Raises OSError."""
-    started = start(name, fenced=fenced)
+def fork(zygote: Zygote, name: str) -> Started:
+    """Have a zygote fork a process, which waits as an interpreter does that `start` has started. Raises OSError if the zygote has ended."""
+    ours, theirs = socket.socketpair()
+    notes, noting = os.pipe()
+    try:
+        return Started(zygote.fork(name, theirs.fileno(), noting), ours, notes)
+    except BaseException:
+        ours.close()
+        os.close(notes)
+        raise
+    finally:
+        theirs.close()
+        os.close(noting)
+
+
+def prepared(name: str, frame: bytes, *, fenced: bool, zygote: Zygote | None = None) -> Started:
+    """Start an interpreter, as `start` does, or have a zygote fork one, and send it its preparation, a frame. Raises OSError."""
+    started = start(name, fenced=fenced) if zygote is None else fork(zygote, name)
     try:
         started.channel.sendall(frame)
     except OSError:
         discard(started)
         raise
     return started
+
+
+def call(name: str, function: Callable[[], object]) -> subprocess.Popen[bytes] | Forked:
+    """Call a function, which `pickle` can copy, in a process of its own, which ends with it. Nobody watches that process, and it ends no sooner
+    when this one does. Raises OSError."""
+    started = prepared(name, framed(preparation(main=False)) + framed(function), fenced=False, zygote=here())
+    started.channel.close()
+    os.close(started.notes)
+    return started.popen
 
 
 def still_waiting(started: Started | None) -> Started | None:
@@ -99,11 +125,14 @@ def still_waiting(started: Started | None) -> Started | None:
 
 
 def discard(started: Started) -> None:
-    """End an interpreter that has no order."""
-    started.popen.kill()
-    started.popen.wait()
+    """End an interpreter that has no order. One that a zygote forks ends by itself then, or with the zygote."""
     started.channel.close()
     os.close(started.notes)
+    if isinstance(started.popen, Forked):
+        started.popen.abandon()
+    else:
+        started.popen.kill()
+        started.popen.wait()
 
 
 async def employ(
@@ -133,7 +162,7 @@ class OsProcess:
 
     def __init__(
         self,
-        popen: subprocess.Popen[bytes],
+        popen: subprocess.Popen[bytes] | Forked,
         path: tuple[str, ...],
         hang: float,
         take: Callable[[Any], None],
@@ -246,7 +275,8 @@ class OsProcess:
 
     def _watch_exit(self) -> None:
         try:
-            descriptor = os.pidfd_open(self.id)
+            popen = self._popen
+            descriptor = popen.exit_descriptor() if isinstance(popen, Forked) else os.pidfd_open(self.id)
         except (AttributeError, OSError):  # an older system
             self._loop.call_later(EXIT_POLL, self._poll)
         else:
@@ -262,7 +292,8 @@ class OsProcess:
         if descriptor is not None:
             self._loop.remove_reader(descriptor)
             os.close(descriptor)
-        self._popen.wait()
+        if self._popen.poll() is None:  # its zygote has ended, not it
+            return self._watch_exit()
         self._gone = True
         if self._closed:
             self._finish()
@@ -286,6 +317,9 @@ class OsProcess:
         if self._hung:
             return ProcessHung(self.id, self._hang, self._where)
         code = self._popen.returncode
+        assert code is not None
+        if code == UNKNOWN:
+            return ProcessDied(self.id, "an exit code that is not known: the zygote that forked it had ended")
         if code >= 0:
             return ProcessDied(self.id, f"exit code {code}")
         name = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)

@@ -1,10 +1,11 @@
-"""What a new interpreter needs before it can unpickle an order: the parent's module search path, arguments, and main module."""
+"""What a new process needs before it can unpickle an order: the parent's environment, module search path, arguments, and main module."""
 
 from __future__ import annotations
 
 import os
 import runpy
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from importlib import import_module
 from types import ModuleType
@@ -19,11 +20,12 @@ _ROOT: Final = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(_
 
 class Preparation(msgspec.Struct, frozen=True):
     """`main` is the parent's main module, by name, or by path if it is a script; empty if nothing of it is needed. `modules` are imported at
-    once, those that can be, so that the order need not wait for them."""
+    once, those that can be, so that the order need not wait for them. `directory` is the current one, empty if it has been deleted."""
 
     path: tuple[str, ...]
     argv: tuple[str, ...]
-    python_path: str | None
+    environ: dict[str, str]
+    directory: str
     main: str = ""
     main_is_script: bool = False
     modules: tuple[str, ...] = ()
@@ -36,7 +38,7 @@ def environment() -> dict[str, str]:
 
 def preparation(*, main: bool, modules: tuple[str, ...] = ()) -> Preparation:
     """The preparation for a process of this one; `main` says whether it needs the main module, `modules` what else it will need."""
-    common = tuple(sys.path), tuple(sys.argv), os.environ.get("PYTHONPATH")
+    common = tuple(sys.path), tuple(sys.argv), dict(os.environ), _directory()
     if not main:
         return Preparation(*common, modules=modules)
     module = sys.modules["__main__"]
@@ -47,18 +49,32 @@ def preparation(*, main: bool, modules: tuple[str, ...] = ()) -> Preparation:
     return Preparation(*common, main=os.path.abspath(str(module.__file__)), main_is_script=True)
 
 
-def prepare(given: Preparation) -> None:
-    """Apply a preparation to this process. Raises what the main module raises."""
-    if given.python_path is None:
-        os.environ.pop("PYTHONPATH", None)
-    else:
-        os.environ["PYTHONPATH"] = given.python_path
-    sys.path[:] = given.path
-    sys.argv[:] = given.argv
-    for name in given.modules:
+def _directory() -> str:
+    try:
+        return os.getcwd()
+    except FileNotFoundError:
+        return ""
+
+
+def import_all(modules: Iterable[str]) -> None:
+    """Import those of these modules that can be."""
+    for name in modules:
         with suppress(Exception):  # who needs it says why it cannot be imported
             import_module(name)
-    if given.main:
+
+
+def prepare(given: Preparation) -> None:
+    """Apply a preparation to this process; what has been applied already, in the process that has forked this one, costs nothing. Raises what
+    the main module raises."""
+    if os.environ != given.environ:
+        os.environ.clear()
+        os.environ.update(given.environ)
+    with suppress(OSError):
+        os.chdir(given.directory)
+    sys.path[:] = given.path
+    sys.argv[:] = given.argv
+    import_all(given.modules)
+    if given.main and sys.modules["__main__"].__name__ != MAIN:
         run = runpy.run_path if given.main_is_script else runpy.run_module
         module = ModuleType(MAIN)
         vars(module).update(run(given.main, run_name=MAIN))

@@ -6,13 +6,16 @@ the processes wait for their turn.
 
 from __future__ import annotations
 
+import ctypes
 import signal
+import sys
 from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Final
 
 PARENT: Final = signal.SIGUSR1
 """The signal by which the parent asks for the end, and the system tells that the parent has ended."""
+_PR_SET_PDEATHSIG: Final = 1
 _LEFT: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -39,3 +42,12 @@ def leave_to_parent() -> None:
 
 def _nothing(number: int, frame: object) -> None:
     """A handler, unlike SIG_IGN, is not inherited by programs that this process starts."""
+
+
+def end_with_parent(by: int) -> None:
+    """Have the system send this signal to this process when its parent ends, where the system can do that; 0 for none.
+
+    The closed channel tells the same, unless a process that the parent has forked holds its other end.
+    """
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, by, 0, 0, 0)

@@ -19,7 +19,8 @@ _LOOK: Final = 0.1
 
 
 class Watchdog:
-    """Watches the channel to the parent (`channel`, a descriptor), and the event loop that calls `turned`.
+    """Watches the channel to the parent (`channel`, a descriptor), the process descriptor of the parent, if `parent` is one, and the event loop
+    that calls `turned`.
 
     What the loop hangs in, as `where` says, is written to the pipe `notes`, once each time: the channel belongs to the loop. `where` looks at
     what the loop changes meanwhile; when it fails, its error is noted.
@@ -34,8 +35,10 @@ class Watchdog:
         where: Callable[[], str],
         orphaned: Callable[[], None] = lambda: os._exit(1),
         orphan_seconds: float = ORPHAN_SECONDS,
+        parent: int | None = None,
     ) -> None:
         self._channel = channel
+        self._parent = parent
         self._notes = notes
         self._where = where
         self._orphaned = orphaned
@@ -61,6 +64,8 @@ class Watchdog:
     def _run(self) -> None:
         poll = select.poll()
         poll.register(self._channel, 0)  # a channel whose other end is closed is reported without being asked for
+        if self._parent is not None:
+            poll.register(self._parent, select.POLLIN)
         while not self._over.is_set():
             if poll.poll(_LOOK * 1000):
                 if not self._over.wait(self._orphan_seconds):

@@ -397,7 +397,7 @@ def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real"
             from actors.runtime.preload import preload
             from actors.time.real_loop import new_event_loop
 
-            preload()
+            preload(structlog=False)  # which a run imports that logs by it
             factory = new_event_loop
         with asyncio.Runner(loop_factory=factory) as runner:
             program: object = main()

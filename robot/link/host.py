@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import select
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -227,12 +229,29 @@ class BodyHost:
         self._segment.scenery.write(scenery_record(arm.state(), arm.gripper, held, things))
 
 
+class Maker:
+    """The process that had this one made; it is the parent, unless a zygote has forked this one."""
+
+    def __init__(self, process: int) -> None:
+        self._process = process
+        self._descriptor: int | None = None
+        with suppress(AttributeError, OSError):  # an older system, or it is gone already
+            self._descriptor = os.pidfd_open(process)
+
+    @property
+    def gone(self) -> bool:
+        if self._descriptor is None:
+            return os.getppid() != self._process
+        return bool(select.select([self._descriptor], [], [], 0)[0])
+
+
 def serve(spec: BodySpec, name: str, parent: int) -> None:
-    """The whole life of a body's process: until it is killed, or its parent is gone and the robot rests."""
+    """The whole life of a body's process: until it is killed, or the process `parent` is gone and the robot rests."""
     from robot.sim.physics import PhysicsBody
 
     leave_to_parent()  # the robot sits first
     favour("body")
+    maker = Maker(parent)
     segment = attached(name, len(spec.scene.things))
     body = PhysicsBody(
         spec.scene,
@@ -250,7 +269,7 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
         real = time.monotonic()
         now = pace.until(real, host.reached, host.drives.heard)
         host.serve(now)
-        if os.getppid() != parent:
+        if maker.gone:
             orphaned = now if orphaned is None else orphaned
             if now - orphaned > (ABANDONED if host.drives.resting else ORPHANED):
                 return

@@ -5,9 +5,11 @@ from __future__ import annotations
 import atexit
 import os
 import time
-from multiprocessing import get_context, resource_tracker
+from functools import partial
+from multiprocessing import resource_tracker
 from typing import Final
 
+from actors.processes.os_process import call
 from actors.processes.signals import held_back
 from robot.hardware.body import BodySilent
 from robot.hardware.sensors import Sensors
@@ -43,46 +45,43 @@ class BodyProcess:
         sensors: Sensors | None = None,
         model: RobotModel = SPOT,
     ) -> None:
-        resource_tracker.ensure_running()  # before the signals are held back: it lets them through again when it starts
+        with held_back():  # with SIGHUP: it ignores the others
+            resource_tracker.ensure_running()  # which lets signals through again
         with held_back():  # a signal that ended this process in between would leave the memory behind
             self._segment = create(len(scene.things))
             spec = BodySpec(scene, seed, delay, arm, ground, actuators, sensors, model)
-            self._process = get_context("spawn").Process(
-                target=serve, args=(spec, self._segment.name, os.getpid()), name="body", daemon=True
-            )
-            self._process.start()
-            atexit.register(self.close)  # before that of multiprocessing, which would wait for its end
+            self._process = call("body", partial(serve, spec, self._segment.name, os.getpid()))
+            atexit.register(self.close)
         self.body = LinkedBody(self._segment.name, scene, seed=seed, arm=arm, sensors=sensors, model=model)
 
     @property
     def pid(self) -> int:
-        """Of the process."""
-        assert self._process.pid is not None
+        """Of the process, once it is ready."""
         return self._process.pid
 
     @property
     def alive(self) -> bool:
-        return self._process.is_alive()
+        return self._process.poll() is None
 
     def ready(self) -> None:
         """Wait until the body has told where it is. Raises `BodySilent` when its process ends before, or takes longer than half a minute."""
         deadline = time.monotonic() + STARTING
         while self._segment.state.written == 0:
-            if not self._process.is_alive() or time.monotonic() > deadline:
-                raise BodySilent(f"the body's process did not start: exit code {self._process.exitcode}")
+            if not self.alive or time.monotonic() > deadline:
+                raise BodySilent(f"the body's process did not start: exit code {self._process.returncode}")
             time.sleep(POLL)
 
     def check(self) -> None:
         """Raise `BodySilent` when the process has ended."""
-        if not self._process.is_alive():
+        if not self.alive:
             raise BodySilent(
-                f"the body's process has ended, with exit code {self._process.exitcode}: there is no robot any more"
+                f"the body's process has ended, with exit code {self._process.returncode}: there is no robot any more"
             )
 
     def close(self) -> None:
         """End the process, which has nothing to finish, and remove the shared memory."""
         atexit.unregister(self.close)
         self._process.kill()
-        self._process.join()
+        self._process.wait()
         self._segment.remove()
         self._segment.close()

@@ -7,6 +7,7 @@ import os
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -47,10 +48,18 @@ def main(argv: Sequence[str], serve_web: ServeWeb | None = None) -> int:
             from robot.run.hardware import run_hardware
 
             return run_hardware(options.hardware, options, serve_web)
-        return Session(options, serve_web).run()
+        with _zygote() if options.processes else nullcontext():
+            return Session(options, serve_web).run()
     except UsageError as error:
         print(f"robot run: {error}", file=sys.stderr)
         return 2
+
+
+def _zygote() -> AbstractContextManager[object]:
+    """That of this process, as long as it has one thread, with what the processes of the robot import."""
+    from actors.processes.forked import forked
+
+    return forked("robot", ("robot.assembly", "robot.link.process", "robot.sim.physics", "mujoco", "numpy.random"))
 
 
 class Session:

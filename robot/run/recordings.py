@@ -5,11 +5,9 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from actors.bag import FlightRecorder, Trace
-from actors.replay import Journal
-
 if TYPE_CHECKING:
-    from actors.bag import FlightRecord
+    from actors.bag import FlightRecord, FlightRecorder, Trace
+    from actors.replay import Journal
     from actors.typing import Observer
     from robot.run.judge import Score
     from robot.run.options import Options
@@ -21,12 +19,22 @@ class Recordings:
     def __init__(self, options: Options, score: Score, *, reachable: bool = False) -> None:
         self._path = options.flight_record
         self._score = score
-        self._recorder = FlightRecorder() if options.flight_record is not None else None
+        self._recorder: FlightRecorder | None = None
+        if options.flight_record is not None:
+            from actors.bag import FlightRecorder
+
+            self._recorder = FlightRecorder()
         alone = not (options.processes or options.machines)
         self._journal: Journal | None = None
         if options.replay or (reachable and alone):
+            from actors.replay import Journal
+
             self._journal = Journal(*options.replay, publish=True, folder=options.journals, on_request=reachable)
-        self._trace = Trace() if options.trace else None
+        self._trace: Trace | None = None
+        if options.trace:
+            from actors.bag import Trace
+
+            self._trace = Trace()
         self._fall: FlightRecord | None = None
         each = self._journal, self._recorder, self._trace, _spans() if options.spans else None
         self.observers: tuple[Observer, ...] = tuple(one for one in each if one is not None)

@@ -20,6 +20,7 @@ from tests.figures.levels import Metric, add_levels, levelled, measure
 from tests.figures.measurement import Measurement, Result
 from tests.figures.rates_run import STREAMS, TIMERS, Punctuality, Run, run_loop, run_robot
 from tests.figures.rates_split import run_split
+from tests.figures.rates_start import Start, start_robot
 
 SPLIT = ", split"
 """How the names of lines end that are of the robot in processes."""
@@ -42,6 +43,8 @@ def metrics(
     """
     whole = 0 in loops and rate == RATE
     compare = compared(duration, loops, rate, fifo=fifo, whole=whole) if backend == "physics" else ()
+    if whole and compare:
+        compare += tuple(_starts())
     return _all(backend, duration, compare) if whole or backend != "physics" else compare
 
 
@@ -101,6 +104,20 @@ def compared(
                 lines += _lines(beside, where, rate, partial(take, busy))
         lines += _by_process(beside, partial(split, busy))
     return tuple(lines)
+
+
+def _starts() -> Iterator[Metric]:
+    """The start of the robot, in one process and in several."""
+
+    @lru_cache
+    def start(seed: int, *words: str) -> Start:
+        return start_robot(seed, *words)
+
+    nothing = (None, None, None)
+    yield Metric("start, seconds", "s", nothing, lambda seed: start(seed).wall)
+    yield Metric("start, processor time", "s", nothing, lambda seed: start(seed).processor)
+    yield Metric(f"start, seconds{SPLIT}", "s", nothing, lambda seed: start(seed, "--processes").wall)
+    yield Metric(f"start, processor time{SPLIT}", "s", nothing, lambda seed: start(seed, "--processes").processor)
 
 
 def _lines(beside: str, where: str, rate: float, take: Callable[[int], Run]) -> tuple[Metric, ...]:

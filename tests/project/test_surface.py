@@ -76,6 +76,8 @@ OPEN = frozenset(
 
 DEEP = frozenset(
     {
+        "actors.processes.forked",
+        "actors.processes.os_process",
         "actors.processes.signals",
         "actors.running.options",
         "actors.runtime.incarnation",

@@ -225,6 +225,23 @@ def test_a_process_finds_this_library_and_has_the_environment_of_its_parent(unto
     assert "PYTHONPATH" not in os.environ
 
 
+def test_a_process_begins_in_the_directory_of_its_parent_if_that_is_still_there(
+    untouched: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    there = tmp_path / "there"
+    there.mkdir()
+    untouched.chdir(there)
+    given = preparation(main=False)
+    os.chdir(tmp_path)
+    prepare(given)
+    assert Path.cwd() == there
+    there.rmdir()
+    given = preparation(main=False)
+    os.chdir(tmp_path)
+    prepare(given)
+    assert Path.cwd() == tmp_path
+
+
 def test_what_a_process_is_likely_to_need_is_imported_beforehand_and_what_is_missing_is_left_to_those_who_need_it(
     untouched: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

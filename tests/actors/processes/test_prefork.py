@@ -1,4 +1,4 @@
-"""Interpreters of a tree are started together: a child waits for those before it to be ready, and not for Python to start."""
+"""Where there is no zygote, the interpreters of a tree are started together: a child waits for those before it to be ready, not for Python."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> dict[str, Started]:
         return found[name]
 
     monkeypatch.setattr(os_process, "start", noted)
+    monkeypatch.setattr(prefork, "can_fork", lambda: False)
     return found
 
 
@@ -38,7 +39,7 @@ async def test_the_interpreters_of_a_tree_start_before_the_first_child_is_ready_
     inner = Supervisor("inner", children=[second, DynamicSupervisor("pool", Child(Scripted, args=("", {}))), third])
 
     async with running(Supervisor("tree", children=[first, inner])):
-        assert list(started) == ["tree/inner/second", "tree/inner/third", "tree/first"]
+        assert list(started) == ["tree/first", "tree/inner/second", "tree/inner/third"]
         assert diary.lines("start", "ready") == [
             *("start first", "ready first", "start second", "ready second", "start third", "ready third"),
         ]
@@ -80,9 +81,10 @@ def test_a_subtree_gets_one_interpreter_with_all_its_modules_and_a_child_of_anot
 ) -> None:
     made: dict[str, bytes] = {}
 
-    def prepared(name: str, frame: bytes, *, fenced: bool) -> None:
+    def prepared(name: str, frame: bytes, *, fenced: bool, zygote: None) -> None:
         made[name] = frame
 
+    monkeypatch.setattr(prefork, "can_fork", lambda: False)
     monkeypatch.setattr(prefork, "prepared", prepared)
     first = Child(Scripted, name="first", args=("", {}), process=True)
     pair = Supervisor("pair", children=[Child(Scripted, args=("", {})), Supervisor("pool", children=[Child(Node)])])
@@ -92,5 +94,5 @@ def test_a_subtree_gets_one_interpreter_with_all_its_modules_and_a_child_of_anot
 
     PreforkPool(tree, ("tree",), order)
 
-    assert list(made) == ["tree/pair"]
+    assert list(made) == ["tree/first", "tree/pair"]
     assert Scripted.__module__.encode() in made["tree/pair"] and Node.__module__.encode() in made["tree/pair"]

@@ -22,11 +22,11 @@ import pytest
 from actors import Child, ExitReason, Node, every
 from actors.logs import INFO
 from actors.processes import main as mains
-from actors.processes.channel import Channel, framed
-from actors.processes.main import main, read_frame, serve
+from actors.processes.channel import Channel, framed, read_frame
+from actors.processes.main import main, serve
 from actors.processes.messages import BEAT, Line, NodeFacts, Nodes, Order, Over, Ready, StopAsked
 from actors.processes.preparation import preparation
-from actors.processes.signals import PARENT, leave_to_parent
+from actors.processes.signals import PARENT, end_with_parent, leave_to_parent
 from actors.supervision import Failed, Stopped
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.processes.kit import until
@@ -71,11 +71,11 @@ class Parent:
 
 
 @asynccontextmanager
-async def served(given: Order) -> AsyncGenerator[Parent]:
+async def served(given: Order, maker: int | None = None) -> AsyncGenerator[Parent]:
     (ours, theirs), (notes, noting) = socket.socketpair(), os.pipe()
     parent = Parent(notes)
     await asyncio.get_running_loop().create_connection(lambda: parent.channel, sock=ours)
-    run = asyncio.create_task(serve(given, theirs, noting))
+    run = asyncio.create_task(serve(given, theirs, noting, parent=maker))
     try:
         yield parent
         await run
@@ -96,6 +96,26 @@ async def test_an_order_is_run_and_all_that_becomes_of_it_is_told() -> None:
         assert parent.lines("stopping")[0].fields == {"why": "it stopped: enough"}
         states = [facts.state for each in parent.events if isinstance(each, Nodes) for facts in each.changed]
         assert states[0] == "running" and states[-1] == "stopped"
+
+
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="this system has no process descriptors")
+async def test_a_forked_process_ends_in_order_when_its_parent_has_ended_though_the_channel_is_held_open() -> None:
+    maker = await asyncio.create_subprocess_exec("sleep", "1000")
+    descriptor = os.pidfd_open(maker.pid)
+    async with served(order(Child(Busy, process=True)), descriptor) as parent:
+        await until(lambda: Ready() in parent.events)
+        os.kill(os.getpid(), PARENT)  # only the parent sends it
+        await until(lambda: parent.lines("stopping"))
+        assert parent.lines("stopping")[0].fields == {"why": "it stopped: terminated"}
+        await until(lambda: parent.events[-1] == "lost")
+    async with served(order(Child(Busy, process=True)), descriptor) as parent:
+        await until(lambda: Ready() in parent.events)
+        maker.kill()
+        await until(lambda: parent.lines("stopping"))
+        assert parent.lines("stopping")[0].fields == {"why": "it stopped: its parent process is gone"}
+        await until(lambda: parent.events[-1] == "lost")
+    os.close(descriptor)
+    await maker.wait()
 
 
 async def test_what_earlier_lives_have_left_is_known() -> None:
@@ -237,6 +257,16 @@ def test_an_order_that_cannot_be_read_is_the_failure_of_the_child(monkeypatch: p
     assert isinstance(over.reason.error, UnicodeDecodeError)
 
 
+def note_call() -> None:
+    os.environ["NOTED_CALL"] = "yes"
+
+
+def test_in_place_of_an_order_a_function_is_called(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NOTED_CALL", "no")
+    assert run_main(framed(preparation(main=False)) + framed(note_call), monkeypatch) == (0, [])
+    assert os.environ["NOTED_CALL"] == "yes"
+
+
 def test_a_parent_that_goes_at_once_gets_an_orderly_end(monkeypatch: pytest.MonkeyPatch) -> None:
     frames = framed(preparation(main=False)) + framed(order(Child(Busy, process=True)))
     code, told = run_main(frames, monkeypatch)
@@ -253,12 +283,12 @@ def test_the_system_is_asked_to_tell_of_the_parents_end(monkeypatch: pytest.Monk
 
     before = asked()
     try:
-        mains.end_with_parent(PARENT)
+        end_with_parent(PARENT)
         assert asked() == PARENT
     finally:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, before, 0, 0, 0)
     monkeypatch.setattr(sys, "platform", "darwin")
-    mains.end_with_parent(PARENT)
+    end_with_parent(PARENT)
     assert asked() == before
 
 

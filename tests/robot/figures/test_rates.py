@@ -21,6 +21,7 @@ from tests.figures.fidelity import IDEAL
 from tests.figures.levels import measure
 from tests.figures.load import busy, family, processor_seconds
 from tests.figures.rates_run import Punctuality, Run, at_rate, punctuality
+from tests.figures.rates_start import start_robot
 
 ROOT = Path(__file__).parents[3]
 
@@ -78,6 +79,14 @@ def test_the_robot_in_processes_has_the_lines_of_the_robot_in_one_and_with_loops
         "2 endless loops beside: falls, split",
     }
     assert not [name for name in rates.metrics("kinematic", 1.0) if name.name.endswith("split")]
+
+
+def test_a_start_is_measured_from_the_command_until_the_robot_runs() -> None:
+    found = start_robot(1, "--backend", "kinematic", "--no-web")
+    assert found.wall > 0.1
+    assert found.processor > 0.1
+    with pytest.raises(RuntimeError, match="did not start"):
+        start_robot(1, "--backend", "none")
 
 
 def test_one_process_and_several_stand_side_by_side() -> None:

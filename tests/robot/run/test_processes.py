@@ -165,8 +165,10 @@ def test_the_robot_in_processes_walks_to_its_goal_and_leaves_nothing(tmp_path: P
 @pytest.mark.realtime
 def test_a_control_process_that_hangs_is_replaced_and_the_robot_sits_meanwhile(tmp_path: Path) -> None:
     done, report = run(tmp_path, "--processes", "--hang", "gait@12", "--duration", "18")
-    assert done.returncode == 1, done.stderr  # a safety stop is latched, so the goal was not reached
-    assert done.stderr.splitlines()[-1].startswith("robot run: patrol_1 (8.8, 0.5): aborted: safety stop: ")
+    assert done.returncode == 1, done.stderr  # the robot sits, so the goal was not reached
+    why = done.stderr.splitlines()[-1].removeprefix("robot run: patrol_1 (8.8, 0.5): aborted: ")
+    late = "safety stop: "  # if the machine was so busy that control was away for half a second
+    assert why == "the robot has stopped walking: its gait is 'sit'" or why.startswith(late)
     assert report["falls"] == 0
     assert [node(report, f"/{name}")["incarnation"] for name in ("motors", "gait", "lidar", "patrol")] == [2, 2, 1, 1]
     assert "did not turn for 0.1 s" in done.stderr
@@ -207,7 +209,7 @@ def test_without_its_body_a_run_ends_with_one_line_and_exit_code_3() -> None:
     ) as parent:  # fmt: skip
         assert parent.stderr is not None
         assert until(lambda: len(family(parent.pid)) >= 8)
-        (body,) = [one for one in family(parent.pid) if b"spawn_main" in Path(f"/proc/{one}/cmdline").read_bytes()]
+        (body,) = [one for one in family(parent.pid) if Path(f"/proc/{one}/comm").read_text() == "body\n"]
         os.kill(body, signal.SIGKILL)
         said = [line for line in parent.stderr if line.startswith("robot run:")]
     assert parent.returncode == 3

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import pytest
 
 from robot.link.segment import PREFIX
+from tests.figures.load import family
 
 ROOT = Path(__file__).parents[3]
 SHM = Path("/dev/shm")
@@ -145,18 +146,12 @@ def test_a_body_that_is_gone_is_in_the_report(tmp_path: Path) -> None:
     file = tmp_path / "report.json"
     run = Run("--processes", "--report", str(file))
     run.until("robot running")
-    (body,) = (
-        int(pid) for pid in _children(run.process.pid) if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text()
-    )
+    (body,) = (pid for pid in family(run.process.pid) if Path(f"/proc/{pid}/comm").read_text() == "body\n")
     os.kill(body, signal.SIGKILL)
     ended = run.ends()
     assert (ended.code, ended.processes, ended.segments) == (3, [], [])
     report = json.loads(file.read_text(encoding="utf-8"))
     assert (report["last"], "there is no robot any more" in report["failure"]) == (None, True)
-
-
-def _children(pid: int) -> list[str]:
-    return Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
 
 
 INSTANTS = 4
