@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from traceback import StackSummary, TracebackException
 from types import AsyncGeneratorType, CoroutineType, GeneratorType, TracebackType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
 from actors.errors import ActorError, DeclarationError, described
 
@@ -230,7 +230,7 @@ def _place(code: CodeType, line: int) -> Place:
 def _cut(shown: TracebackException, error: BaseException) -> None:
     """Leave only the lines of interest in this traceback, and in those of its causes."""
     shown.stack = StackSummary.from_list(shown.stack[_span([line.filename for line in shown.stack], error)])
-    members = error.exceptions if isinstance(error, BaseExceptionGroup) else ()
+    members: tuple[BaseException, ...] = cast("Any", error).exceptions if isinstance(error, BaseExceptionGroup) else ()
     for part, its in (
         (shown.__cause__, error.__cause__),
         (shown.__context__, error.__context__),

@@ -57,11 +57,12 @@ def safe_loader() -> Any:
     ``"\\U00110000"``, ``!!bool maybe`` and ``!!timestamp x``.
     """
     library: Any = _library()
+    base: Any = library.SafeLoader
 
-    class Loader(library.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
+    class Loader(base):  # type: ignore[misc]  # PyYAML has no types
         def __init__(self, text: str) -> None:
             try:
-                super().__init__(text)
+                base.__init__(self, text)
             except library.reader.ReaderError as error:  # its text has two lines and no place
                 before = text[: error.position].rpartition("\n")
                 at = library.Mark(
@@ -72,13 +73,13 @@ def safe_loader() -> Any:
 
         def fetch_more_tokens(self) -> None:
             try:
-                super().fetch_more_tokens()
+                base.fetch_more_tokens(self)
             except (ValueError, OverflowError) as error:
                 raise library.scanner.ScannerError(None, None, str(error), self.get_mark()) from None
 
         def construct_object(self, node: Any, deep: bool = False) -> Any:
             try:
-                return super().construct_object(node, deep)
+                return base.construct_object(self, node, deep)
             except (ValueError, OverflowError, LookupError, AttributeError):
                 problem = f"{node.value!r:.40} is no {node.tag.rpartition(':')[2]}"
                 raise library.constructor.ConstructorError(None, None, problem, node.start_mark) from None

@@ -49,7 +49,7 @@ def read_event(data: bytes) -> messages.Event:
 
 def _fits(value: object, kind: Any) -> bool:
     """Whether a value is of this type, as the fields of events are declared, with all that it contains."""
-    origin: object = get_origin(kind)
+    origin: Any = get_origin(kind)
     parts: tuple[object, ...] = get_args(kind)
     if origin in (Union, UnionType):
         return any(_fits(value, one) for one in parts)

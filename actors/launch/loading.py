@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from actors.errors import described
 from actors.launch.entity import Action, LaunchDescription, evaluate, one_or_more
@@ -60,7 +60,9 @@ class IncludeLaunchDescription(Action):
         given = launch_description_source
         self.source = given if isinstance(given, LaunchDescriptionSource) else LaunchDescriptionSource(given)
         pairs = launch_arguments or ()
-        self.launch_arguments = list(pairs.items() if isinstance(pairs, Mapping) else pairs)
+        self.launch_arguments: list[tuple[Text, Text]] = list(
+            cast("Any", pairs.items() if isinstance(pairs, Mapping) else pairs)
+        )
 
     def plan(self, context: LaunchContext, scope: Scope) -> None:
         for name, value in self.launch_arguments:

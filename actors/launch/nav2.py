@@ -75,7 +75,7 @@ class RewrittenYaml(Substitution):
                 if text is not None and not isinstance(inner, dict):
                     found[keys.get(key, key)] = self._converted(text)
                 else:
-                    found[keys.get(key, key)] = self._rewritten(inner, place, texts, keys, values)
+                    found[keys.get(key, key)] = self._rewritten(cast("Any", inner), place, texts, keys, values)
             return found
         if isinstance(value, list):
             return [self._rewritten(item, path, texts, keys, values) for item in cast("list[object]", value)]

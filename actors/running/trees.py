@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Sequence
-from typing import TypeAlias, cast
+from typing import Any, TypeAlias, cast
 
 from actors.checks import factory_name
 from actors.errors import DeclarationError
@@ -38,7 +38,7 @@ def _spec_of(where: str, given: object) -> Spec:
     if isinstance(given, type) and issubclass(given, Node):
         return Child(given)
     raise DeclarationError(
-        f"{where}: {_remedy(given)}; what runs is a node class, a Child, a Supervisor, or a list of these"
+        f"{where}: {_remedy(cast('Any', given))}; what runs is a node class, a Child, a Supervisor, or a list of these"
     )
 
 

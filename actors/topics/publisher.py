@@ -76,7 +76,7 @@ class Publisher(Endpoint, Generic[M], metaclass=NoPublicConstructor):
         self._outdated = False
         self.history: deque[Any] | None = deque(maxlen=qos.limit) if qos.transient_local else None
         """The messages kept for late joiners: the last `depth`, or with KEEP_ALL as many as its limit."""
-        self._expects: object = type
+        self._expects: Any = type
         self._thread = get_ident()
 
     def __repr__(self) -> str:

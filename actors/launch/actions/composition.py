@@ -37,9 +37,9 @@ class ComposableNode:
         self.package, self.plugin = normalized(package), normalized(plugin)
         self.name = None if name is None else normalized(name)
         self.namespace = None if namespace is None else normalized(namespace)
-        self.parameters = parameters or []
+        self.parameters: object = parameters or ()
         self.remappings = list(remappings or ())
-        self.extra_arguments = extra_arguments or []
+        self.extra_arguments: object = extra_arguments or ()
         self.autostart = autostart
         self.condition = condition
         self.line = user_line()

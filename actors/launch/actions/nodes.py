@@ -60,7 +60,7 @@ class Node(ExecuteProcess):
         self.package = None if package is None else normalized(package)
         self.given_name = None if name is None else normalized(name)
         self.namespace = None if namespace is None else normalized(namespace)
-        self.parameters = [] if parameters is None else parameters
+        self.parameters: object = () if parameters is None else parameters
         self.remappings = list(remappings or ())
         self.ros_arguments = [normalized(one) for one in ros_arguments or ()]
         self.arguments = [normalized(one) for one in arguments or ()]

@@ -34,7 +34,7 @@ class ExecuteProcess(Action):
         prefix: Text | None = None,
         cwd: Text | None = None,
         env: Mapping[Text, Text] | None = None,
-        additional_env: Mapping[Any, object] | None = None,
+        additional_env: Mapping[Any, Text] | None = None,
         shell: Truth = False,
         sigterm_timeout: Number | None = None,
         sigkill_timeout: Number | None = None,
