@@ -6,7 +6,7 @@ import atexit
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from actors.launch.errors import LaunchError
 from actors.launch.looking import looking
