@@ -6,7 +6,6 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from cli.command import CommandFailed
 from cli.parsing import natural, positive_float
 
 if TYPE_CHECKING:
@@ -43,14 +42,11 @@ def add_qos_options(parser: argparse.ArgumentParser, what: str, profile: str) ->
 
 
 def stated_qos(options: argparse.Namespace, default: QoS) -> QoS:
-    """What the options say; where they say nothing, their profile, or `default`. Raises `CommandFailed` for what contradicts itself."""
+    """What the options say; where they say nothing, their profile, or `default`."""
     from actors import qos
 
-    try:
-        chosen = default if options.qos_profile is None else qos.profile(options.qos_profile)
-        return chosen.replace(**_stated(options))
-    except qos.InvalidQoS as error:
-        raise CommandFailed(f"quality of service: {error}") from error
+    chosen = default if options.qos_profile is None else qos.profile(options.qos_profile)
+    return chosen.replace(**_stated(options))
 
 
 def _stated(options: argparse.Namespace) -> Any:

@@ -34,12 +34,12 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THRE
 class Program:
     """A command that runs."""
 
-    def __init__(self, *words: str, env: Mapping[str, str] | None = None, cwd: Path = ROOT) -> None:
+    def __init__(self, *words: str, env: Mapping[str, str] | None = None, cwd: Path | None = None) -> None:
         self._words = words
         self._out, self._err = (tempfile.TemporaryFile() for _ in range(2))  # noqa: SIM115  # `wait` closes them
         self._told, theirs = socket.socketpair()
         with theirs:
-            request = json.dumps([words, dict(os.environ if env is None else env), str(cwd)]).encode()
+            request = json.dumps([words, dict(os.environ if env is None else env), str(cwd or Path.cwd())]).encode()
             files = [self._out.fileno(), self._err.fileno(), theirs.fileno()]
             socket.send_fds(_door(), [request], files)
         self.pid = self._hear()
@@ -70,7 +70,7 @@ class Program:
 
 
 def run(
-    *words: str, env: Mapping[str, str] | None = None, cwd: Path = ROOT, timeout: float = 300.0
+    *words: str, env: Mapping[str, str] | None = None, cwd: Path | None = None, timeout: float = 300.0
 ) -> subprocess.CompletedProcess[str]:
     """What ``python -m robot`` does with these words, or ``python -c`` with the words after "-c". It is killed after `timeout` seconds."""
     return Program(*words, env=env, cwd=cwd).wait(timeout)
@@ -125,7 +125,7 @@ def _begin(request: bytes, out: int, err: int, answer: int) -> list[str]:
     os.environ.update(environment)
     time.tzset()
     os.chdir(folder)
-    sys.path[0] = folder
+    sys.path[:1] = [folder, *filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))]
     return list(words)
 
 

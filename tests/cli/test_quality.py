@@ -8,7 +8,6 @@ import pytest
 
 from actors import QoS, qos
 from actors.qos import Durability, History, Reliability
-from cli.command import CommandFailed
 from cli.quality import add_qos_options, fitting_qos, objections, stated_qos
 
 RELIABLE, BEST_EFFORT = QoS(depth=1), qos.SENSOR_DATA
@@ -48,11 +47,6 @@ def test_what_the_options_say_counts_more() -> None:
     assert profile == qos.SENSOR_DATA
     lease = stated_qos(options("--qos-liveliness-lease-duration-seconds", "2.5"), qos.DEFAULT)
     assert lease.liveliness_lease == 2.5
-
-
-def test_what_contradicts_itself_is_one_line() -> None:
-    with pytest.raises(CommandFailed, match="quality of service: "):
-        stated_qos(options("--qos-liveliness-lease-duration-seconds", "-3"), qos.DEFAULT)
 
 
 def test_a_publisher_that_is_shut_out_is_named_with_the_flags_that_let_it_in() -> None:

@@ -199,7 +199,7 @@ ELSEWHERE = parameter(1.0, name="elsewhere")
 @pytest.mark.parametrize(
     ("decorate", "method", "said"),
     [
-        (SPEED.changed, wait, "Pilot.hook is @speed.changed: make it a plain `def hook(self, value)`, which must not wait; self.spawn"),
+        (SPEED.changed, wait, "Pilot.hook is @speed.changed: make it a plain `def hook(self, value)`, which must not wait; self.create_task"),
         (SPEED.validate, lambda self: None, "Pilot.hook is @speed.validate: make it a plain `def hook(self, value)`"),
         (on_set, lambda self: SetResult(), "Pilot.hook is @on_set: make it a plain `def hook(self, parameters)`"),
         (ELSEWHERE.changed, lambda self, value: None, "Pilot.hook is @elsewhere.changed, a parameter that the class does not declare"),

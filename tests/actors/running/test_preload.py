@@ -98,7 +98,7 @@ def test_execute_imports_before_the_loop_and_the_virtual_clock_only_what_it_need
         print("###", *sys.modules)
     execute(main, clock={clock!r})
     """
-    assert {"numpy", "structlog"} <= answer(code.format(clock="real"))
+    assert "numpy" in answer(code.format(clock="real"))
     assert not {"numpy", "structlog"} & answer(code.format(clock="virtual"))
 
 

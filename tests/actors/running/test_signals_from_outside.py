@@ -163,7 +163,7 @@ def test_a_second_signal_ends_a_program_whose_loop_hangs_and_says_where(how: str
 def test_a_signal_while_a_program_imports_leaves_no_trace(tmp_path: Path) -> None:
     body = """
         import actors.runtime.preload as module
-        def importing():
+        def importing(**options):
             try:
                 say("ready")
                 time.sleep(60)

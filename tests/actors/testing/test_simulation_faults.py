@@ -269,7 +269,7 @@ def test_a_slow_handler_holds_up_those_behind_it() -> None:
     assert heard[2:5] == [(0.55, 3), (0.55, 4), (0.55, 5)]
 
 
-def test_what_the_test_itself_spawns_is_no_part_of_the_tree_and_meets_no_fault() -> None:
+def test_what_the_test_itself_begins_is_no_part_of_the_tree_and_meets_no_fault() -> None:
     done: list[float] = []
 
     async def body(rig: Rig) -> None:
@@ -279,7 +279,7 @@ def test_what_the_test_itself_spawns_is_no_part_of_the_tree_and_meets_no_fault()
             await rig.me.clock.sleep(0.1)
             done.append(rig.now)
 
-        await rig.me.spawn(wait())
+        await rig.me.create_task(wait())
 
     assert Scenario(body).run(0, faults=parse("crash:/hearer#9")).error is None
     assert done == [0.1]
