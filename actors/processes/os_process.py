@@ -1,4 +1,4 @@
-"""`OsProcess`: an interpreter of its own, launched by this process, which watches it and its event loop."""
+"""`OsProcess`: a process of the system, an interpreter of its own or the fork of a zygote; this process watches it and its event loop."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ EXIT_POLL: Final = 0.02
 
 
 class Started(NamedTuple):
-    """An interpreter that waits for its preparation and its order at the other end of `channel`; `notes` is our end of its pipe for beats and
+    """A process that waits for its preparation and its order at the other end of `channel`; `notes` is our end of its pipe for beats and
     notes."""
 
     popen: subprocess.Popen[bytes] | Forked
@@ -46,7 +46,7 @@ class Started(NamedTuple):
 
 
 async def spawn(order: Order, take: Callable[[Event], None], waiting: Started | None = None) -> OsProcess:
-    """Give `order` to an interpreter, which is launched unless one is `waiting` with its preparation; `take` gets what it tells. Raises
+    """Give `order` to a process, which is launched unless one is `waiting` with its preparation; `take` gets what it tells. Raises
     OSError if the system cannot start it."""
     frames = framed(order)
     if waiting is None:
@@ -117,7 +117,7 @@ def call(name: str, function: Callable[[], object]) -> subprocess.Popen[bytes] |
 
 
 def still_waiting(started: Started | None) -> Started | None:
-    """An interpreter that has its preparation and no order; None, and it is done away with, if it has died while it waited."""
+    """A process that has its preparation and no order; None, and it is done away with, if it has died while it waited."""
     if started is not None and started.popen.poll() is not None:
         discard(started)
         return None
@@ -125,7 +125,7 @@ def still_waiting(started: Started | None) -> Started | None:
 
 
 def discard(started: Started) -> None:
-    """End an interpreter that has no order. One that a zygote forks ends by itself then, or with the zygote."""
+    """End a process that has no order. One that a zygote forks ends by itself then, or with the zygote."""
     started.channel.close()
     os.close(started.notes)
     if isinstance(started.popen, Forked):
@@ -143,7 +143,7 @@ async def employ(
     take: Callable[[Any], None],
     read: Callable[[bytes], object] = unpack,
 ) -> OsProcess:
-    """Send an interpreter what it waits for; `take` gets what it tells, as `read` makes it. `path` and `hang` are those of its child."""
+    """Send a process what it waits for; `take` gets what it tells, as `read` makes it. `path` and `hang` are those of its child."""
     process = OsProcess(started.popen, path, hang, take, started.notes, read)
     await process.connect(started.channel, frames)
     return process
