@@ -174,7 +174,7 @@ class Gait(Node):
             self._commanded = -1.0
             controller.command(0.0, 0.0, 0.0)
         sample = JointSample(message.position, message.velocity, message.effort, self._contact)
-        if self._sent >= 0.0 and now - self._sent > SILENCE:
+        if now - self._sent > SILENCE:
             controller.overtake()
         if controller.overtaken and self.clock.wall() - sampled > FRESH:
             controller.follow(dt, self._imu, sample)

@@ -276,6 +276,25 @@ async def test_a_message_comes_as_a_picture_whose_pixels_are_its_text() -> None:
         assert json.loads(pixels(data)) == {"op": "publish", "topic": "/chatter", "msg": {"data": "hallo"}}
 
 
+async def test_a_picture_that_too_many_requests_keep_from_being_made_is_counted_as_dropped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with serving() as stage, stage.rosbridge() as client:
+        await reading(stage, client, compression="png")
+        await client.say("send_action_goal", id="g1", action="/count", feedback=True, args={"order": 99})
+        await client.find("action_feedback")
+        (one,) = stage.server.clients
+        with monkeypatch.context() as few:
+            few.setattr("cli.web.clients.client.MOST_TASKS", 1)
+            stage.talker.chatter(String(data="lost"))
+            await until(lambda: one.outbox.dropped)
+            assert one.outbox.dropped == 1
+        stage.talker.chatter(String(data="shown"))
+        data = base64.b64decode((await client.find("png"))["data"])
+        assert json.loads(pixels(data))["msg"] == {"data": "shown"}
+        assert one.outbox.dropped == 1
+
+
 def pixels(picture: bytes) -> bytes:
     """The bytes of all pixels, by the description of the format: signature, then chunks of length, kind, data and checksum."""
     assert picture[:8] == b"\x89PNG\r\n\x1a\n"
