@@ -7,11 +7,11 @@ same and the offered quality of service satisfies the requested one; a pair that
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from actors.graph.interceptor import Tap, TopicInterceptor, TopicTap
 from actors.graph.mismatch import mismatch_of
-from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
+from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
 from actors.graph.watching import GraphWatcher, KnownLink, NodeElsewhere
 from actors.inbox.boundary import asked, outside
 from actors.suggest import near_name
@@ -262,12 +262,13 @@ class Graph:
         for watcher in self.watchers:
             watcher.server_sought(entry)
 
-    def drop(self, entry: ServerEntry[Any]) -> None:
+    def drop(self, entry: ServerEntry[S]) -> None:
         """Remove a name without server and waiting tasks. Its last server is remembered, so that a later caller learns at once that it has
         stopped."""
+        name = entry.name
         for registry in (self.services, self.actions):
-            if registry.get(entry.name) is entry:
-                del registry[entry.name]
+            if registry.get(name) is entry:
+                del registry[name]
         if entry.stopped is not None:
             self.departed[entry.name] = entry.stopped
             if len(self.departed) > DEPARTED:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -18,7 +18,7 @@ from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     from actors.graph.graph import Graph
-    from actors.graph.servers import ServerEntry
+    from actors.graph.servers import S, ServerEntry
     from actors.graph.snapshot import NodeView, Snapshot
     from actors.names.identity import Identity
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
@@ -201,7 +201,7 @@ def _endpoint(one: PublisherPeer | SubscriptionPeer) -> Endpoint:
     return Endpoint(one.node.fqn, one.entry.name, one.type.__ros_type__, one.qos, one.here)
 
 
-def _served(entries: Mapping[str, ServerEntry[Any]]) -> dict[str, str]:
+def _served(entries: Mapping[str, ServerEntry[S]]) -> dict[str, str]:
     found: dict[str, str] = {}
     for name, entry in sorted(entries.items()):
         server = entry.server

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Final, Generic, TypeVar
 
 from actors.errors import ActionUnavailable, NodeRestarting, NotRunning, ServiceUnavailable
 from actors.inbox.boundary import asked
@@ -11,11 +11,11 @@ from actors.suggest import near_name
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
-    from actors.actions.peers import ActionPeer  # noqa: F401  # in a quoted base class
+    from actors.actions.peers import ActionPeer  # in a quoted base class
     from actors.graph.graph import Graph
     from actors.services.peers import ServicePeer  # in a quoted base class
 
-S = TypeVar("S")
+S = TypeVar("S", bound="ServicePeer | ActionPeer")
 
 
 class ServerEntry(Generic[S]):
@@ -153,7 +153,7 @@ class ServerEntry(Generic[S]):
         return asked(self._meant)
 
     def _meant(self) -> str:
-        entries: Mapping[str, ServerEntry[Any]] = self.graph.services if self.kind == "service" else self.graph.actions
+        entries: Mapping[str, ServiceEntry] | Mapping[str, ActionEntry] = self.graph.services if self.kind == "service" else self.graph.actions
         return near_name(self.name, [name for name, entry in entries.items() if entry.server is not None])
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
-    from actors.graph.servers import ServerEntry
+    from actors.graph.servers import S, ServerEntry
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
 
@@ -20,11 +20,11 @@ class GraphWatcher(Protocol):
 
     def subscription_left(self, subscription: SubscriptionPeer) -> None: ...
 
-    def server_changed(self, entry: ServerEntry[Any]) -> None:
+    def server_changed(self, entry: ServerEntry[S]) -> None:
         """The server of this process for a name has been opened, or has gone, for a time or for good."""
         ...
 
-    def server_sought(self, entry: ServerEntry[Any]) -> None:
+    def server_sought(self, entry: ServerEntry[S]) -> None:
         """A node looks for the server of a service that has none; a standard one has been opened by that."""
         ...
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.actions.client import SentGoals
     from actors.actions.peers import ActionPeer, GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
-    from actors.graph.servers import ActionEntry, ServerEntry, ServiceEntry
+    from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
     from actors.inbox.inbox import Inbox
     from actors.replay.journaled_loop import Callback
     from actors.runtime.incarnation import Incarnation
@@ -78,7 +78,7 @@ class JournalBoundary(Interceptor):
         """See `Boundary.elsewhere`."""
 
     @abstractmethod
-    def uses(self, entry: ServerEntry[Any]) -> None:
+    def uses(self, entry: ServiceEntry | ActionEntry) -> None:
         """Note that a member depends on who serves a name."""
 
     @abstractmethod
@@ -170,10 +170,10 @@ class JournalBoundary(Interceptor):
     def subscription_left(self, subscription: SubscriptionPeer) -> None:
         """Do nothing."""
 
-    def server_changed(self, entry: ServerEntry[Any]) -> None:
+    def server_changed(self, entry: ServerEntry[S]) -> None:
         """Do nothing."""
 
-    def server_sought(self, entry: ServerEntry[Any]) -> None:
+    def server_sought(self, entry: ServerEntry[S]) -> None:
         """Do nothing."""
 
     # -- what comes in ------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from actors.replay.boundary import CANCELED, JournalBoundary, nothing
 from actors.replay.recording import APART, BACK, WITHIN
 
 if TYPE_CHECKING:
-    from actors.graph.servers import ServerEntry
+    from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
     from actors.inbox.inbox import Inbox
     from actors.replay.journaled_loop import Callback, JournaledLoop, OwnedTask
     from actors.replay.parts import Spool
@@ -42,7 +42,7 @@ class RecordingBoundary(JournalBoundary):
         self._entries = spool.entries
         self._put: Callable[[Entry], None] = spool.entries.append
         self._out = self._in = 0
-        self._names: dict[ServerEntry[Any], Any] = {}
+        self._names: dict[ServiceEntry | ActionEntry, tuple[object, ...] | None] = {}
         self._peers: dict[PublisherPeer | SubscriptionPeer, int] = {}
         self._met = 0
         self._explained = -1
@@ -239,10 +239,10 @@ class RecordingBoundary(JournalBoundary):
         if (number := self._peers.pop(peer, None)) is not None:
             self._note("gone", number)
 
-    def server_changed(self, entry: ServerEntry[Any]) -> None:
+    def server_changed(self, entry: ServerEntry[S]) -> None:
         self.look()
 
-    def uses(self, entry: ServerEntry[Any]) -> None:
+    def uses(self, entry: ServiceEntry | ActionEntry) -> None:
         if entry not in self._names:
             self._names[entry] = None
             self.look()
@@ -284,7 +284,7 @@ def outcome_of(future: asyncio.Future[Any]) -> tuple[str, object]:
     return "result", future.result()
 
 
-def state_of(entry: ServerEntry[Any], members: Container[str]) -> tuple[object, ...] | None:
+def state_of(entry: ServiceEntry | ActionEntry, members: Container[str]) -> tuple[object, ...] | None:
     """Who serves a name, for a member that asks: the state of its entry, as far as a client can see it."""
     server = entry.server
     if server is not None:

@@ -14,7 +14,7 @@ from actors.replay.comparison import ABSENT, Difference, first_difference
 from actors.replay.recording import APART, BACK, NO_TIME, SENT, WITHIN, Entry, Recording, comes_in
 
 if TYPE_CHECKING:
-    from actors.graph.servers import ServerEntry
+    from actors.graph.servers import S, ServerEntry
     from actors.replay.debugger import Break
     from actors.replay.journaled_loop import Callback
 
@@ -188,7 +188,7 @@ class ReplayingBoundary(JournalBoundary):
             publisher.sent(entry[5])
             target(entry[5])
 
-    def server_sought(self, entry: ServerEntry[Any]) -> None:
+    def server_sought(self, entry: ServerEntry[S]) -> None:
         if BOUNDARY.get() is self:
             self._come_back()
 

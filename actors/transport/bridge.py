@@ -32,7 +32,7 @@ from actors.transport.standard_names import standard_publishers, standard_servic
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.graph.servers import ServerEntry
+    from actors.graph.servers import S, ServerEntry
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.runtime import NodeRecord, Runtime
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
@@ -156,12 +156,12 @@ class Bridge(metaclass=NoPublicConstructor):
         with outside():
             self._topics.subscription_left(subscription)
 
-    def server_changed(self, entry: ServerEntry[Any]) -> None:
+    def server_changed(self, entry: ServerEntry[S]) -> None:
         with outside(), self._representable("" if entry.local is None else entry.local.host, entry.name):
             part = self._actions if entry.kind == "action" else self._services
             part.server_changed(entry)
 
-    def server_sought(self, entry: ServerEntry[Any]) -> None:
+    def server_sought(self, entry: ServerEntry[S]) -> None:
         """Do nothing: the servers of other processes are announced to all."""
 
     def _ready(self, life: Incarnation) -> None:

@@ -24,7 +24,7 @@ from actors.transport.remote_actions import RemoteActionServer
 
 if TYPE_CHECKING:
     from actors.actions.server import ActionServer
-    from actors.graph.servers import ServerEntry
+    from actors.graph.servers import S, ServerEntry
     from actors.transport.format.extensions import Waiting
     from actors.transport.local_clients import Clients
     from actors.transport.local_services import Asked, Services, Shown
@@ -92,7 +92,7 @@ class Actions:
 
     # -- actions of this process --------------------------------------------------------------------------------------------
 
-    def server_changed(self, entry: ServerEntry[Any]) -> None:
+    def server_changed(self, entry: ServerEntry[S]) -> None:
         """Show an action, until its node has ended for good. Raises WireFormatError."""
         server = cast("ActionServer | None", entry.local)
         if server is None:

@@ -21,7 +21,7 @@ from actors.transport.remote_services import RemoteServer
 from actors.transport.types_here import type_info
 
 if TYPE_CHECKING:
-    from actors.graph.servers import ServerEntry
+    from actors.graph.servers import S, ServerEntry
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.services.server import Server
@@ -106,7 +106,7 @@ class Services:
 
     # -- servers of this process --------------------------------------------------------------------------------------------
 
-    def server_changed(self, entry: ServerEntry[Any]) -> None:
+    def server_changed(self, entry: ServerEntry[S]) -> None:
         """Show a server, or withdraw it. Raises WireFormatError."""
         name, server, shown = entry.name, entry.local, self._shown.get(entry.name)
         if server is not None and name not in self._promised:
@@ -187,7 +187,7 @@ class Services:
                 return NodeRestarting(node, record.incarnation)
         return NotRunning(f"{node}, which served {name}, has stopped: start it again, or ask another service")
 
-    def beside(self, entry: ServerEntry[Any]) -> None:
+    def beside(self, entry: ServerEntry[S]) -> None:
         """Log it if a name is served in this process and in another one."""
         if entry.local is None:
             return
