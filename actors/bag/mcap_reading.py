@@ -22,7 +22,7 @@ from actors.bag.mcap_stream import MAGIC
 from actors.bag.metadata import BagFile, BagMetadata
 
 if TYPE_CHECKING:
-    from actors.bag.newest import Newest
+    from actors.bag.contents import Newest
 
 FOOTER: Final = struct.Struct("<BQQQI")
 """The last record: opcode, length, where the summary and its offsets begin, checksum of the summary."""

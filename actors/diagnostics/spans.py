@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from actors.actions.peers import GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
     from actors.services.client import Client
-    from actors.services.introspection import CallId
-    from actors.services.peers import Caller, ServiceCall, ServicePeer, Submit
+    from actors.services.peers import Caller, CallId, ServiceCall, ServicePeer, Submit
     from actors.services.server import Handle, Request, Server
     from actors.system import System
 

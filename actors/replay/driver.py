@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.replay.recording import Entry, Recording, Start
-    from actors.replay.replay_deadlines import ReplayDeadlines
-    from actors.replay.replay_loop import ReplayLoop
+    from actors.replay.replay_loop import ReplayDeadlines, ReplayLoop
     from actors.replay.replaying_boundary import ReplayingBoundary
     from actors.runtime.timers import NodeTimer
     from actors.supervision.child import Child

@@ -15,7 +15,7 @@ from actors.replay.boundary import CANCELED
 from actors.replay.recording import Recording, Unkept
 from actors.replay.replaying_boundary import AWAITED
 from actors.replay.stubs import StubFollower, StubNode, StubPublisher, StubServer, StubSubscription
-from actors.services.introspection import caller_id
+from actors.services.peers import caller_id
 from actors.waiting import retrieve
 
 if TYPE_CHECKING:

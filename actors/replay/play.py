@@ -20,8 +20,7 @@ from actors.replay.journaled_loop import journaled
 from actors.replay.lives import replayed_path, tree_of
 from actors.replay.parts import parts_of, whole
 from actors.replay.recording import Recording, named, starts_of, unlike_versions
-from actors.replay.replay_deadlines import ReplayDeadlines
-from actors.replay.replay_loop import ReplayLoop
+from actors.replay.replay_loop import ReplayDeadlines, ReplayLoop
 from actors.replay.replaying_boundary import ReplayingBoundary
 from actors.runtime.runtime import Runtime
 from actors.system import System

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from actors.names.names import logger_name
 from actors.parameters.declare import OPTIONAL_PARAMETERS
-from actors.qos.overriding import QOS_OVERRIDES
+from actors.qos.policies import QOS_OVERRIDES
 from actors.runtime.members import has_fixed_parameters
 from actors.runtime.node import Node
 from actors.runtime.options import RunOptions, identity_of

@@ -23,7 +23,7 @@ from actors.time.deadlines import FEW
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message, ServiceType
-    from actors.services.introspection import CallId
+    from actors.services.peers import CallId
 
 LONG = 1.0
 """A request that takes more seconds than this should be a goal of an action."""

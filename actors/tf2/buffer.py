@@ -24,8 +24,7 @@ from actors.tf2.frame_tree import FrameTree
 from actors.tf2.geometry import do_transform
 from actors.tf2.lookups import WAIT, AsyncLookups, Instant, header_of, instant_asked, refuse_wait, seconds_of
 from actors.tf2.quaternions import Triple
-from actors.tf2.transform import Transform, stamped
-from actors.tf2.velocity import velocity_in
+from actors.tf2.transform import Transform, stamped, velocity_in
 from actors.time.deadlines import check_timeout
 from actors.time.values import ClockType, Duration, Time, nanoseconds_of, stamp_of
 from actors.waiting import Waiters

@@ -16,7 +16,7 @@ from actors.contracts.contracts import Topic
 from actors.interfaces.cdr import encode
 from actors.interfaces.message import Message
 from actors.interfaces.types import Many, default, uint32, uint64
-from actors.transport.types_here import type_info
+from actors.transport.local_side import type_info
 
 if TYPE_CHECKING:
     from asyncio import TimerHandle

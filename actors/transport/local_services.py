@@ -17,8 +17,8 @@ from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
 from actors.transport.format.replies import encode_failure, write_reply_error
 from actors.transport.format.tokens import EndpointKind
+from actors.transport.local_side import type_info
 from actors.transport.remote_services import RemoteServer
-from actors.transport.types_here import type_info
 
 if TYPE_CHECKING:
     from actors.graph.servers import ServerEntry

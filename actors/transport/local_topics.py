@@ -14,9 +14,9 @@ from actors.qos.policies import Liveliness
 from actors.topics.endpoint import nanoseconds
 from actors.topics.peers import PublisherPeer, Target
 from actors.transport.format.tokens import EndpointKind
+from actors.transport.local_side import type_info
 from actors.transport.protocol import EndpointHere, PublisherHere, RemoteEndpoint, Take, Wait
 from actors.transport.remote_topics import RemotePublisher, RemoteSubscription
-from actors.transport.types_here import type_info
 
 if TYPE_CHECKING:
     from collections.abc import Callable

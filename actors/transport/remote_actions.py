@@ -24,9 +24,9 @@ from actors.time.values import nanoseconds_of
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension
 from actors.transport.format.sessions import is_ours
+from actors.transport.local_side import type_info
 from actors.transport.protocol import Answer, Handle, NoAnswer, Replied
 from actors.transport.remote_services import failure_of
-from actors.transport.types_here import type_info
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message

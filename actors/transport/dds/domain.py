@@ -20,8 +20,7 @@ from actors.transport.dds.format.participants import (
 )
 from actors.transport.dds.format.qos import EndpointQos, write_qos
 from actors.transport.dds.format.user_data import EndpointData, write_endpoint_data, write_pair_id
-from actors.transport.dds.known import Known
-from actors.transport.dds.nodes import NodeHere
+from actors.transport.dds.known import Known, NodeHere
 from actors.transport.dds.services import REMEDY, Client, Server
 from actors.transport.dds.topics import Publisher, Receiver, Subscription
 from actors.transport.format.errors import WireFormatError

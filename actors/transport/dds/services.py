@@ -19,8 +19,7 @@ from actors.transport.protocol import Answer, Failed, NoAnswer, Replied
 if TYPE_CHECKING:
     from actors.transport.dds.domain import Domain, Pair
     from actors.transport.dds.endpoints import Sample, Status
-    from actors.transport.dds.known import Shown
-    from actors.transport.dds.nodes import NodeHere
+    from actors.transport.dds.known import NodeHere, Shown
     from actors.transport.protocol import Request
 
 _PATIENCE: Final = 5.0

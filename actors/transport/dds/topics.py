@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from actors.transport.dds.domain import Domain
     from actors.transport.dds.endpoints import Reader, Sample, Status, Writer
     from actors.transport.dds.format.names import DdsNames
-    from actors.transport.dds.nodes import NodeHere
+    from actors.transport.dds.known import NodeHere
     from actors.transport.protocol import Take
 
 _MOST_WRITERS: Final = 10_000
