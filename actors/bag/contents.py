@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from heapq import heappush, heapreplace
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,8 +12,6 @@ from actors.interfaces.hashes import type_hash
 from actors.interfaces.text import schema_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
 

@@ -18,7 +18,7 @@ from functools import partial
 from heapq import merge
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, Self, cast
 
 from actors.bag.mcap_stream import McapFile
 from actors.bag.offers import known_type
@@ -31,16 +31,13 @@ from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
 from actors.interfaces.message import Message
 from actors.interfaces.types import default, string, uint32
-from actors.logs import log_message, printable
+from actors.logs import LogRecord, log_message, printable
 from actors.qos import DEFAULT
 from actors.qos import ROSOUT as ROSOUT_QOS
 from actors.runtime.standard import ROSOUT
 from actors.time.values import stamp_of
 
 if TYPE_CHECKING:
-    from typing import Self
-
-    from actors.logs import LogRecord
     from actors.qos.policies import QoS
     from actors.supervision.report import Report
     from actors.system import System

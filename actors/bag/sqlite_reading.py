@@ -8,11 +8,10 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.bag.contents import BagError, BagMessage, BagTopic
+from actors.bag.contents import BagError, BagMessage, BagTopic, Newest
 from actors.bag.metadata import NOTE, BagFile, BagMetadata
 
 if TYPE_CHECKING:
-    from actors.bag.contents import Newest
     from actors.bag.mcap_reading import Salvage
 
 ROWS: Final = "SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ? ORDER BY id"

@@ -15,13 +15,7 @@ from typing import Any, Final, cast
 
 import msgspec
 
-from actors.parameters.callbacks import (
-    CallbackChains,
-    CallbackHandle,
-    OnSetCallback,
-    PostSetCallback,
-    PreSetCallback,
-)
+from actors.parameters.callbacks import CallbackChains, CallbackHandle, OnSetCallback, PostSetCallback, PreSetCallback
 from actors.parameters.checks import DYNAMIC, UNDESCRIBED, checked, invalid, objection, planned, refused, unpacked
 from actors.parameters.declare import NO_PARAMETERS, ParameterTable
 from actors.parameters.descriptor import ParameterDescriptor, redescribed_type

@@ -8,12 +8,9 @@ from collections.abc import Callable
 from contextvars import Context
 from itertools import islice
 from time import monotonic
-from typing import TYPE_CHECKING, TypeVarTuple
+from typing import TypeVarTuple
 
-from actors.time.deadlines import FEW, Deadlines
-
-if TYPE_CHECKING:
-    from actors.time.deadlines import Waiting
+from actors.time.deadlines import FEW, Deadlines, Waiting
 
 _Ts = TypeVarTuple("_Ts")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, TypeVar
 
 from actors.contracts.contracts import Service
@@ -30,8 +30,6 @@ from actors.time.values import ClockType, Duration, Time, nanoseconds_of, stamp_
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from actors.runtime.node import Node
 
 M = TypeVar("M", bound=Message)

@@ -25,7 +25,7 @@ from actors.transport.dds.services import REMEDY, Client, Server
 from actors.transport.dds.topics import Publisher, Receiver, Subscription
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.types import NO_TYPE_HASH
-from actors.transport.protocol import Link
+from actors.transport.protocol import Events, Link, Request, Take, TypeInfo
 
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from actors.transport.dds import discovery
     from actors.transport.dds.endpoints import Reader, Sample, Writer
     from actors.transport.dds.participant import Participant
-    from actors.transport.protocol import Events, Request, Take, TypeInfo
 
 _TOLD: Final = DdsNames("robactor/told", "robactor::msg::dds_::Told_")
 """The topic by which processes of this library tell each other what ROS has no place for."""

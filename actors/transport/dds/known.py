@@ -18,7 +18,7 @@ from actors.interfaces import lookup, registry
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.hashes import type_hash
 from actors.transport.dds.format.names import Role, RosNames, parse_names
-from actors.transport.dds.format.participants import NodeEntities
+from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
 from actors.transport.dds.format.qos import parse_qos
 from actors.transport.dds.format.user_data import (
     EndpointData,
@@ -31,13 +31,11 @@ from actors.transport.format.errors import WireFormatError
 from actors.transport.format.names import check_chunk, check_namespace
 from actors.transport.format.tokens import EndpointKind
 from actors.transport.format.types import NO_TYPE_HASH
-from actors.transport.protocol import RemoteEndpoint, RemoteNode
+from actors.transport.protocol import Events, RemoteEndpoint, RemoteNode
 
 if TYPE_CHECKING:
     from actors.transport.dds import discovery
     from actors.transport.dds.endpoints import Status
-    from actors.transport.dds.format.participants import ParticipantEntities
-    from actors.transport.protocol import Events
 
 FAST_DDS: Final = b"\x01\x0f"
 """How the GUIDs of Fast DDS begin."""

@@ -17,20 +17,18 @@ from actors.transport.format.attachments import (
     parse_attachment,
     write_attachment,
 )
-from actors.transport.format.buffers import CPU, BufferKey, write_buffer_key
+from actors.transport.format.buffers import CPU, Backend, BufferKey, write_buffer_key
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import gid_of
 from actors.transport.format.keys import DataKey, write_key
 from actors.transport.format.sessions import is_ours
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, parse_token, write_token
 from actors.transport.keyed.protocol import BULK, NORMAL, Delivery, KeyTransport, Outlet, Query, Replied, Sample
-from actors.transport.protocol import RemoteEndpoint, RemoteNode
+from actors.transport.protocol import Handle, NodeHere, RemoteEndpoint, RemoteNode, Request, Take, TypeInfo, Wait
 
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
-    from actors.transport.format.buffers import Backend
     from actors.transport.keyed import protocol as keyed
-    from actors.transport.protocol import Handle, NodeHere, Request, Take, TypeInfo, Wait
 
 
 class Known:
