@@ -13,14 +13,13 @@ import sys
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from traceback import StackSummary, TracebackException
-from types import AsyncGeneratorType, CoroutineType, GeneratorType, TracebackType
+from types import AsyncGeneratorType, CodeType, CoroutineType, FrameType, GeneratorType, TracebackType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
 
 from actors.errors import ActorError, DeclarationError, described
 
 if TYPE_CHECKING:
     import asyncio
-    from types import CodeType, FrameType
 
 E = TypeVar("E", bound=BaseException)
 

@@ -21,10 +21,10 @@ from actors.runtime.incarnation import incarnation_of
 from actors.runtime.master import ApplicationMaster
 from actors.runtime.open_systems import OpenSystems
 from actors.runtime.placement import HERE, Placement
-from actors.runtime.runtime import OtherProcesses, Runtime
+from actors.runtime.runtime import NodeRecord, OtherProcesses, Runtime
 from actors.runtime.standard import StandardEndpoints
 from actors.supervision.child import Child
-from actors.supervision.declarations import DynamicSupervisor, Supervisor
+from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
 from actors.time.lockstep import Simulated
 
 if TYPE_CHECKING:
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from actors.runtime.joined import JoinedNode
     from actors.runtime.node import Node
     from actors.runtime.options import RunOptions
-    from actors.runtime.runtime import NodeRecord
-    from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
     from actors.supervision.running import RunningSupervisor
 

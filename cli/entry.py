@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 
 from cli.starting import end_at_signals, leave
 
 TYPE_CHECKING = False  # as that of `typing`, which takes a while to import
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 NAMES = 14
 """The columns of a command's name in the help, with the space behind it."""

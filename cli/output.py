@@ -7,10 +7,7 @@ import re
 import sys
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from typing import IO
+from typing import IO, Any
 
 
 def print_json(value: Any) -> None:

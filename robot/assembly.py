@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from robot.geometry.planar import Pose2
-from robot.model.actuators import MOTOR_DELAY
+from robot.model.actuators import MOTOR_DELAY, ActuatorDesign
 from robot.model.battery import PackDesign
 from robot.model.robot import SPOT, RobotModel
 from robot.nodes.carrier import Delivery
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from actors import Supervisor
     from robot.hardware.sensors import Sensors
     from robot.link.process import BodyProcess
-    from robot.model.actuators import ActuatorDesign
     from robot.planning.grid import Grid
     from robot.sim.ground import Ground
 

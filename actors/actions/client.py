@@ -6,28 +6,16 @@ import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Generator
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, Protocol, cast
+from typing import Any, Final, Generic, NamedTuple, Protocol, cast
 
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, ActionPeer, GoalFollower, Outcome
 from actors.checks import NoPublicConstructor
-from actors.contracts.contracts import F, G, R
-from actors.errors import (
-    ActionUnavailable,
-    GoalAborted,
-    GoalCanceled,
-    GoalRejected,
-    NotStarted,
-    Reject,
-    WrongType,
-)
+from actors.contracts.contracts import Action, F, G, R
+from actors.errors import ActionUnavailable, GoalAborted, GoalCanceled, GoalRejected, NotStarted, Reject, WrongType
 from actors.inbox.boundary import asked
 from actors.services.peers import Caller, OpenCall, ServedName, refuse_cycle, refuse_other_type
 from actors.waiting import Waiters
-
-if TYPE_CHECKING:
-    from actors.contracts.contracts import Action
-
 
 FEEDBACK_DEPTH = 10
 """The number of feedbacks that a client keeps. A slow reader loses the oldest, and the loss is counted."""

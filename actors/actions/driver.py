@@ -11,17 +11,15 @@ import asyncio
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
-from actors.actions.goals import GoalStatus
+from actors.actions.goals import GoalRecord, GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, Outcome
 from actors.checks import create
-from actors.contracts.contracts import Aborted, Done
+from actors.contracts.contracts import Aborted, Action, Done
 from actors.errors import Reject, WrongType, described
 from actors.inbox.control import NodeExit, blame
 from actors.services.peers import Caller
 
 if TYPE_CHECKING:
-    from actors.actions.goals import GoalRecord
-    from actors.contracts.contracts import Action
     from actors.time.clock import Clock
 
 IGNORED: Final = 3

@@ -7,7 +7,7 @@ those of rcl_action. Where its releases differ, a result is kept for `result_tim
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import AsyncGenerator, Callable, Iterable
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,7 +16,6 @@ from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     import asyncio
-    from collections.abc import AsyncGenerator
 
     from actors.actions.peers import GoalFollower
     from actors.contracts.contracts import Aborted, Done

@@ -18,31 +18,61 @@ from functools import partial
 from heapq import merge
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, Self, cast
 
-from actors.bag.events import SUPERVISOR_EVENTS, event_message
-from actors.bag.mcap_file import McapFile
+from actors.bag.mcap_stream import McapFile
 from actors.bag.offers import known_type
 from actors.bag.ring import Channel, Entry, Ring, Source, placed
 from actors.bag.weight import weight_of
 from actors.checks import NoPublicConstructor, create
 from actors.errors import NotStarted
+from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
-from actors.logs import log_message
+from actors.interfaces.message import Message
+from actors.interfaces.types import default, string, uint32
+from actors.logs import LogRecord, log_message, printable
 from actors.qos import DEFAULT
 from actors.qos import ROSOUT as ROSOUT_QOS
 from actors.runtime.standard import ROSOUT
+from actors.time.values import stamp_of
 
 if TYPE_CHECKING:
-    from typing import Self
-
-    from actors.interfaces.message import Message
-    from actors.logs import LogRecord
     from actors.qos.policies import QoS
     from actors.supervision.report import Report
     from actors.system import System
     from actors.topics.peers import PublisherPeer
+
+SUPERVISOR_EVENTS = "/supervisor_events"
+"""The topic of a recording that holds the reports of the supervisors."""
+
+
+class SupervisorEvent(Message, frozen=True, kw_only=True):
+    """One report of a supervisor. `context` is a value of `actors.supervision.report.Context`; `reason` is empty if there is none."""
+
+    stamp: Time = default()
+    supervisor: string = ""
+    context: string = ""
+    child: string = ""
+    incarnation: uint32 = 0
+    restart: string = ""
+    reason: string = ""
+    note: string = ""
+
+
+def event_message(report: Report, nanoseconds: int) -> SupervisorEvent:
+    """Convert a report of this wall time, in nanoseconds. The text of an error is kept, not the error with the objects it refers to."""
+    return SupervisorEvent(
+        stamp=stamp_of(nanoseconds),
+        supervisor="/".join(report.supervisor),
+        context=report.context,
+        child="/".join(report.child.path),
+        incarnation=report.child.incarnation,
+        restart=str(report.restart),
+        reason=printable("" if report.reason is None else str(report.reason)),
+        note=printable(report.note),
+    )
+
 
 SECONDS: Final = 30.0
 MAX_BYTES: Final = 64 * 1024 * 1024

@@ -12,17 +12,14 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Final, NamedTuple
+from typing import BinaryIO, Final, NamedTuple
 
 from actors.bag import mcap_records as record
-from actors.bag.contents import BagError, BagMessage, BagTopic
+from actors.bag.contents import BagError, BagMessage, BagTopic, Newest
 from actors.bag.foreign import named
 from actors.bag.mcap_records import Damaged
 from actors.bag.mcap_stream import MAGIC
 from actors.bag.metadata import BagFile, BagMetadata
-
-if TYPE_CHECKING:
-    from actors.bag.newest import Newest
 
 FOOTER: Final = struct.Struct("<BQQQI")
 """The last record: opcode, length, where the summary and its offsets begin, checksum of the summary."""

@@ -8,10 +8,9 @@ from collections.abc import Awaitable, Callable, Collection, Iterator
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from actors.bag.contents import BagError
+from actors.bag.contents import BagError, BagMessage
 
 if TYPE_CHECKING:
-    from actors.bag.contents import BagMessage
     from actors.bag.reader import BagReader
 
 

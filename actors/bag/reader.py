@@ -9,19 +9,16 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from heapq import merge
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from types import TracebackType
+from typing import Final
 
-from actors.bag.contents import BagError, BagMessage, BagTopic
+from actors.bag.contents import BagError, BagMessage, BagTopic, Newest
 from actors.bag.foreign import SQLITE, ZSTD, begin_of, named
 from actors.bag.mcap_reading import McapReading
 from actors.bag.mcap_records import LARGEST
 from actors.bag.mcap_stream import MAGIC
 from actors.bag.metadata import METADATA, BagMetadata, merged, noted, read_metadata
-from actors.bag.newest import Newest
 from actors.bag.sqlite_reading import SqliteReading
-
-if TYPE_CHECKING:
-    from types import TracebackType
 
 Reading = McapReading | SqliteReading
 

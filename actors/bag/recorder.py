@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from actors.bag.capture import Capture, fitting
 from actors.bag.control_services import serve_recorder
-from actors.bag.offers import Offer, offers
+from actors.bag.offers import Offer, RemoteTypes, offers
 from actors.bag.options import RecordOptions
-from actors.bag.remote_types import RemoteTypes
 from actors.bag.ring import Channel, Entry, Ring, Source, placed
 from actors.bag.weight import weight_of
 from actors.bag.write_queue import Taken, WriteQueue

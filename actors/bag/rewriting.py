@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from heapq import merge
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from actors.bag.contents import BagError, BagTopic
+from actors.bag.contents import BagError, BagMessage, BagTopic
 from actors.bag.mcap_reading import Salvage
 from actors.bag.metadata import BagMetadata, noted, read_metadata, write_metadata
 from actors.bag.qos_text import parse_qos_profiles
@@ -21,11 +20,6 @@ from actors.bag.writer import BagWriter, WriterOptions
 from actors.interfaces.hashes import type_hash
 from actors.interfaces.text import schema_text
 from actors.qos import InvalidQoS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from actors.bag.contents import BagMessage
 
 
 def rewrite(

@@ -8,12 +8,11 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from actors.bag.contents import BagError, BagMessage, BagTopic
+from actors.bag.contents import BagError, BagMessage, BagTopic, Newest
 from actors.bag.metadata import NOTE, BagFile, BagMetadata
 
 if TYPE_CHECKING:
     from actors.bag.mcap_reading import Salvage
-    from actors.bag.newest import Newest
 
 ROWS: Final = "SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ? ORDER BY id"
 DAMAGE: Final = (sqlite3.Error, OverflowError, TypeError, ValueError)

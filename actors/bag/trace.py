@@ -6,14 +6,12 @@ import re
 import struct
 from collections.abc import Callable, Mapping, Set
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, Self, cast
 
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
 
 if TYPE_CHECKING:
-    from typing import Self
-
     from actors.interfaces.message import Message
     from actors.logs import LogRecord
     from actors.supervision.report import Report

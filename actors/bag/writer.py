@@ -6,14 +6,12 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from types import TracebackType
+from typing import Final
 
 from actors.bag.contents import BagError, BagTopic
 from actors.bag.mcap_stream import COMPRESSIONS, McapStream
 from actors.bag.metadata import BagFile, BagMetadata, note_of, write_metadata
-
-if TYPE_CHECKING:
-    from types import TracebackType
 
 FLUSH_NS: Final = 1_000_000_000
 """A chunk is written when it spans this time, in nanoseconds, so that a killed recorder loses no more."""

@@ -12,13 +12,14 @@ Names are ROS names: a relative name is resolved in the namespace of the node th
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import AsyncGenerator, Callable, Coroutine
 from math import inf
+from types import CodeType
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias, TypeVar, cast
 
 from actors.checks import NoPublicConstructor, create, is_number, is_whole
 from actors.contracts.content_filter import ContentFilter
-from actors.contracts.declaration import Declaration
 from actors.errors import DeclarationError
 from actors.qos import DEFAULT, of
 from actors.qos.policies import QoS
@@ -27,6 +28,35 @@ if TYPE_CHECKING:
     import builtins  # the contract classes have a field `type`, which hides the builtin
 
     from actors.interfaces.message import ActionType, Message, ServiceType
+
+
+class Declaration:
+    """A declaration attached to a method by a decorator. `Node` collects it when the class of the method is created."""
+
+    __slots__ = ("attribute", "function")
+
+    def __init__(self) -> None:
+        self.function: Callable[..., object]
+        self.attribute = ""
+
+    def attach(self, function: Callable[..., object]) -> None:
+        if not callable(function):
+            raise DeclarationError(f"{self!r} decorates a method, not {function!r}")
+        self.function = function
+        held = cast("tuple[Declaration, ...]", getattr(function, "__declarations__", ()))
+        function.__dict__["__declarations__"] = (*held, self)
+
+
+def declarations_of(function: object) -> tuple[Declaration, ...]:
+    """The declarations attached to a function, innermost decorator first."""
+    return cast("tuple[Declaration, ...]", getattr(function, "__declarations__", ()))
+
+
+def positional(function: Callable[..., object]) -> int:
+    """The number of positional arguments of a method, including self."""
+    code: CodeType = inspect.unwrap(function).__code__
+    return code.co_argcount
+
 
 M = TypeVar("M", bound="Message")
 Req = TypeVar("Req", bound="Message")

@@ -5,7 +5,7 @@ The words, levels and parameters are those of diagnostic_updater and diagnostic_
 
 from __future__ import annotations
 
-from actors.diagnostics.aggregator import Aggregator
+from actors.diagnostics.analyzers import Aggregator
 from actors.diagnostics.status import DIAGNOSTICS, DIAGNOSTICS_AGG, Status, Task
 from actors.diagnostics.tasks import FrequencyStatus, TimeStampStatus
 from actors.diagnostics.updater import Updater

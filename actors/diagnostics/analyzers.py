@@ -6,9 +6,14 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-from actors.diagnostics.status import LEVELS
+from actors.contracts.contracts import Topic
+from actors.diagnostics.status import DIAGNOSTICS, DIAGNOSTICS_AGG, LEVELS
 from actors.errors import DeclarationError
-from actors.interfaces.diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from actors.interfaces.std_msgs.msg import Header
+from actors.parameters.declare import parameter
+from actors.runtime.declarations import every, publishes
+from actors.runtime.node import Node
 from actors.suggest import did_you_mean
 
 GENERIC: Final = "diagnostic_aggregator/GenericAnalyzer"
@@ -95,10 +100,10 @@ class Analyzer:
 def analyzers_of(base: str, parameters: Mapping[str, object]) -> list[Analyzer]:
     """The analyzers that parameters ``analyzers.<name>.<option>`` declare, in their order. Raises `DeclarationError`."""
     declared: dict[str, dict[str, object]] = {}
-    for parameter, value in parameters.items():
-        name, dot, option = parameter.partition(".")
+    for key, value in parameters.items():
+        name, dot, option = key.partition(".")
         if not dot:
-            raise DeclarationError(f"analyzers.{parameter} must be analyzers.<name>.<option>")
+            raise DeclarationError(f"analyzers.{key} must be analyzers.<name>.<option>")
         declared.setdefault(name, {})[option] = value
     for name, options in declared.items():
         kind = options.get("type", "")
@@ -110,3 +115,62 @@ def analyzers_of(base: str, parameters: Mapping[str, object]) -> list[Analyzer]:
 def _texts(options: Mapping[str, Any], name: str) -> tuple[str, ...]:
     value = options.get(name, ())
     return (value,) if isinstance(value, str) else tuple(value)
+
+
+TOPLEVEL: Final = Topic(DiagnosticStatus, "/diagnostics_toplevel_state")
+
+
+class Aggregator(Node):
+    """Sorts what comes on ``/diagnostics`` and publishes it on ``/diagnostics_agg``, and the worst level on ``/diagnostics_toplevel_state``.
+
+    Its parameters are those of diagnostic_aggregator: ``path``, ``pub_rate``, ``other_as_errors`` and
+    ``analyzers.<name>.<option>`` for analyzers of the type ``diagnostic_aggregator/GenericAnalyzer``. What no analyzer takes is reported
+    under ``Other``.
+    """
+
+    node_name = "diagnostic_aggregator"
+    automatically_declare_parameters_from_overrides = True
+
+    path = parameter("")
+    pub_rate = parameter(1.0, unit="Hz")
+    other_as_errors = parameter(False)
+    aggregated = publishes(DIAGNOSTICS_AGG)
+    toplevel = publishes(TOPLEVEL)
+
+    async def on_start(self) -> None:
+        base = f"/{self.path.strip('/')}".rstrip("/")
+        given = self.get_parameters_by_prefix("analyzers")
+        self.analyzers = analyzers_of(base, {name: one.value for name, one in given.items()})
+        self.other = Analyzer(base, "Other", {"type": GENERIC, "discard_stale": True})
+
+    @DIAGNOSTICS.on(qos=1000)
+    def take(self, message: DiagnosticArray) -> None:
+        """Give each status to the analyzers that match it."""
+        now = self.clock.now()
+        for status in message.status:
+            takers = [one for one in self.analyzers if one.matches(status.name)]
+            for one in takers or [self.other]:
+                if one is self.other and self.other_as_errors:
+                    status = status.replace(level=DiagnosticStatus.ERROR)
+                one.take(status, now)
+
+    @every(hz="pub_rate")
+    def report(self) -> None:
+        now, stamp = self.clock.now(), self.clock.stamp()
+        headers: list[DiagnosticStatus] = []
+        statuses: list[DiagnosticStatus] = []
+        for one in (*self.analyzers, self.other):
+            header, *items = one.report(now)
+            if items or one is not self.other:
+                headers.append(header)
+                statuses += [header, *items]
+        self.aggregated(DiagnosticArray(header=Header(stamp=stamp), status=statuses))
+        worst = _worst(headers)
+        self.toplevel(DiagnosticStatus(level=worst, name="toplevel_state", message=LEVELS.get(worst, str(worst))))
+
+
+def _worst(headers: list[DiagnosticStatus]) -> int:
+    """The worst level of several headers; stale is an error unless all are stale."""
+    levels = {header.level for header in headers} or {DiagnosticStatus.OK}
+    worst = max(levels)
+    return DiagnosticStatus.ERROR if worst == DiagnosticStatus.STALE and len(levels) > 1 else worst

@@ -7,26 +7,22 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from opentelemetry.context import Context, attach, detach
 from opentelemetry.trace import SpanKind, Status, StatusCode, get_tracer, set_span_in_context
 
-from actors.actions.goals import GoalStatus
+from actors.actions.goals import GoalRecord, GoalStatus
 from actors.inbox.boundary import outside
 from actors.runtime.interceptor import Interceptor
 
 if TYPE_CHECKING:
-    from typing import Self
-
     from opentelemetry.trace import Span, Tracer, TracerProvider
 
-    from actors.actions.goals import GoalRecord
     from actors.actions.peers import GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
     from actors.services.client import Client
-    from actors.services.introspection import CallId
-    from actors.services.peers import Caller, ServiceCall, ServicePeer, Submit
+    from actors.services.peers import Caller, CallId, ServiceCall, ServicePeer, Submit
     from actors.services.server import Handle, Request, Server
     from actors.system import System
 

@@ -6,10 +6,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from actors.interfaces.foreign import difference
-from actors.qos import compatible
+from actors.qos import Compatibility, compatible
 
 if TYPE_CHECKING:
-    from actors.qos import Compatibility
     from actors.qos.policies import QoS
     from actors.topics.peers import PublisherPeer, SubscriptionPeer
 

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import msgspec
 
-from actors.topics.peers import Elsewhere
+from actors.topics.peers import Elsewhere, PublisherPeer, SubscriptionPeer
 
 if TYPE_CHECKING:
     from actors.graph.graph import Graph, TopicEntry
     from actors.graph.watching import KnownLink, NodeElsewhere
     from actors.inbox.load import Load
     from actors.names.identity import Identity
-    from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
 Places: TypeAlias = "dict[str, tuple[str, int]]"
 """Node of another process -> its host and process."""

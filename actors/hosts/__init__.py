@@ -11,7 +11,7 @@ where otherwise the tree does it itself. So strategies, intensity, backoff, orde
 * `tls` has the wires between real machines, mutual TLS by the security file, and `simulated` those of a simulated network.
 """
 
-from actors.hosts.errors import HostLost
+from actors.hosts.host import HostLost
 from actors.hosts.lease import LEASE_SECONDS
 from actors.hosts.messages import Wire
 from actors.hosts.placing import Hosts

@@ -11,8 +11,7 @@ from typing import Any, Final, Protocol
 
 from msgspec import structs
 
-from actors.errors import described
-from actors.hosts.errors import HostLost
+from actors.errors import ActorError, described
 from actors.hosts.events import UnreadableEvent, read_event
 from actors.hosts.lease import Granting
 from actors.hosts.messages import (
@@ -32,6 +31,19 @@ from actors.processes.messages import Event, Line, NodeFacts, Nodes, Order
 from actors.processes.pickling import pack
 from actors.runtime.runtime import HostLease
 from actors.waiting import wake
+
+
+class HostLost(ActorError):
+    """The agent of `host` did not renew its lease for `seconds`: the machine is down, cut off or too slow, or its agent has ended.
+
+    What ran there for this tree has ended by then, or ends with the machine.
+    """
+
+    def __init__(self, host: str, seconds: float) -> None:
+        super().__init__(f"host {host} is lost: its lease of {seconds:g} s was not renewed")
+        self.host = host
+        self.seconds = seconds
+
 
 CONNECTING_SECONDS: Final = 1.0
 """How long an attempt to connect to an agent may take."""

@@ -6,7 +6,7 @@ import asyncio
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from actors.hosts.agent import Running
 from actors.hosts.messages import Launch
@@ -16,10 +16,7 @@ from actors.processes.os_process import Started, discard, employ, prepared, stil
 from actors.processes.pickling import pack
 from actors.processes.preparation import preparation
 from actors.transport.environment import transport_from_environment
-from actors.transport.protocol import WireUnavailable
-
-if TYPE_CHECKING:
-    from actors.transport.protocol import Transport
+from actors.transport.protocol import Transport, WireUnavailable
 
 LISTEN: Final = "ROBACTOR_AGENT_LISTEN"
 CONNECT: Final = "ROBACTOR_AGENT_CONNECT"

@@ -17,13 +17,12 @@ from actors.hosts.remote import RemoteProcess
 from actors.logs import NodeLog
 from actors.processes.messages import Event, Order, Over
 from actors.runtime.placement import Placement
-from actors.runtime.runtime import HostLease
+from actors.runtime.runtime import HostLease, Runtime
 from actors.suggest import did_you_mean
 from actors.supervision.reasons import Failed
 
 if TYPE_CHECKING:
     from actors.processes.life import Launch
-    from actors.runtime.runtime import Runtime
 
 LOOKING_SECONDS: Final = 0.05
 """Seconds between two looks for a host that takes a child."""

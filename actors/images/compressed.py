@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any, Final, Literal
+from types import ModuleType
+from typing import Any, Final, Literal
 
 import numpy as np
 
 from actors.images.image import array_of, image_of
 from actors.interfaces.sensor_msgs.msg import CompressedImage, Image
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 _WRITTEN: Final = {
     "rgb8": "rgb8", "bgr8": "rgb8", "rgba8": "rgb8", "bgra8": "rgb8", "mono8": "mono8", "mono16": "mono16", "16UC1": "16UC1",

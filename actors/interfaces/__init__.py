@@ -27,7 +27,7 @@ from actors.interfaces.registry import add_folder, known_names
 
 if TYPE_CHECKING:
     from actors.interfaces.cdr import Bytes, decode, encode
-    from actors.interfaces.cdr_text import WStrings
+    from actors.interfaces.cdr_layout import WStrings
     from actors.interfaces.consistency import flaws
     from actors.interfaces.hashes import type_description, type_hash
     from actors.interfaces.loading import load, load_folder
@@ -82,7 +82,7 @@ _LATE = {
     "Comments": "text",
     "DefinitionError": "parse",
     "ErrorCode": "parse",
-    "WStrings": "cdr_text",
+    "WStrings": "cdr_layout",
     "decode": "cdr",
     "definition_text": "text",
     "encode": "cdr",

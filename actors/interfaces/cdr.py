@@ -11,7 +11,7 @@ from typing import Any, Final, TypeAlias, TypeVar, cast
 
 from actors.interfaces.cdr_decode import Decoder, compile_decoder
 from actors.interfaces.cdr_encode import compile_encoder
-from actors.interfaces.cdr_text import WStrings
+from actors.interfaces.cdr_layout import WStrings
 from actors.interfaces.errors import CdrError, InterfaceError
 from actors.interfaces.message import Message
 

@@ -19,11 +19,13 @@ from actors.interfaces.cdr_layout import (
     START,
     UNKNOWN,
     Position,
+    WStrings,
     alignment_of_element,
+    decode_wide,
     least_of_element,
     loop,
+    wide_size,
 )
-from actors.interfaces.cdr_text import WStrings, decode_wide, wide_size
 from actors.interfaces.errors import CdrError
 from actors.interfaces.fields import STRINGS
 from actors.interfaces.message import Field, Message

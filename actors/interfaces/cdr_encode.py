@@ -8,8 +8,18 @@ from functools import partial
 from keyword import iskeyword
 from typing import Any
 
-from actors.interfaces.cdr_layout import CODES, SIZES, START, UNKNOWN, Position, alignment_of_element, has_loop, loop
-from actors.interfaces.cdr_text import WStrings, encode_wide
+from actors.interfaces.cdr_layout import (
+    CODES,
+    SIZES,
+    START,
+    UNKNOWN,
+    Position,
+    WStrings,
+    alignment_of_element,
+    encode_wide,
+    has_loop,
+    loop,
+)
 from actors.interfaces.fields import STRINGS
 from actors.interfaces.message import Field, Message
 

@@ -6,8 +6,9 @@ code is generated the exact position is unknown after a string, but often its re
 
 from __future__ import annotations
 
+import struct
 from functools import cache
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 from actors.interfaces.fields import STRINGS
 from actors.interfaces.message import Field, Message
@@ -147,3 +148,30 @@ def loop(field: Field, at: Position) -> tuple[Position, Position]:
         if both == start:
             return start, end
         start = both
+
+
+WStrings: TypeAlias = Literal["zenoh", "cyclone"]
+"""`zenoh` (and Fast CDR): number of UTF-16 units, then 4 bytes each. `cyclone`: number of bytes, then 2 bytes a unit."""
+
+
+def encode_wide(text: str, form: WStrings) -> tuple[int, bytes]:
+    """The count that stands before a wide string, and its bytes. There is no NUL at the end."""
+    data = text.encode("utf-16-le")
+    if form == "cyclone":
+        return len(data), data
+    count = len(data) // 2
+    return count, struct.pack(f"<{count}I", *struct.unpack(f"<{count}H", data))
+
+
+def wide_size(count: int, form: WStrings) -> int:
+    """The number of bytes that a wide string with this count takes."""
+    return count if form == "cyclone" else 4 * count
+
+
+def decode_wide(data: bytes, form: WStrings, order: str) -> str:
+    """The text of these bytes in byte order `<` or `>`. What is not UTF-16 becomes U+FFFD, as in other strings."""
+    if form != "cyclone":
+        count = len(data) // 4
+        units = struct.unpack(f"{order}{count}I", data)
+        data = struct.pack(f"{order}{count}H", *(unit if unit <= 0xFFFF else 0xFFFD for unit in units))
+    return data.decode("utf-16-le" if order == "<" else "utf-16-be", "replace")

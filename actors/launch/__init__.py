@@ -13,28 +13,11 @@ package, whether or not ROS 2 is installed.
 
 from __future__ import annotations
 
-from actors.launch.errors import (
-    LaunchError,
-    Line,
-)
-from actors.launch.launching import (
-    Launch,
-)
-from actors.launch.looking import (
-    NotDone,
-)
-from actors.launch.packages import (
-    Executable,
-    NodeTarget,
-    Packages,
-    Program,
-    UnknownExecutable,
-    UnknownPackage,
-)
-from actors.launch.scripts import (
-    run_script,
-    starts_itself,
-)
+from actors.launch.errors import LaunchError, Line
+from actors.launch.launching import Launch
+from actors.launch.looking import NotDone
+from actors.launch.packages import Executable, NodeTarget, Packages, Program, UnknownExecutable, UnknownPackage
+from actors.launch.scripts import run_script, starts_itself
 
 __all__ = [
     "Executable",

@@ -13,7 +13,7 @@ from actors.launch.parameters import effective
 from actors.launch.plan import Job, NodeSpec, Process, Scope
 from actors.launch.program import Output, ProgramNode, ros_arguments
 from actors.names.names import fully_qualified
-from actors.qos.overriding import QOS_OVERRIDES
+from actors.qos.policies import QOS_OVERRIDES
 from actors.running.options import with_arguments, with_own_arguments
 from actors.running.target import Unusable, find, grown
 from actors.runtime.members import has_fixed_parameters

@@ -6,11 +6,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from actors.launch import events
-from actors.launch.entity import listed
+from actors.launch.entity import LaunchDescriptionEntity, listed
 
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
-    from actors.launch.entity import LaunchDescriptionEntity
 
 
 class EventHandler:

@@ -20,18 +20,7 @@ from actors.launch.errors import LaunchError, ProcessDied
 from actors.launch.executables import Running, console_line, flattened, shows_stdout
 from actors.launch.lifecycle import UP, follow, take_through, transit
 from actors.launch.packages import Program
-from actors.launch.plan import (
-    Handler,
-    Item,
-    Job,
-    Load,
-    Message,
-    Scope,
-    Signal,
-    Timer,
-    Transitions,
-    Unregister,
-)
+from actors.launch.plan import Handler, Item, Job, Load, Message, Scope, Signal, Timer, Transitions, Unregister
 from actors.launch.program import ProgramNode
 from actors.launch.requests import Requests
 from actors.launch.shim import shim
@@ -40,16 +29,14 @@ from actors.names.names import fully_qualified
 from actors.runtime.declarations import background
 from actors.runtime.node import Node
 from actors.supervision.child import Child
-from actors.supervision.declarations import Supervisor
+from actors.supervision.declarations import Spec, Supervisor
 from actors.supervision.errors import NotFound, StartFailed, SupervisorDown
-from actors.supervision.reasons import Failed, Stopped
+from actors.supervision.reasons import ExitReason, Failed, Stopped
 from actors.supervision.running import RunningSupervisor
 from actors.system import system_of
 
 if TYPE_CHECKING:
     from actors.launch.context import LaunchContext
-    from actors.supervision.declarations import Spec
-    from actors.supervision.reasons import ExitReason
     from actors.supervision.refs import ChildRef
     from actors.supervision.report import Report
 

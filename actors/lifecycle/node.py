@@ -22,11 +22,10 @@ from actors.lifecycle.machine import (
     transitions_from,
 )
 from actors.lifecycle.services import SERVICES, transition_event
-from actors.runtime.incarnation import incarnation_of
+from actors.runtime.incarnation import Incarnation, incarnation_of
 from actors.runtime.node import Node
 
 if TYPE_CHECKING:
-    from actors.runtime.incarnation import Incarnation
     from actors.system import System
 
 PrimaryState: TypeAlias = Literal["unconfigured", "inactive", "active"]

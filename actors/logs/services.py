@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,8 +17,6 @@ from actors.interfaces.rcl_interfaces.srv import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from actors.logs.levels import LevelTree
 
 

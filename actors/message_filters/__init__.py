@@ -17,10 +17,9 @@ from __future__ import annotations
 
 from actors.message_filters.approximate_time import ApproximateTime
 from actors.message_filters.cache import Cache
-from actors.message_filters.delta_filter import DeltaFilter
 from actors.message_filters.input_aligner import InputAligner, QueueStatus
 from actors.message_filters.signal import Connection, FilterStream
-from actors.message_filters.simple_filter import Chain, PassThrough, SimpleFilter, Subscriber
+from actors.message_filters.simple_filter import Chain, DeltaFilter, PassThrough, SimpleFilter, Subscriber
 from actors.message_filters.stamps import Stamp
 from actors.message_filters.synchronizer import ApproximateTimeSynchronizer, Synchronizer, TimeSynchronizer
 from actors.message_filters.time_sequencer import TimeSequencer

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import count
 from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,8 +12,6 @@ from actors.message_filters.simple_filter import SimpleFilter
 from actors.message_filters.stamps import stamp_of_message
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from actors.runtime.node import Node
 
 

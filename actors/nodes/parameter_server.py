@@ -13,7 +13,7 @@ Put it first in the tree, so that it is ready when the other nodes start. A para
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
@@ -24,8 +24,6 @@ from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import CALL_TIMEOUT, Node
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from actors.interfaces.rcl_interfaces import srv
 
 SERVER: Final = "/parameter_server"

@@ -22,10 +22,10 @@ from actors.interfaces.message import Message, ServiceType
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.names import names
 from actors.parameters.descriptor import ParameterDescriptor
-from actors.parameters.dumping import parameter_file
 from actors.parameters.errors import ParameterNotDeclared, ParameterUninitialized
 from actors.parameters.files import InvalidParams, ParameterOverrides
 from actors.parameters.messages import from_descriptor, from_event, from_result, from_value, to_parameter
+from actors.parameters.text import parameter_file
 from actors.parameters.values import (
     Parameter,
     ParameterChange,

@@ -27,7 +27,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
 
-from actors.contracts.declaration import Declaration, positional
+from actors.contracts.contracts import Declaration, positional
 from actors.errors import DeclarationError, described
 from actors.parameters.values import Parameter, ParameterType, SetResult
 

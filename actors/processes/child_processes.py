@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, cast
 from msgspec import structs
 
 from actors.errors import DeclarationError
-from actors.processes.life import ProcessLife
-from actors.processes.messages import MOST_BEAT_SECONDS, CrashAsked
+from actors.processes.life import Launch, Process, ProcessLife
+from actors.processes.messages import MOST_BEAT_SECONDS, CrashAsked, Event, Order
 from actors.processes.parent import ParentSide
 from actors.processes.pickling import pack, unpack
 from actors.processes.rendezvous import Rendezvous
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from actors.processes.child_tree import ChildTree
     from actors.processes.flight_records import Recorder
-    from actors.processes.life import Launch, Process
-    from actors.processes.messages import Event, Order
     from actors.processes.os_process import Started
     from actors.processes.prefork import PreforkPool
     from actors.processes.simulated import SimulatedProcess

@@ -14,11 +14,10 @@ from actors.processes.forked import started as zygotes
 from actors.processes.os_process import Started, discard, prepared, still_waiting
 from actors.processes.preparation import preparation
 from actors.supervision.child import Child
-from actors.supervision.declarations import Supervisor
+from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
 
 if TYPE_CHECKING:
     from actors.processes.messages import Order
-    from actors.supervision.declarations import DynamicSupervisor, Spec
 
 
 class PreforkPool:

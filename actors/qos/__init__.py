@@ -20,7 +20,6 @@ from actors.qos.events import (
     SubscriptionEvent,
     SubscriptionStatus,
 )
-from actors.qos.overriding import Overriding
 from actors.qos.policies import (
     BEST_AVAILABLE_DURATION,
     KEEP_ALL_LIMIT,
@@ -29,6 +28,7 @@ from actors.qos.policies import (
     History,
     InvalidQoS,
     Liveliness,
+    Overriding,
     Policy,
     QoSWarning,
     Reliability,

@@ -3,13 +3,64 @@
 Use them through ``actors.qos``, which adds the profiles and the rules of matching.
 """
 
+from __future__ import annotations
+
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import StrEnum
-from typing import Final, NoReturn, Self, TypedDict, TypeVar, Unpack, cast
+from typing import Any, Final, NamedTuple, NoReturn, Self, TypedDict, TypeVar, Unpack, cast
 
-from actors.qos.overriding import DEFAULT_POLICIES, POLICIES, Overriding
+POLICIES: Final[Mapping[str, str]] = {
+    "deadline": "deadline",
+    "depth": "depth",
+    "durability": "durability",
+    "history": "history",
+    "lifespan": "lifespan",
+    "liveliness": "liveliness",
+    "liveliness_lease_duration": "liveliness_lease",
+    "reliability": "reliability",
+}
+"""The policies by their names in parameters, each with its attribute in `QoS`."""
+
+QOS_OVERRIDES: Final = "qos_overrides."
+"""What the names of these parameters begin with."""
+
+DEFAULT_POLICIES: Final = ("history", "depth", "reliability")
+
+DURATIONS: Final = frozenset({"deadline", "lifespan", "liveliness_lease_duration"})
+"""In parameters they are whole nanoseconds."""
+
+
+class Overriding(NamedTuple):
+    """What `QoS.overridable` has been given."""
+
+    policies: tuple[str, ...]
+    validate: Callable[[QoS], str | None] | None
+    id: str
+
+    def parameters(self, topic: str, kind: str, qos: QoS) -> dict[str, tuple[str, Any]]:
+        """The parameters of an endpoint, a ``publisher`` or ``subscription`` of `topic`: policy -> name and default value."""
+        suffix = f"_{self.id}" if self.id else ""
+        return {
+            policy: (f"{QOS_OVERRIDES}{topic}.{kind}{suffix}.{policy}", value_of(qos, policy))
+            for policy in self.policies
+            if not (kind == "subscription" and policy == "lifespan")
+        }
+
+
+def value_of(qos: QoS, policy: str) -> str | int:
+    """The value of a policy as that of a parameter."""
+    if policy == "depth":
+        return qos.given_depth
+    value = getattr(qos, POLICIES[policy])
+    return round((value or 0.0) * 1e9) if policy in DURATIONS else str(value)
+
+
+def changes(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments for `QoS.replace` that the values of parameters mean."""
+    return {POLICIES[policy]: value / 1e9 if policy in DURATIONS else value for policy, value in values.items()}
+
 
 KEEP_ALL_LIMIT: Final = 1000
 """The number of messages that a KEEP_ALL endpoint holds before ``send`` waits, if ``limit`` is not given."""
@@ -187,7 +238,7 @@ class QoS:
             text = "KEEP_ALL with best_effort still drops beyond its limit; make it reliable, or use KEEP_LAST"
             warnings.warn(text, QoSWarning, stacklevel=3)
 
-    def replace(self, **changes: Unpack[Changes]) -> "QoS":
+    def replace(self, **changes: Unpack[Changes]) -> QoS:
         """Return a copy with these policies changed. Raises what the constructor raises."""
         keywords = cast(Changes, dict(zip(_KEYWORDS, self._fields(), strict=True)))
         keywords.update(changes)
@@ -197,7 +248,7 @@ class QoS:
         object.__setattr__(changed, "overriding", self.overriding)
         return changed
 
-    def overridable(self, *policies: str, validate: Callable[["QoS"], str | None] | None = None, id: str = "") -> "QoS":
+    def overridable(self, *policies: str, validate: Callable[[QoS], str | None] | None = None, id: str = "") -> QoS:
         """Return an equal profile whose endpoints let parameters of their node override these policies when they are opened.
 
         Without `policies` these are history, depth and reliability. The parameters are ROS 2's, read-only, and named
@@ -259,10 +310,10 @@ class QoS:
     def __reduce__(self) -> tuple[object, tuple[object, object]]:
         return _rebuild, (self._fields(), self.overriding)
 
-    def __copy__(self) -> "QoS":
+    def __copy__(self) -> QoS:
         return self
 
-    def __deepcopy__(self, memo: object) -> "QoS":
+    def __deepcopy__(self, memo: object) -> QoS:
         return self
 
 

@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 
 from actors.errors import described
 from actors.inbox.boundary import BOUNDARY, outside
-from actors.replay.journaled_loop import OwnedTask
+from actors.replay.journaled_loop import Callback, OwnedTask
 from actors.runtime.interceptor import Interceptor
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
     from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
     from actors.inbox.inbox import Inbox
-    from actors.replay.journaled_loop import Callback
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.timers import NodeTimer, Ticked
     from actors.services.client import Client

@@ -9,17 +9,14 @@ from typing import TYPE_CHECKING
 from actors.inbox.boundary import BOUNDARY
 from actors.replay.inputs import Inputs
 from actors.replay.lives import PlayedNodes
-from actors.replay.recording import SENT, comes_in
-from actors.replay.replaying_boundary import run_handle
+from actors.replay.recording import SENT, Entry, Recording, Start, comes_in
+from actors.replay.replaying_boundary import ReplayingBoundary, run_handle
 from actors.time.ticker import TickHandle
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors.replay.recording import Entry, Recording, Start
-    from actors.replay.replay_deadlines import ReplayDeadlines
-    from actors.replay.replay_loop import ReplayLoop
-    from actors.replay.replaying_boundary import ReplayingBoundary
+    from actors.replay.replay_loop import ReplayDeadlines, ReplayLoop
     from actors.runtime.timers import NodeTimer
     from actors.supervision.child import Child
     from actors.system import System

@@ -12,18 +12,15 @@ from actors.checks import create
 from actors.inbox.control import Failure
 from actors.inbox.expiring import ExpiringMessage
 from actors.replay.boundary import CANCELED
-from actors.replay.recording import Recording, Unkept
-from actors.replay.replaying_boundary import AWAITED
-from actors.replay.stubs import StubFollower, StubNode, StubPublisher, StubServer, StubSubscription
-from actors.services.introspection import caller_id
+from actors.replay.recording import Recording, Start, Unkept
+from actors.replay.replaying_boundary import AWAITED, ReplayingBoundary
+from actors.replay.stubs import StubCall, StubFollower, StubNode, StubPublisher, StubServer, StubSubscription
+from actors.services.peers import caller_id
 from actors.waiting import retrieve
 
 if TYPE_CHECKING:
     from actors.replay.lives import PlayedNodes
-    from actors.replay.recording import Start
     from actors.replay.replay_loop import ReplayLoop
-    from actors.replay.replaying_boundary import ReplayingBoundary
-    from actors.replay.stubs import StubCall
     from actors.runtime.incarnation import Incarnation
     from actors.system import System
     from actors.time.deadlines import Deadlines

@@ -8,7 +8,7 @@ import tempfile
 import weakref
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from actors.inbox.boundary import BOUNDARY
 from actors.replay.alone import check_alone
@@ -22,8 +22,6 @@ from actors.runtime.interceptor import Interceptor
 from actors.suggest import did_you_mean
 
 if TYPE_CHECKING:
-    from typing import Self
-
     from actors.runtime.runtime import NodeRecord
     from actors.supervision.peers import Life
     from actors.system import System

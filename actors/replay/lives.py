@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 from actors.errors import described
 from actors.inbox.boundary import BOUNDARY
 from actors.replay.encoding import thawed
-from actors.replay.recording import starts_of
+from actors.replay.recording import Recording, Start, starts_of
 from actors.runtime.interceptor import Interceptor
 from actors.supervision.declarations import Supervisor
 from actors.supervision.policy import Intensity
 from actors.waiting import retrieve
 
 if TYPE_CHECKING:
-    from actors.replay.recording import Recording, Start
     from actors.replay.replaying_boundary import ReplayingBoundary
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.runtime import NodeRecord

@@ -19,9 +19,8 @@ from actors.replay.errors import ReplayError
 from actors.replay.journaled_loop import journaled
 from actors.replay.lives import replayed_path, tree_of
 from actors.replay.parts import parts_of, whole
-from actors.replay.recording import Recording, named, starts_of, unlike_versions
-from actors.replay.replay_deadlines import ReplayDeadlines
-from actors.replay.replay_loop import ReplayLoop
+from actors.replay.recording import Recording, Start, named, starts_of, unlike_versions
+from actors.replay.replay_loop import ReplayDeadlines, ReplayLoop
 from actors.replay.replaying_boundary import ReplayingBoundary
 from actors.runtime.runtime import Runtime
 from actors.system import System
@@ -29,7 +28,6 @@ from actors.system import System
 if TYPE_CHECKING:
     from actors.logs import LogSink
     from actors.replay.debugger import Break
-    from actors.replay.recording import Start
     from actors.runtime.node import Node
     from actors.supervision.child import Child
 

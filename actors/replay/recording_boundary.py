@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.inbox.boundary import BOUNDARY, outside
 from actors.replay.boundary import CANCELED, JournalBoundary, nothing
-from actors.replay.recording import APART, BACK, WITHIN
+from actors.replay.recording import APART, BACK, WITHIN, Entry, Start
 
 if TYPE_CHECKING:
     from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
     from actors.inbox.inbox import Inbox
     from actors.replay.journaled_loop import Callback, JournaledLoop, OwnedTask
     from actors.replay.parts import Spool
-    from actors.replay.recording import Entry, Start
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.runtime import NodeRecord
     from actors.supervision.peers import Life

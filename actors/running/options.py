@@ -11,8 +11,8 @@ from itertools import pairwise, takewhile
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from actors.names.names import logger_name
-from actors.parameters.declare import OPTIONAL_PARAMETERS
-from actors.qos.overriding import QOS_OVERRIDES
+from actors.parameters.declare import OPTIONAL_PARAMETERS, ParameterTable
+from actors.qos.policies import QOS_OVERRIDES
 from actors.runtime.members import has_fixed_parameters
 from actors.runtime.node import Node
 from actors.runtime.options import RunOptions, identity_of
@@ -23,7 +23,6 @@ from actors.supervision.declarations import DynamicSupervisor, Spec
 if TYPE_CHECKING:
     from actors.logs.levels import Level
     from actors.names.identity import Identity
-    from actors.parameters.declare import ParameterTable
     from actors.parameters.files import ParameterOverrides
     from actors.running.arguments import RosArguments
 

@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, Never, NoReturn, ParamS
 from actors.checks import NoPublicConstructor, create, is_number
 from actors.contracts.contracts import (
     ActionHandler,
+    Declaration,
     GoalHook,
     ServiceHandler,
     Topic,
     TopicHandler,
     check_reading,
+    declarations_of,
+    positional,
 )
-from actors.contracts.declaration import Declaration, declarations_of, positional
 from actors.contracts.signatures import check_argument, check_nothing_returned, check_response, check_steps
 from actors.errors import DeclarationError, NotStarted
 from actors.parameters.declare import INTROSPECTION, NO_PARAMETERS, ParameterDeclaration, ParameterTable

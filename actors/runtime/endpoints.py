@@ -31,8 +31,7 @@ from actors.qos import (
     resolve_publisher,
     resolve_subscription,
 )
-from actors.qos.overriding import changes
-from actors.qos.policies import QoS
+from actors.qos.policies import QoS, changes
 from actors.runtime.introspection import Introspection
 from actors.services.client import Client, submit
 from actors.services.server import InterceptedServer, Request, Server
@@ -47,7 +46,7 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Action, Topic
     from actors.graph.graph import TopicEntry
     from actors.graph.servers import ServiceEntry
-    from actors.qos.overriding import Overriding
+    from actors.qos.policies import Overriding
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.interceptor import Interceptor
     from actors.services.peers import ServicePeer, Submit

@@ -37,7 +37,7 @@ from actors.runtime.members import check_assigned
 from actors.runtime.node import Node
 from actors.runtime.tasks import Tasks, contained
 from actors.runtime.timers import NodeTimer, Timers
-from actors.services.introspection import caller_id
+from actors.services.peers import caller_id
 from actors.supervision.reasons import Failed, Killed, Skip, Stop, Stopped
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from actors.runtime.runtime import NodeRecord, Runtime
     from actors.runtime.sim_time import SimTime
     from actors.runtime.stall import StallWatch
-    from actors.services.introspection import CallId
+    from actors.services.peers import CallId
     from actors.supervision.child import Child
     from actors.supervision.child_task import ChildTask
     from actors.supervision.reasons import ExitReason

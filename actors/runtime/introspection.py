@@ -14,7 +14,7 @@ from actors.inbox.boundary import asked
 from actors.interfaces import derived
 from actors.parameters.declare import INTROSPECTION
 from actors.runtime.interceptor import Interceptor
-from actors.services.introspection import CallStep, caller_id
+from actors.services.peers import CallStep, caller_id
 
 if TYPE_CHECKING:
     import asyncio
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from actors.actions.peers import GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
     from actors.services.client import Client
-    from actors.services.introspection import CallId
-    from actors.services.peers import Caller, ServiceCall, ServicePeer, Submit
+    from actors.services.peers import Caller, CallId, ServiceCall, ServicePeer, Submit
     from actors.services.server import Handle, Request, Server
     from actors.topics.publisher import Publisher
 

@@ -12,7 +12,7 @@ from types import CodeType, FunctionType
 from typing import Any, Final, NamedTuple, cast
 from weakref import WeakKeyDictionary
 
-from actors.contracts.declaration import declarations_of, positional
+from actors.contracts.contracts import declarations_of, positional
 from actors.errors import DeclarationError
 from actors.suggest import nearest
 

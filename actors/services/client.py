@@ -5,16 +5,12 @@ from __future__ import annotations
 import asyncio
 from asyncio import current_task
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Generic
+from typing import Any, Generic
 
-from actors.contracts.contracts import Req, Resp
+from actors.contracts.contracts import Req, Resp, Service
 from actors.errors import WrongType
-from actors.services.peers import Caller, ServiceName, ServicePeer, refuse_cycle, refuse_other_type
+from actors.services.peers import Caller, ServiceCall, ServiceName, ServicePeer, Submit, refuse_cycle, refuse_other_type
 from actors.time.deadlines import check_timeout
-
-if TYPE_CHECKING:
-    from actors.contracts.contracts import Service
-    from actors.services.peers import ServiceCall, Submit
 
 
 class Client(Generic[Req, Resp]):

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Collection, Coroutine, Mapping
+from enum import IntEnum
+from hashlib import blake2b
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 from actors.errors import CallCycle, WrongType
@@ -15,8 +17,25 @@ from actors.inbox.inbox import Inbox
 from actors.interfaces.foreign import difference
 
 if TYPE_CHECKING:
-    from actors.services.introspection import CallId
     from actors.time.deadlines import Deadlines
+
+CallId = tuple[bytes, int]
+"""The identifier of a client, 16 bytes, and the number of one of its calls. Both ends of a call give the same."""
+
+
+class CallStep(IntEnum):
+    """A step of a call, by the numbers of `service_msgs/msg/ServiceEventInfo`."""
+
+    REQUEST_SENT = 0
+    REQUEST_RECEIVED = 1
+    RESPONSE_SENT = 2
+    RESPONSE_RECEIVED = 3
+
+
+def caller_id(node: str, service: str) -> bytes:
+    """The identifier of the client of a service in a node of this process."""
+    return blake2b(f"{node} {service}".encode(), digest_size=16).digest()
+
 
 P_co = TypeVar("P_co", covariant=True)
 

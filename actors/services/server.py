@@ -18,12 +18,11 @@ from actors.errors import CallTimeout, ServiceFailed, WrongType
 from actors.inbox.control import blame
 from actors.inbox.inbox import NOTHING
 from actors.services.cycles import cycle_of
-from actors.services.peers import Caller, Registration, Requester
+from actors.services.peers import Caller, CallId, Registration, Requester
 from actors.time.deadlines import FEW
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message, ServiceType
-    from actors.services.introspection import CallId
 
 LONG = 1.0
 """A request that takes more seconds than this should be a goal of an action."""

@@ -23,10 +23,10 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal
 
 from actors.suggest import did_you_mean
-from actors.supervision.declarations import Supervisor
+from actors.supervision.declarations import Spec, Supervisor
 from actors.system import System
 from actors.testing.failures import UnexpectedFailure
-from actors.testing.fault_values import OF_NETWORK, ON_LINKS
+from actors.testing.fault_values import OF_NETWORK, ON_LINKS, Fault
 from actors.testing.leaks import Leak
 from actors.testing.rig import Rig, quiet, virtual_loop
 from actors.transport.simulated.conditions import LAN, Conditions
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from actors.running.options import ParameterSources
     from actors.running.trees import Runnable
     from actors.runtime.node import Node
-    from actors.supervision.declarations import Spec
-    from actors.testing.fault_values import Fault
 
 
 @dataclass(eq=False, slots=True)

@@ -24,18 +24,18 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 from actors.checks import create
-from actors.contracts.contracts import F, G, M, R, Req, Resp
+from actors.contracts.contracts import Action, F, G, M, R, Req, Resp, Service, Topic
 from actors.errors import NotStarted
 from actors.logs import DEBUG, LogRecord
 from actors.places import awaited_in
 from actors.qos import of
-from actors.running.options import options_of
-from actors.running.trees import tree_of
+from actors.running.options import ParameterSources, options_of
+from actors.running.trees import Runnable, tree_of
 from actors.runtime.habits import Missing
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.runtime.placement import HERE, Placement
-from actors.runtime.runtime import NodeRecord
+from actors.runtime.runtime import NodeRecord, OtherProcesses, Runtime
 from actors.supervision.child import Child
 from actors.system import System
 from actors.testing.failures import ExpectedFailure, FailureWatch
@@ -46,15 +46,11 @@ from actors.time.virtual_loop import VirtualLoop
 if TYPE_CHECKING:
     from actors.actions.client import Goal
     from actors.check.checker import Finding
-    from actors.contracts.contracts import Action, Service, Topic
     from actors.hosts.placing import Hosts
     from actors.hosts.simulated import SimulatedHosts
     from actors.qos.policies import QoS
-    from actors.running.options import ParameterSources
     from actors.running.run import Observer
-    from actors.running.trees import Runnable
     from actors.runtime.joined import JoinedNode
-    from actors.runtime.runtime import OtherProcesses, Runtime
     from actors.supervision.declarations import Spec
     from actors.supervision.report import Report
     from actors.transport.protocol import Transport

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, TypeVar
 
 from actors.contracts.contracts import Service
@@ -24,15 +24,12 @@ from actors.tf2.frame_tree import FrameTree
 from actors.tf2.geometry import do_transform
 from actors.tf2.lookups import WAIT, AsyncLookups, Instant, header_of, instant_asked, refuse_wait, seconds_of
 from actors.tf2.quaternions import Triple
-from actors.tf2.transform import Transform, stamped
-from actors.tf2.velocity import velocity_in
+from actors.tf2.transform import Transform, stamped, velocity_in
 from actors.time.deadlines import check_timeout
 from actors.time.values import ClockType, Duration, Time, nanoseconds_of, stamp_of
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from actors.runtime.node import Node
 
 M = TypeVar("M", bound=Message)

@@ -7,14 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from actors.time.values import (
-    ClockType,
-    Duration,
-    SecNanosec,
-    Time,
-    nanoseconds_of,
-    stamp_of,
-)
+from actors.time.values import ClockType, Duration, SecNanosec, Time, nanoseconds_of, stamp_of
 
 if TYPE_CHECKING:
     from actors.time.ros_clock import ClockChange, JumpHandle, JumpThreshold, TimeJump

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.checks import create
 from actors.inbox.expiring import ExpiringMessage
-from actors.qos.policies import Liveliness
+from actors.qos.policies import Liveliness, QoS
 from actors.topics.endpoint import nanoseconds
 from actors.topics.publisher import Publisher
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
-    from actors.qos.policies import QoS
     from actors.topics.peers import Participant, Target, TopicRegistry
 
 M = TypeVar("M", bound="Message")

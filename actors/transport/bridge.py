@@ -8,7 +8,7 @@ in this one belongs into another domain.
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -30,8 +30,6 @@ from actors.transport.same_names import SameNames
 from actors.transport.standard_names import standard_publishers, standard_services
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from actors.graph.servers import S, ServerEntry
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.runtime import NodeRecord, Runtime

@@ -13,8 +13,7 @@ from actors.services.server import Request
 from actors.transport.format.extensions import Waiting
 
 if TYPE_CHECKING:
-    from actors.services.introspection import CallId
-    from actors.services.peers import Caller, OpenCall
+    from actors.services.peers import Caller, CallId, OpenCall
     from actors.time.deadlines import Deadlines
 
 

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 from actors.suggest import did_you_mean
 from actors.transport.domain_id import domain_from_environment
-from actors.transport.protocol import WireUnavailable
+from actors.transport.protocol import Transport, WireUnavailable
 
 if TYPE_CHECKING:
-    from actors.transport.protocol import Transport
     from actors.transport.security import Security
 
 VARIABLE: Final = "RMW_IMPLEMENTATION"

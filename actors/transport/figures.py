@@ -16,13 +16,12 @@ from actors.contracts.contracts import Topic
 from actors.interfaces.cdr import encode
 from actors.interfaces.message import Message
 from actors.interfaces.types import Many, default, uint32, uint64
-from actors.transport.types_here import type_info
+from actors.transport.local_side import LocalSide, type_info
 
 if TYPE_CHECKING:
     from asyncio import TimerHandle
 
     from actors.runtime.runtime import NodeRecord, Runtime
-    from actors.transport.local_side import LocalSide
     from actors.transport.protocol import PublisherHere
 
 PERIOD: Final = 1.0

@@ -5,17 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from actors.qos import SERVICES
-from actors.transport.format.extensions import NOTHING, write_extension
-from actors.transport.protocol import TypeInfo
+from actors.transport.format.extensions import NOTHING, Extension, write_extension
+from actors.transport.protocol import Answer, Handle, RemoteEndpoint, TypeInfo
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from actors.transport import protocol
     from actors.transport.cycles import Cycles
-    from actors.transport.format.extensions import Extension
     from actors.transport.local_side import LocalSide
-    from actors.transport.protocol import Answer, Handle, RemoteEndpoint
 
 
 class Client:

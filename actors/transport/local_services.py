@@ -17,8 +17,8 @@ from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
 from actors.transport.format.replies import encode_failure, write_reply_error
 from actors.transport.format.tokens import EndpointKind
+from actors.transport.local_side import LocalSide, type_info
 from actors.transport.remote_services import RemoteServer
-from actors.transport.types_here import type_info
 
 if TYPE_CHECKING:
     from actors.graph.servers import S, ServerEntry
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.services.server import Server
     from actors.transport.local_clients import Clients
-    from actors.transport.local_side import LocalSide
     from actors.transport.protocol import EndpointHere, RemoteEndpoint, Request
 
 

@@ -4,26 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 from actors.interfaces.cdr import encode, encoder
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.qos import DEFAULT
-from actors.qos.policies import Liveliness
+from actors.qos.policies import Liveliness, QoS
 from actors.topics.endpoint import nanoseconds
-from actors.topics.peers import PublisherPeer, Target
+from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 from actors.transport.format.tokens import EndpointKind
+from actors.transport.local_side import LocalSide, type_info
 from actors.transport.protocol import EndpointHere, PublisherHere, RemoteEndpoint, Take, Wait
 from actors.transport.remote_topics import RemotePublisher, RemoteSubscription
-from actors.transport.types_here import type_info
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from actors.qos.policies import QoS
-    from actors.topics.peers import SubscriptionPeer
-    from actors.transport.local_side import LocalSide
 
 _MOST_LEFT: Final = 1000
 """Publishers whose numbers are remembered while they are not there."""

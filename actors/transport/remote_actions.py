@@ -24,17 +24,15 @@ from actors.time.values import nanoseconds_of
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension
 from actors.transport.format.sessions import is_ours
-from actors.transport.protocol import Answer, Handle, NoAnswer, Replied
+from actors.transport.local_side import LocalSide, type_info
+from actors.transport.protocol import Answer, EndpointHere, Handle, NoAnswer, RemoteEndpoint, RemoteNode, Replied, Take
 from actors.transport.remote_services import failure_of
-from actors.transport.types_here import type_info
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.services.peers import Caller
     from actors.transport.local_clients import Clients
-    from actors.transport.local_side import LocalSide
-    from actors.transport.protocol import EndpointHere, RemoteEndpoint, RemoteNode, Take
 
 _LONG: Final = 1000
 """Bytes of a long list of goals."""

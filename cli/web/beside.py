@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import os
+from collections.abc import Awaitable, Callable
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from actors import ActorError, Child
+from actors import ActorError, Child, System
 from actors.transport import WireUnavailable
 from actors.transport.environment import security_from_environment
 from cli.web.server.settings import WebUnavailable, make_settings
-
-if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
-
-    from actors import System
 
 NAME = "_robactor_web"
 

@@ -14,16 +14,7 @@ from actors.time.processor import is_runnable
 from robot.hardware.arm import ArmBusy
 from robot.link.firmware import Drives
 from robot.link.priority import favour
-from robot.link.records import (
-    Call,
-    Command,
-    Order,
-    State,
-    read_command,
-    sample_record,
-    scenery_record,
-    state_record,
-)
+from robot.link.records import Call, Command, Order, State, read_command, sample_record, scenery_record, state_record
 from robot.link.segment import Segment, attached
 from robot.model.robot import SPOT, RobotModel
 from robot.sim.charger import charger_connected

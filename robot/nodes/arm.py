@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING
 
-from actors import Aborted, Done, Node, Reject, Steps, every, publishes
+from actors import Aborted, Done, ExitReason, Node, Reject, Steps, every, publishes
 from actors.interfaces.sensor_msgs.msg import JointState
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.std_srvs.srv import (
@@ -42,7 +42,6 @@ from robot.interfaces.tutorials.your_package.srv import (
 from robot.model.arm import JOINTS, check_angles
 
 if TYPE_CHECKING:
-    from actors import ExitReason
     from robot.hardware.arm import ArmDevice, ArmState
 
 TICK = 0.001

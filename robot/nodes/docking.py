@@ -8,17 +8,7 @@ from contextlib import aclosing, suppress
 from dataclasses import replace
 from enum import Enum, StrEnum, auto
 
-from actors import (
-    Aborted,
-    ActorError,
-    Done,
-    GoalFailed,
-    Node,
-    Reject,
-    Steps,
-    parameter,
-    publishes,
-)
+from actors import Aborted, ActorError, Done, GoalFailed, Node, Reject, Steps, parameter, publishes
 from actors.interfaces.geometry_msgs.msg import PoseStamped, Twist, Vector3
 from actors.interfaces.nav_msgs.msg import Path
 from actors.interfaces.sensor_msgs.msg import BatteryState, LaserScan

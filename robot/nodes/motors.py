@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from actors import Node, every, publishes
+from actors import ExitReason, Node, every, publishes
 from actors.supervision import Stopped
 from robot.contracts import BATTERY_STATUS, BODY_DRIVE, MOTOR_POWER, MOTOR_TARGETS
 from robot.control.safe_stop import SafeStop
@@ -26,7 +26,6 @@ from robot.model.modes import Mode
 from robot.model.robot import SPOT, RobotModel
 
 if TYPE_CHECKING:
-    from actors import ExitReason
     from robot.hardware.body import Hardware
     from robot.hardware.devices import ChargerDevice
 

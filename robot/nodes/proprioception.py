@@ -7,7 +7,7 @@ What it computes is to take off the gyro's bias, once a calibration has told it,
 from __future__ import annotations
 
 from math import isclose
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -16,12 +16,9 @@ from actors.interfaces.geometry_msgs.msg import Vector3
 from actors.interfaces.sensor_msgs.msg import Imu, JointState
 from actors.interfaces.std_msgs.msg import Header
 from robot.contracts import CONTACTS, IMU, IMU_CALIBRATION, IMU_RAW, JOINT_STATES
-from robot.hardware.body import JOINT_NAMES
+from robot.hardware.body import JOINT_NAMES, Hardware, ImuSample, Sample
 from robot.hardware.overdue import merged, taken_together
 from robot.interfaces.robactor_msgs.msg import FootContacts, ImuCalibration
-
-if TYPE_CHECKING:
-    from robot.hardware.body import Hardware, ImuSample, Sample
 
 RATE: Final = 200.0
 """Samples of IMU and encoders per second, unless told otherwise."""

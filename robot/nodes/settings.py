@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from actors import Parameter, Service, system_of
+from actors import Node, Parameter, Service, system_of
 from actors.interfaces.rcl_interfaces import srv
 from actors.parameters.files import ParameterOverrides
 from actors.parameters.messages import from_result, from_value, to_parameter
 from actors.runtime.incarnation import incarnation_of
-
-if TYPE_CHECKING:
-    from actors import Node
 
 
 class _Services(NamedTuple):

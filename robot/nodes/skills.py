@@ -13,14 +13,7 @@ from math import dist, inf
 from actors import ActorError, GoalAborted, GoalCanceled, GoalRejected, Node, retry
 from actors.errors import NodeRestarting
 from actors.interfaces.std_srvs.srv import SetBool, Trigger
-from robot.contracts import (
-    CALIBRATE_GRIPPER,
-    CONFIRM_OBJECT,
-    GRIPPER,
-    MOVE_ARM,
-    NAVIGATE_TO_POSE,
-    PLAN_PATH,
-)
+from robot.contracts import CALIBRATE_GRIPPER, CONFIRM_OBJECT, GRIPPER, MOVE_ARM, NAVIGATE_TO_POSE, PLAN_PATH
 from robot.geometry.messages import pose_stamped
 from robot.geometry.planar import Pose2, placed, seen_from
 from robot.interfaces.nav2_msgs.action import NavigateToPose

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
-from actors import Node, every, parameter, publishes
+from actors import ExitReason, Node, every, parameter, publishes
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.geometry_msgs.msg import Twist, TwistStamped, Vector3
 from actors.interfaces.sensor_msgs.msg import LaserScan
@@ -32,9 +31,6 @@ from robot.model.footprint import Footprint
 from robot.model.robot import SPOT, RobotModel
 from robot.navigation.guard import Guard
 from robot.nodes.voice import interpret
-
-if TYPE_CHECKING:
-    from actors import ExitReason
 
 RATE = 50.0
 """Looks per second at what has timed out. Commands wait for none of them: they are passed on as they come."""

@@ -5,13 +5,12 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol
 
-from actors import Backoff, Intensity
+from actors import Backoff, Child, Intensity, System
 from cli.command import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
-    from actors import Child, System
     from robot.run.options import Options
 
 AGAIN: Final = Backoff(0.5, 30.0)

@@ -14,8 +14,7 @@ from actors.launch.loading import load as load_launch
 from actors.parameters import ros_yaml
 from actors.parameters.files import InvalidParams, ParameterOverrides
 from actors.parameters.text import parse_parameter
-from actors.transport.security.document import Document
-from actors.transport.security.errors import SecurityError
+from actors.transport.security.document import Document, SecurityError
 from actors.yaml_bounds import check_yaml
 from cli.command import CommandFailed
 from cli.values import read_values

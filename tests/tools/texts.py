@@ -15,9 +15,9 @@ from random import Random
 from actors.launch.parameters import Layer, effective
 from actors.launch.plan import NodeSpec
 from actors.launch.program import ros_arguments
-from actors.parameters.dumping import parameter_file
 from actors.parameters.files import ParameterOverrides
 from actors.parameters.ros_yaml import dump_yaml, load_yaml
+from actors.parameters.text import parameter_file
 from actors.parameters.values import Parameter
 
 ODD = (

@@ -9,13 +9,12 @@ from actors.launch.actions.nodes import Node, namespace_of, node_name_of, remaps
 from actors.launch.entity import Action
 from actors.launch.errors import LaunchError, user_line
 from actors.launch.parameters import effective, layers_of, own_layers
-from actors.launch.plan import Component, Load
+from actors.launch.plan import Component, Load, Scope
 from actors.launch.substitution import Text, Truth, as_bool, normalized, perform
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
     from actors.launch.context import LaunchContext
-    from actors.launch.plan import Scope
 
 
 class ComposableNode:

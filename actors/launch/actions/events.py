@@ -9,13 +9,12 @@ from actors.launch import events
 from actors.launch.entity import Action, LaunchDescriptionEntity, one_or_more
 from actors.launch.errors import LaunchError
 from actors.launch.handlers import EventHandler
-from actors.launch.plan import Deferred, Handler, Message, Signal, Timer, Unregister
+from actors.launch.plan import Deferred, Handler, Message, Scope, Signal, Timer, Unregister
 from actors.launch.substitution import Number, Text, Truth, normalized, perform
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
     from actors.launch.context import LaunchContext
-    from actors.launch.plan import Scope
 
 LEVELS = ("debug", "info", "warning", "error")
 

@@ -13,7 +13,7 @@ from actors.launch.entity import Action
 from actors.launch.errors import LaunchError
 from actors.launch.packages import Executable, NodeTarget, Program
 from actors.launch.parameters import layers_of
-from actors.launch.plan import NodeSpec, Transitions
+from actors.launch.plan import NodeSpec, Scope, Transitions
 from actors.launch.substitution import Text, Truth, as_bool, normalized, perform
 from actors.names.names import fully_qualified, normalize_namespace, validate_node_name
 from actors.suggest import did_you_mean
@@ -21,7 +21,6 @@ from actors.suggest import did_you_mean
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
     from actors.launch.context import LaunchContext
-    from actors.launch.plan import Scope
 
 _OPTIONS: Final = inspect.signature(ExecuteProcess).parameters.keys() - {"cmd", "name"}
 CONTAINERS = "rclcpp_components"

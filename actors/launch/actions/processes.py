@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 from actors.launch.actions.events import Shutdown
 from actors.launch.entity import Action, one_or_more
 from actors.launch.errors import LaunchError
-from actors.launch.plan import Job, Process
+from actors.launch.plan import Job, NodeSpec, Process, Scope
 from actors.launch.substitution import Number, Text, Truth, as_bool, normalized, perform
 
 if TYPE_CHECKING:
     from actors.launch.conditions import Condition
     from actors.launch.context import LaunchContext
-    from actors.launch.plan import NodeSpec, Scope
 
 
 class ExecuteProcess(Action):

@@ -25,16 +25,7 @@ from actors.launch.actions.environment import (
     SetROSLogDir,
     UnsetEnvironmentVariable,
 )
-from actors.launch.actions.events import (
-    Log,
-    LogDebug,
-    LogError,
-    LogInfo,
-    LogWarning,
-    RosTimer,
-    Shutdown,
-    TimerAction,
-)
+from actors.launch.actions.events import Log, LogDebug, LogError, LogInfo, LogWarning, RosTimer, Shutdown, TimerAction
 from actors.launch.actions.groups import ForEach, ForLoop, GroupAction
 from actors.launch.conditions import Condition, IfCondition, UnlessCondition
 from actors.launch.entity import Action, LaunchDescription

@@ -11,11 +11,7 @@ of `launch`, `launch_ros` and `launch_testing` lead to what is here.
 
 from __future__ import annotations
 
-from actors.launch.testing.runs import (
-    LaunchTest,
-    Outcome,
-    launch_tests,
-)
+from actors.launch.testing.runs import LaunchTest, Outcome, launch_tests
 
 __all__ = [
     "LaunchTest",

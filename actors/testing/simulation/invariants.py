@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from types import FrameType, MethodType
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from actors.places import awaited_in
-from actors.testing.simulation.counts import miscounts
-from actors.testing.simulation.locks import circle_of_locks
+import anyio
+
+from actors.places import awaited_in, parked
+from actors.supervision.child_task import ChildTask
 
 if TYPE_CHECKING:
     from actors.inbox.inbox import Item
+    from actors.runtime.runtime import NodeRecord
+    from actors.supervision.entry import Entry
     from actors.system import System
     from actors.testing.simulation.lives import Simulation
     from actors.time.virtual_loop import VirtualLoop
@@ -183,3 +188,91 @@ class Watch:
             elif now - since > self._patience:
                 names = ", ".join(task.get_name() for task in life.tasks)
                 raise InvariantBroken(f"{life.fqn} ended at t={since:.3f} s, and these tasks of it go on: {names}")
+
+
+def miscounts(system: System, beside: Iterable[System] = ()) -> Iterator[str]:
+    """Yield a sentence for each contradiction in the counts of a system in which nothing can run without time passing.
+
+    A child has a running task exactly if its supervisor counts it as present. A node has an incarnation only while its supervisor has a
+    task for it, and has had more incarnations than restarts. A supervisor that goes on has not counted more restarts than it allows.
+    `beside` are other systems on the same event loop, whose tasks are known, too.
+    """
+    if system.supervisor is None:
+        return
+    tree = system.runtime.tree
+    leaked = {one.ref.path for each in tree.supervisors() for one in each.leaked}
+    for each in tree.supervisors():
+        children = each.statuses()
+        active = each.counts().active
+        alive = _running(children.values())
+        if active > len(alive):
+            yield f"supervisor {each.name} counts {active} active children, and {len(alive)} have a task that runs"
+        if each.phase == "running" and each.recent_restarts > each.spec.intensity.restarts:
+            yield f"supervisor {each.name} goes on after {each.recent_restarts} restarts, and {each.spec.intensity} are allowed"
+        for name, status in children.items():
+            record = system.nodes.get((*each.path, name))
+            if record is not None:
+                yield from _miscounted(record, status, record.path in leaked)
+    known = set[object]().union(*(_known(one) for one in (system, *beside)))
+    for task in asyncio.all_tasks(system.loop) - known:
+        if ChildTask.runs_in(task):
+            yield f"{task.get_name()} runs, and no supervisor counts it among its children"
+
+
+def _known(system: System) -> set[object]:
+    """The tasks that the supervisors of a system count."""
+    known: set[object] = set()
+    for each in system.runtime.tree.supervisors():
+        known |= {one.task for one in each.leaked} | _running(each.statuses().values())
+    return known
+
+
+def _running(children: Iterable[Entry]) -> set[object]:
+    return {status.task for status in children if status.task is not None and not status.task.done()}
+
+
+def _miscounted(record: NodeRecord, status: Entry, leaked: bool) -> Iterator[str]:
+    where = "/".join(record.path)
+    if record.life is not None and status.task is None and not leaked:
+        yield f"{where} is {status.state} for its supervisor, and an incarnation of it has not ended"
+    if record.restart_count > record.incarnation - (status.state == "running"):
+        yield f"{where} has had {record.restart_count} restarts in {record.incarnation} lives"
+
+
+def circle_of_locks(tasks: Iterable[asyncio.Task[Any]]) -> tuple[asyncio.Task[Any], ...]:
+    """Return the tasks of one deadlock, each waiting for a lock of the next, the last for one of the first; empty if there is none."""
+    waiting: dict[asyncio.Task[Any], object] = {}
+    holders: dict[int, asyncio.Task[Any]] = {}
+    for task in tasks:
+        chain = parked(task)
+        lock = _awaited(chain[-1][1]) if chain else None
+        if lock is None:
+            continue
+        waiting[task] = lock
+        held = [each for owner, _ in chain for each in _entered(owner)]
+        if lock in held:  # a task that waits to enter has `__aexit__` on its stack already
+            held.remove(lock)
+        holders.update((id(each), task) for each in held)
+    for first in waiting:
+        path = [first]
+        while (following := holders.get(id(waiting[path[-1]]))) is not None and following not in path:
+            path.append(following)
+        if following is first:
+            return tuple(path)
+    return ()
+
+
+def _awaited(frame: FrameType) -> object | None:
+    """The lock that a task waits for; None if it waits for none."""
+    lock = frame.f_locals.get("self") if frame.f_code.co_name == "acquire" else None
+    return lock if isinstance(lock, (asyncio.Lock, anyio.Lock)) else None
+
+
+def _entered(suspended: object) -> list[object]:
+    """The locks in whose ``async with`` block a coroutine is suspended."""
+    ways_out = [each for each in gc.get_referents(suspended) if isinstance(each, MethodType)]
+    return [
+        way.__self__
+        for way in ways_out
+        if way.__name__ == "__aexit__" and isinstance(way.__self__, (asyncio.Lock, anyio.Lock))
+    ]

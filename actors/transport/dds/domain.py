@@ -20,13 +20,12 @@ from actors.transport.dds.format.participants import (
 )
 from actors.transport.dds.format.qos import EndpointQos, write_qos
 from actors.transport.dds.format.user_data import EndpointData, write_endpoint_data, write_pair_id
-from actors.transport.dds.known import Known
-from actors.transport.dds.nodes import NodeHere
+from actors.transport.dds.known import Known, NodeHere
 from actors.transport.dds.services import REMEDY, Client, Server
 from actors.transport.dds.topics import Publisher, Receiver, Subscription
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.types import NO_TYPE_HASH
-from actors.transport.protocol import Link
+from actors.transport.protocol import Events, Link, Request, Take, TypeInfo
 
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
     from actors.transport.dds import discovery
     from actors.transport.dds.endpoints import Reader, Sample, Writer
     from actors.transport.dds.participant import Participant
-    from actors.transport.protocol import Events, Request, Take, TypeInfo
 
 _TOLD: Final = DdsNames("robactor/told", "robactor::msg::dds_::Told_")
 """The topic by which processes of this library tell each other what ROS has no place for."""

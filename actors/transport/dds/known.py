@@ -6,6 +6,8 @@ its node is known. What others have, which know no nodes, is shown at once, as o
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -16,6 +18,7 @@ from actors.interfaces import lookup, registry
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.hashes import type_hash
 from actors.transport.dds.format.names import Role, RosNames, parse_names
+from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
 from actors.transport.dds.format.qos import parse_qos
 from actors.transport.dds.format.user_data import (
     EndpointData,
@@ -25,15 +28,14 @@ from actors.transport.dds.format.user_data import (
     parse_process,
 )
 from actors.transport.format.errors import WireFormatError
+from actors.transport.format.names import check_chunk, check_namespace
 from actors.transport.format.tokens import EndpointKind
 from actors.transport.format.types import NO_TYPE_HASH
-from actors.transport.protocol import RemoteEndpoint, RemoteNode
+from actors.transport.protocol import Events, RemoteEndpoint, RemoteNode
 
 if TYPE_CHECKING:
     from actors.transport.dds import discovery
     from actors.transport.dds.endpoints import Status
-    from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
-    from actors.transport.protocol import Events
 
 FAST_DDS: Final = b"\x01\x0f"
 """How the GUIDs of Fast DDS begin."""
@@ -301,3 +303,40 @@ def _type_here(name: str) -> Any:
         with suppress(InterfaceError, ImportError):
             known = lookup.find(name)
     return known
+
+
+class NodeHere:
+    """A node of this process. Raises WireFormatError for a name that the wire cannot represent."""
+
+    def __init__(self, fqn: str, changed: Callable[[], None], forget: Callable[[NodeHere], None]) -> None:
+        """`changed` is called when its endpoints have changed, `forget` when it is closed."""
+        namespace, _, name = fqn.rpartition("/")
+        self.number = number_of(fqn)
+        self._namespace = check_namespace(namespace or "/")
+        self._name = check_chunk(name, "the name of a node")
+        self._changed = changed
+        self._forget = forget
+        self._readers: Counter[bytes] = Counter()
+        self._writers: Counter[bytes] = Counter()
+
+    @property
+    def entities(self) -> NodeEntities:
+        return NodeEntities(self._namespace, self._name, tuple(self._readers), tuple(self._writers))
+
+    def add(self, *, reader: bytes | None = None, writer: bytes | None = None) -> None:
+        """It has one endpoint more."""
+        self._readers.update(() if reader is None else (reader,))
+        self._writers.update(() if writer is None else (writer,))
+        self._changed()
+
+    def remove(self, *, reader: bytes | None = None, writer: bytes | None = None) -> None:
+        """It has one endpoint less."""
+        for gids, gid in ((self._readers, reader), (self._writers, writer)):
+            if gid is not None:
+                gids[gid] -= 1
+                if not gids[gid]:
+                    del gids[gid]
+        self._changed()
+
+    def close(self) -> None:
+        self._forget(self)

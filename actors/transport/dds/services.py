@@ -14,14 +14,12 @@ from actors.transport.dds.format.names import Role
 from actors.transport.dds.format.requests import RequestId, parse_request, write_request
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.replies import write_reply_error
-from actors.transport.protocol import Answer, Failed, NoAnswer, Replied
+from actors.transport.protocol import Answer, Failed, NoAnswer, Replied, Request
 
 if TYPE_CHECKING:
     from actors.transport.dds.domain import Domain, Pair
     from actors.transport.dds.endpoints import Sample, Status
-    from actors.transport.dds.known import Shown
-    from actors.transport.dds.nodes import NodeHere
-    from actors.transport.protocol import Request
+    from actors.transport.dds.known import NodeHere, Shown
 
 _PATIENCE: Final = 5.0
 """Seconds for which a reply waits until its client is matched; `rmw_cyclonedds_cpp` waits for a part of a second."""

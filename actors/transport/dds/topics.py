@@ -7,14 +7,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from actors.transport.dds.format.qos import EndpointQos
-from actors.transport.protocol import TakesTogether
+from actors.transport.protocol import Take, TakesTogether
 
 if TYPE_CHECKING:
     from actors.transport.dds.domain import Domain
     from actors.transport.dds.endpoints import Reader, Sample, Status, Writer
     from actors.transport.dds.format.names import DdsNames
-    from actors.transport.dds.nodes import NodeHere
-    from actors.transport.protocol import Take
+    from actors.transport.dds.known import NodeHere
 
 _MOST_WRITERS: Final = 10_000
 """So many writers are counted for one reader, the last ones that were heard."""

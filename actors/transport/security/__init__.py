@@ -8,7 +8,7 @@
 How it is enforced is the transport's affair; see `actors.transport.zenoh.access`.
 """
 
-from actors.transport.security.errors import SecurityError
+from actors.transport.security.document import SecurityError
 from actors.transport.security.settings import AccessRule, Secret, Security, Tls, User, load_security
 
 __all__ = ["AccessRule", "Secret", "Security", "SecurityError", "Tls", "User", "load_security"]

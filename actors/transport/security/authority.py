@@ -21,7 +21,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors.transport.security.errors import SecurityError
+from actors.transport.security.document import SecurityError
 
 if TYPE_CHECKING:
     from cryptography import x509

@@ -9,8 +9,18 @@ from typing import Any, Final, TypeVar, cast
 import msgspec
 
 from actors.suggest import did_you_mean
-from actors.transport.security.errors import SecurityError
+from actors.transport.protocol import WireUnavailable
 from actors.yaml_bounds import check_yaml, load_yaml, safe_loader
+
+
+class SecurityError(WireUnavailable):
+    """A security file, or a file that it names, cannot be used; the text is one line that begins with file and line. No secret is in it."""
+
+    def __init__(self, problem: str, *, file: str, line: int | None = None) -> None:
+        super().__init__(f"{file}: {problem}" if line is None else f"{file}:{line}: {problem}")
+        self.file = file
+        self.line = line
+
 
 T = TypeVar("T")
 Path = tuple[str | int, ...]

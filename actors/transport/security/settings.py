@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import ssl
+import stat
 from pathlib import Path
 from typing import Final, cast
 
@@ -10,10 +12,58 @@ import msgspec
 
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.names import check_chunk
-from actors.transport.security.document import Document
-from actors.transport.security.errors import SecurityError
-from actors.transport.security.files import Unusable, read_password, read_pem, read_users
-from actors.transport.security.handshake import refusal_of
+from actors.transport.security.document import Document, SecurityError
+
+
+class Unusable(ValueError):
+    """A file cannot be used; the text says which, where and why, without what is in it."""
+
+
+def read_pem(path: Path, label: str, *, secret: bool = False) -> str:
+    """The text of a PEM file with a block of this label, such as ``CERTIFICATE``; one that is secret must be its owner's only. Raises Unusable."""
+    text = _read(path, secret=secret)
+    if f"{label}-----" not in text:
+        raise Unusable(f"{path} holds no {label} in PEM format")
+    if "ENCRYPTED" in text:
+        raise Unusable(f"{path} is encrypted, and nobody is there to ask for its password: decrypt it")
+    return text
+
+
+def read_password(path: Path) -> str:
+    """The password in a file of one line. Raises Unusable."""
+    lines = _read(path, secret=True).split("\n")
+    if not lines[0].strip() or any(lines[1:]):
+        raise Unusable(f"{path} must hold one line, the password")
+    return lines[0].strip()
+
+
+def read_users(path: Path) -> dict[str, str]:
+    """The passwords by user, from a file with a line ``name:password`` for each. Raises Unusable."""
+    users: dict[str, str] = {}
+    for number, line in enumerate(_read(path, secret=True).splitlines(), 1):
+        name, _, password = (part.strip() for part in line.partition(":"))
+        if line.strip() and not (name and password):
+            raise Unusable(f"{path}:{number} does not read name:password")
+        if name in users:
+            raise Unusable(f"{path}:{number} names {name} once more")
+        if name:
+            users[name] = password
+    if not users:
+        raise Unusable(f"{path} names no user")
+    return users
+
+
+def _read(path: Path, *, secret: bool) -> str:
+    try:
+        mode = path.stat().st_mode
+        if secret and stat.S_IMODE(mode) & 0o077:
+            raise Unusable(f"{path} can be read by others than its owner: chmod 600 {path}")
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise Unusable(f"{path} cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise Unusable(f"{path} is no text") from error
+
 
 EVERYBODY: Final = "*"
 """Stands in `AccessRule.peers` for all who have a certificate of the authority."""
@@ -192,3 +242,37 @@ def _check_pattern(name: str) -> None:
     for part in parts if not root and parts else [""]:
         if part not in ("*", "**"):
             check_chunk(part, "a part of a name")
+
+
+def refusal_of(authority: Path, certificate: Path, key: Path) -> tuple[str, str] | None:
+    """Which of ``authority``, ``certificate`` and ``key`` is wrong and why; None if others who trust `authority` take the certificate now."""
+    ours, theirs = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER), ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    try:
+        ours.load_cert_chain(certificate, key)
+    except ssl.SSLError as error:
+        if error.reason == "KEY_VALUES_MISMATCH":
+            return "key", f"{key} is not the key of {certificate}"
+        return "certificate", f"{certificate} and {key} cannot be loaded: {error.reason or error}"
+    try:
+        theirs.load_verify_locations(authority)
+    except ssl.SSLError as error:
+        return "authority", f"{authority} cannot be loaded: {error.reason or error}"
+    theirs.check_hostname = False  # processes are known by the name in the certificate, not by that of their host
+    try:
+        _shake_hands(ours, theirs)
+    except ssl.SSLCertVerificationError as error:
+        return "certificate", f"{certificate} is not taken by those who trust {authority}: {error.verify_message}"
+    return None
+
+
+def _shake_hands(ours: ssl.SSLContext, theirs: ssl.SSLContext) -> None:
+    to_us, to_them = ssl.MemoryBIO(), ssl.MemoryBIO()
+    server = ours.wrap_bio(to_us, to_them, server_side=True)
+    client = theirs.wrap_bio(to_them, to_us)
+    waiting = [client, server]
+    while waiting:
+        side = waiting.pop(0)
+        try:
+            side.do_handshake()
+        except ssl.SSLWantReadError:
+            waiting.append(side)

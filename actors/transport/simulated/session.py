@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
@@ -13,7 +14,6 @@ from actors.transport.keyed import protocol as keyed
 from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Query, Replied, Take
 from actors.transport.protocol import Failed, Handle
 from actors.transport.simulated.endpoints import Announcement, Declared, Outlet, Server, Subscription
-from actors.transport.simulated.keys import matcher
 from actors.transport.simulated.link import Message, Stream
 from actors.transport.simulated.queries import IncomingQuestion, Question
 
@@ -326,3 +326,16 @@ def _drop(known: dict[str, list[_Keyed]], one: _Keyed) -> None:
     """Take it out, and its key with the last one."""
     if left := [other for other in known.pop(one.key) if other is not one]:
         known[one.key] = left
+
+
+_CHUNK = "/[^/@][^/]*"
+"""What a wildcard stands for: a chunk that begins with ``@`` is matched by its own text only."""
+
+
+def matcher(expression: str) -> re.Pattern[str]:
+    """A pattern whose `fullmatch` is true for ``/`` and a key that the expression matches.
+
+    ``*`` is one chunk, ``**`` any number of them, none too; neither includes chunks that begin with ``@``.
+    """
+    wildcards = {"*": _CHUNK, "**": f"(?:{_CHUNK})*"}
+    return re.compile("".join(wildcards.get(chunk) or "/" + re.escape(chunk) for chunk in expression.split("/")))

@@ -7,9 +7,8 @@ from random import Random
 from typing import Literal, TypeAlias
 
 from actors.suggest import did_you_mean
-from actors.transport.simulated.arrivals import Arrivals
 from actors.transport.simulated.conditions import LOOPBACK, Conditions
-from actors.transport.simulated.link import Link
+from actors.transport.simulated.link import Arrivals, Link
 
 Mode: TypeAlias = Literal["peer", "client"]
 

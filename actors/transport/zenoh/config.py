@@ -11,9 +11,9 @@ from typing import Any, Final, Literal, NamedTuple
 from actors.suggest import did_you_mean
 from actors.transport.protocol import WireUnavailable
 from actors.transport.security import Security
+from actors.transport.zenoh.access import access_control
 from actors.transport.zenoh.library import import_zenoh, one_line
 from actors.transport.zenoh.memory import LARGE
-from actors.transport.zenoh.secured import secured_settings
 
 LEASE: Final = 60_000
 """After so many milliseconds of silence on a link its two ends give it up. This side announces it, the other side applies it.
@@ -307,3 +307,30 @@ def write_config(file: str, settings: Iterator[_Setting]) -> Any:
         except library.ZError as error:
             raise WireUnavailable(f"{setting.source}: {one_line(error)}") from error
     return config
+
+
+def secured_settings(security: Security) -> dict[str, object]:
+    """By their paths. They are to count more than all others, so that nothing else opens a link without TLS."""
+    tls, user, password = security.tls, security.user, security.password
+    link: dict[str, object] = {
+        "root_ca_certificate": tls.authority,
+        "listen_certificate": tls.certificate,
+        "listen_private_key": tls.key,
+        "connect_certificate": tls.certificate if tls.mutual else None,
+        "connect_private_key": tls.key if tls.mutual else None,
+        "enable_mtls": tls.mutual,
+        "verify_name_on_connect": False,  # gossip tells addresses; a process is known by the name in its certificate
+        "close_link_on_expiration": True,
+    }
+    settings: dict[str, object] = {
+        "transport/link/protocols": ["tls"],
+        **{f"transport/link/tls/{name}": value for name, value in link.items()},
+        "scouting/multicast/enabled": False,
+        "adminspace/enabled": False,
+    }
+    if user is not None and password is not None:
+        known = {"dictionary_file": user.users} if user.users else {}
+        settings["transport/auth/usrpwd"] = {"user": user.name, "password": password.reveal(), **known}
+    if security.access is not None:
+        settings["access_control"] = access_control(security.access)
+    return settings

@@ -14,9 +14,9 @@ from actors.qos.profiles import SERVICES
 from actors.transport.domain_id import domain_from_environment
 from actors.transport.figures import PERIOD, ProcessFigures, process_figures
 from actors.transport.format.tokens import EndpointKind
+from actors.transport.local_side import type_info
 from actors.transport.protocol import RemoteEndpoint, RemoteNode
 from actors.transport.standard_names import standard_services
-from actors.transport.types_here import type_info
 from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, Endpoint
 from cli.verbs.doctor.observation import Observation, Told
 

@@ -17,8 +17,8 @@ from actors.interfaces.errors import InterfaceError
 from actors.transport.domain_id import domain_from_environment
 from actors.transport.environment import security_from_environment
 from actors.transport.figures import FIGURES, PERIOD, ProcessFigures
+from actors.transport.local_side import type_info
 from actors.transport.protocol import Participant, RemoteEndpoint, RemoteNode, WireUnavailable
-from actors.transport.types_here import type_info
 from cli.command import CommandFailed
 from cli.graph.view import CLIENT, PUBLISHER, SERVER, SUBSCRIPTION, GraphView, transport_of
 from cli.quality import add_qos_options

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from actors import Topic
+from actors import QoS, Topic
 from actors.interfaces import Message
 from actors.names.names import is_hidden
 from actors.suggest import did_you_mean
@@ -23,7 +23,6 @@ from cli.quality import fitting_qos, objections
 from cli.text import Style, message_csv, message_json, plain, yaml_of
 
 if TYPE_CHECKING:
-    from actors import QoS
     from actors.graph.graph import TopicEntry
 
 _ITEM = re.compile(r"\[(-?\d+)\]")

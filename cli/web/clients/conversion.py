@@ -11,12 +11,20 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 import msgspec
 
-from actors.interfaces import Field, Message, MessageTypeError, MessageValueError, decode, from_plain, to_plain
+from actors.interfaces import (
+    Field,
+    FieldType,
+    Message,
+    MessageTypeError,
+    MessageValueError,
+    decode,
+    from_plain,
+    to_plain,
+)
 from actors.interfaces.fields import FLOATS
 from cli.web.clients.errors import BadRequest, Refused
 
 if TYPE_CHECKING:
-    from actors.interfaces import FieldType
     from actors.interfaces.builtin_interfaces.msg import Time
 
 M = TypeVar("M", bound=Message)

@@ -31,7 +31,7 @@ from cli.web.foxglove.publishing import ENCODINGS, Publishing
 from cli.web.foxglove.services import call
 from cli.web.foxglove.state import StateReports
 from cli.web.graph.parameters import event_values, split
-from cli.web.recordings.playback import PlaybackRequest
+from cli.web.recordings.playback import PlaybackRequest, PlaybackState
 
 if TYPE_CHECKING:
     from actors.graph.snapshot import Snapshot
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from cli.web.graph.catalog import Changes
     from cli.web.graph.feeds import Outgoing
     from cli.web.hub import Hub
-    from cli.web.recordings.playback import PlaybackState
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CAPABILITIES: Final = (

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from actors.bag.offers import known_type, offers
 from actors.errors import ActorError
-from actors.interfaces import InterfaceError, schema_text
+from actors.interfaces import InterfaceError, Message, schema_text
 from actors.names.names import is_hidden
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.standard import PARAMETER_SERVICES, TYPE_DESCRIPTION
@@ -20,7 +20,6 @@ from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
     from actors import Node, System
-    from actors.interfaces import Message
     from cli.web.graph.types import Types
 
 Get = Callable[[], Awaitable[Any]]

@@ -6,13 +6,11 @@ import asyncio
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors import ActorError, Child, DeclarationError, Node, Topic, qos
-from actors.interfaces import InterfaceError
+from actors import ActorError, Child, DeclarationError, Node, QoS, System, Topic, qos
+from actors.interfaces import InterfaceError, Message
 from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
-    from actors import QoS, System
-    from actors.interfaces import Message
     from actors.runtime.joined import JoinedNode
     from actors.typing import Publisher
 

@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING, Final, Protocol
 import msgspec
 from msgspec import structs
 
-from actors import Node, Topic, background, publishes, qos, system_of
+from actors import Node, System, Topic, background, publishes, qos, system_of
 from actors.errors import NotStarted
-from actors.graph.snapshot import NodeView
+from actors.graph.snapshot import NodeView, Snapshot
 from actors.interfaces.std_msgs.msg import String
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from actors import System
-    from actors.graph.snapshot import Snapshot
     from actors.transport.figures import NodeFigures
     from actors.typing import Stream
     from cli.verbs.doctor.observation import Told as Reports

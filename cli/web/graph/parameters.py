@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from actors import ActorError, Parameter
+from actors import ActorError, Node, Parameter, System
 from actors.interfaces import InterfaceError
 from actors.names.names import is_hidden, validate_full_name
 from actors.parameters.client import ParameterClient
@@ -18,7 +18,6 @@ from actors.parameters.values import ParameterType
 from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
-    from actors import Node, System
     from actors.interfaces.rcl_interfaces.msg import ParameterEvent
 
 PATIENCE = 2.0

@@ -8,12 +8,11 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors import ActorError, Child, temporary
+from actors import ActorError, Child, System, temporary
 from actors.bag import BagError, BagReader, Recorder, RecordOptions, Selection
 from cli.web.clients.errors import Refused
 
 if TYPE_CHECKING:
-    from actors import System
     from actors.runtime.joined import JoinedNode
 
 PIECE: Final = 1024 * 1024

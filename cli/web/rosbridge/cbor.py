@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from struct import pack
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
-from actors.interfaces import Message, to_plain
+from actors.interfaces import FieldType, Message, to_plain
 from cli.web.clients.conversion import BYTES
-
-if TYPE_CHECKING:
-    from actors.interfaces import FieldType
 
 _TYPED: Final = {
     "int8": 72, "uint16": 69, "uint32": 70, "uint64": 71, "int16": 77, "int32": 78, "int64": 79, "float32": 85, "float64": 86,

@@ -10,7 +10,7 @@ from collections.abc import AsyncGenerator, Awaitable, Callable
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from actors import Aborted, Done, GoalStatus, Node
+from actors import Aborted, Action, Done, GoalStatus, Node, Service
 from cli.web.clients.conversion import plain
 from cli.web.clients.errors import BadRequest, Refused
 from cli.web.clients.fields import flag, text
@@ -18,7 +18,6 @@ from cli.web.clients.names import absolute, interface
 from cli.web.graph.client_nodes import MOST
 
 if TYPE_CHECKING:
-    from actors import Action, Service
     from actors.runtime.joined import JoinedNode
     from cli.web.hub import Hub
 

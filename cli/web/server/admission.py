@@ -6,12 +6,10 @@ import hmac
 from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlsplit
 
-from cli.web.server.settings import is_loopback
+from cli.web.server.settings import WebSettings, is_loopback
 
 if TYPE_CHECKING:
     from websockets.http11 import Request
-
-    from cli.web.server.settings import WebSettings
 
 
 def token_refusal(settings: WebSettings, request: Request) -> str | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from actors.bag.play_clock import PlayClock, nanoseconds
+from actors.bag.player import PlayClock, nanoseconds
 
 S = 1_000_000_000
 

@@ -12,7 +12,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from actors import Child, Topic, qos, temporary
 from actors.bag import BagReader, BagWriter, Player, PlayOptions, WriterOptions, mcap_records, topic_of
-from actors.bag.newest import Newest
+from actors.bag.contents import Newest
 from actors.interfaces import encode
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.interfaces.tf2_msgs.msg import TFMessage

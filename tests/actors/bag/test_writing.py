@@ -11,8 +11,7 @@ from mcap.reader import make_reader
 
 from actors import qos
 from actors.bag import BagError, BagReader, BagWriter, WriterOptions, topic_of
-from actors.bag.mcap_file import McapFile
-from actors.bag.mcap_stream import McapStream
+from actors.bag.mcap_stream import McapFile, McapStream
 from actors.interfaces import encode
 from actors.interfaces.geometry_msgs.msg import PoseStamped
 from actors.interfaces.std_msgs.msg import Int32, String

@@ -9,7 +9,7 @@ import pytest
 
 from actors import Child, StartFailed
 from actors.diagnostics import DIAGNOSTICS, DIAGNOSTICS_AGG, Aggregator
-from actors.diagnostics.aggregator import TOPLEVEL
+from actors.diagnostics.analyzers import TOPLEVEL
 from actors.interfaces.diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from actors.testing import Probe, Rig
 

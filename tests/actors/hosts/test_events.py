@@ -13,8 +13,8 @@ import pytest
 
 from actors import Child, Node
 from actors.errors import ProcessDied, ProcessHung, RemoteError
-from actors.hosts.errors import HostLost
 from actors.hosts.events import UnreadableEvent, read_event
+from actors.hosts.host import HostLost
 from actors.hosts.messages import Launched, ProcessEnded, from_agent, written
 from actors.logs.levels import Level
 from actors.processes.messages import Event, Line, NodeFacts, Nodes, Over, Ready, Told

@@ -10,8 +10,7 @@ import pytest
 
 from actors import Child, Node
 from actors.errors import ProcessDied
-from actors.hosts.errors import HostLost
-from actors.hosts.host import Host
+from actors.hosts.host import Host, HostLost
 from actors.hosts.launcher import transport_here
 from actors.hosts.messages import (
     Hello,

@@ -9,8 +9,15 @@ from pathlib import Path
 import pytest
 
 from actors import Node
-from actors.launch.packages import GROUP, NodeTarget, Packages, Program, UnknownExecutable, UnknownPackage
-from actors.launch.sources import folder_of_module
+from actors.launch.packages import (
+    GROUP,
+    NodeTarget,
+    Packages,
+    Program,
+    UnknownExecutable,
+    UnknownPackage,
+    folder_of_module,
+)
 from actors.running.target import find
 from actors.supervision.declarations import Supervisor
 from robot.tutorials import EXECUTABLES

@@ -8,8 +8,7 @@ import pytest
 
 from actors import Aborted, Action, DeclarationError, Done, Service, Topic, qos
 from actors.actions import parallel, queue
-from actors.contracts.contracts import ActionHandler, GoalHook, ServiceHandler, TopicHandler
-from actors.contracts.declaration import declarations_of
+from actors.contracts.contracts import ActionHandler, GoalHook, ServiceHandler, TopicHandler, declarations_of
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32, String

@@ -23,7 +23,7 @@ from actors import (
     qos,
     subscribes,
 )
-from actors.contracts.declaration import Declaration
+from actors.contracts.contracts import Declaration
 from actors.interfaces import Message
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts

@@ -33,8 +33,8 @@ from actors.parameters import (
     ParameterUninitialized,
 )
 from actors.parameters.client import EVENTS, ParameterClient
-from actors.parameters.dumping import parameter_file
 from actors.parameters.files import InvalidParams, ParameterOverrides
+from actors.parameters.text import parameter_file
 from actors.testing import Rig
 
 

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from actors.replay.replay_deadlines import ReplayDeadlines
+from actors.replay.replay_loop import ReplayDeadlines
 
 
 @dataclass

@@ -9,7 +9,7 @@ import pytest
 
 from actors.transport.keyed.protocol import Delivery, Outlet
 from actors.transport.simulated.conditions import LAN, Conditions
-from actors.transport.simulated.keys import matcher
+from actors.transport.simulated.session import matcher
 from tests.actors.transport.contract.parties import ALL_OF_IT
 from tests.actors.transport.lab import BEST_EFFORT, KEY, Lab, Timed, numbered
 

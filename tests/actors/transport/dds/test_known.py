@@ -13,8 +13,7 @@ from actors.transport.dds.extras import Extra, add_extra, split_extra
 from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
 from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.format.user_data import Process, parse_process, write_process
-from actors.transport.dds.known import BARE, Known
-from actors.transport.dds.nodes import NodeHere
+from actors.transport.dds.known import BARE, Known, NodeHere
 
 PREFIX = b"\x01\x10" + bytes(10)
 PARTICIPANT = PREFIX + bytes.fromhex("000001c1")
