@@ -98,7 +98,7 @@ class Incarnation:
         self.asked: str | None = None
         self.serving = self.ended = False
         self.waits_for: Any = None
-        self._child: ChildTask | None = None
+        self._child, record.task = record.task, None
         self.opened: Endpoints | None = None
         """Its `endpoints`, once it has had any."""
         self._tasks: Tasks | None = None
@@ -298,11 +298,7 @@ class Incarnation:
     @property
     def child(self) -> ChildTask | None:
         """The supervisor's task of this life; None if it was abandoned, since another one may run in its place."""
-        if self.ended:
-            return None
-        if self._child is None:
-            self._child = self.runtime.tree.child_at(self.identity.path)
-        return None if self._child is None or self._child.over else self._child
+        return None if self.ended or self._child is None or self._child.over else self._child
 
     @property
     def killed(self) -> bool:

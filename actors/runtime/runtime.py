@@ -29,7 +29,6 @@ from actors.runtime.system_log import SystemLog
 from actors.runtime.tree import Tree
 from actors.suggest import did_you_mean
 from actors.supervision.child import Child
-from actors.supervision.declarations import Supervisor
 from actors.time.clock import Clock
 from actors.time.deadlines import Deadlines
 from actors.time.ticker import Ticker
@@ -47,6 +46,7 @@ if TYPE_CHECKING:
     from actors.runtime.options import RunOptions
     from actors.runtime.timers import TimerRecord
     from actors.services.server import Server
+    from actors.supervision.child_task import ChildTask
     from actors.supervision.peers import Life
     from actors.supervision.refs import ChildState
     from actors.supervision.report import Report
@@ -130,7 +130,7 @@ class Observers:
 class OtherProcesses(Protocol):
     """The source of lives in processes of their own."""
 
-    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
+    def life(self, task: ChildTask, /) -> Life:
         """Make a new life of a child with ``process=True``, as `supervision.peers.Runtime.life` does."""
         ...
 
@@ -174,6 +174,7 @@ class NodeRecord:
         "saved",
         "services",
         "subscriptions",
+        "task",
         "timers",
         "used",
     )
@@ -187,6 +188,8 @@ class NodeRecord:
         """The id of the process in which the node runs or has run last; 0 for this process."""
         self.incarnation = 0
         """The number of the present or last life, from 1; 0 before the first."""
+        self.task: ChildTask | None = None
+        """The supervisor's task that is to run the next life, until that is made."""
         self.life: Incarnation | None = None
         self.node_class: type | None = None
         """The class of the last node object that became ready."""
@@ -572,11 +575,12 @@ class Runtime:
 
     # -- what supervisors call ----------------------------------------------------------------------------------------------
 
-    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
-        """Make a new life of `child`, which takes over inbox and waiting messages of the last one. Raises what `incarnate` raises."""
+    def life(self, task: ChildTask, /) -> Life:
+        """Make a new life of a child, which takes over inbox and waiting messages of the last one. Raises what `incarnate` raises."""
+        child = task.entry.spec
         if isinstance(child, Child) and not child.process:
-            return self.new_life(child, self.directory.enter(child, path))
-        return self.processes.life(child, path, incarnation)
+            return self.new_life(child, self.directory.enter(child, task.ref.path), task)
+        return self.processes.life(task)
 
     @property
     def processes(self) -> OtherProcesses:
@@ -618,8 +622,9 @@ class Runtime:
         """Let the next life of a node find nothing of the earlier ones but their number, and what they have saved."""
         self.lost(record.identity.fqn, self.directory.renew(record))
 
-    def new_life(self, child: Child, record: NodeRecord) -> Life:
-        """A new life of this node, behind the interceptors. Raises what `incarnate` raises."""
+    def new_life(self, child: Child, record: NodeRecord, task: ChildTask) -> Life:
+        """A new life of this node, which `task` will run, behind the interceptors. Raises what `incarnate` raises."""
+        record.task = task
         if not self.interceptors:
             return self.incarnate(child, record)
         make: Callable[[], Life] = partial(self.incarnate, child, record)
