@@ -19,13 +19,14 @@ from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
 from actors.runtime.endpoints import NOTHING
 from actors.runtime.incarnation import Incarnation, made
-from actors.runtime.offload import CallsFromThreads, Offload
+from actors.runtime.offload import Offload
 from actors.runtime.options import identity_of
 from actors.runtime.placement import HERE, Placement
 from actors.runtime.preload import preload
 from actors.runtime.stall import Runner, StallWatch
 from actors.runtime.start_watch import StartWatch
 from actors.runtime.system_log import SystemLog
+from actors.runtime.threads import CallsFromThreads
 from actors.runtime.tree import Tree
 from actors.suggest import did_you_mean
 from actors.supervision.child import Child
