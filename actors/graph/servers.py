@@ -153,7 +153,9 @@ class ServerEntry(Generic[S]):
         return asked(self._meant)
 
     def _meant(self) -> str:
-        entries: Mapping[str, ServiceEntry] | Mapping[str, ActionEntry] = self.graph.services if self.kind == "service" else self.graph.actions
+        entries: Mapping[str, ServiceEntry] | Mapping[str, ActionEntry] = (
+            self.graph.services if self.kind == "service" else self.graph.actions
+        )
         return near_name(self.name, [name for name, entry in entries.items() if entry.server is not None])
 
 

@@ -56,6 +56,18 @@ class Item(Protocol):
         ...
 
 
+class Served(Protocol):
+    """The incarnation whose items an inbox runs."""
+
+    def on_error(self, error: Exception, handler: str, /) -> object:
+        """Asked about each `Exception` that leaves an item; unless it returns "continue", the error is raised."""
+        ...
+
+    def on_holding(self, item: Item, seconds: float, /) -> None:
+        """Called, at most once per handler, for an item that keeps others waiting."""
+        ...
+
+
 class Inbox:
     """The work queue of one node. It outlives an incarnation: items that wait when a node crashes can be kept for its next life.
 
@@ -64,8 +76,8 @@ class Inbox:
 
     Invariants:
 
-    - At most one item runs at a time: `current`, in `task`. `task` is the task of the node's start phase, service or clean-up; `current`,
-      `on_error` and `on_holding` are None unless it serves.
+    - At most one item runs at a time: `current`, in `task`. `task` is the task of the node's start phase, service or clean-up; `current`
+      and `life` are None unless it serves.
     - `items` is `NOTHING` until the first data item comes, and never again. Nothing is ever put into that.
     - `waiter` is set only while `serve` waits for work, and then `items` and `control` are empty.
     - `handled` counts the items that have run; one that ends the incarnation does not count.
@@ -79,12 +91,11 @@ class Inbox:
         "current",
         "handled",
         "items",
+        "life",
         "looks",
         "loop",
         "mark",
         "meter",
-        "on_error",
-        "on_holding",
         "on_step",
         "reported",
         "task",
@@ -110,8 +121,7 @@ class Inbox:
         self.mark: _Mark | TimedMessage[Any] | None = None
         """The item or message whose waiting time is being measured, or None."""
         self.reported: set[str] | None = None
-        self.on_holding: Callable[[Item, float], None] | None = None
-        self.on_error: Callable[[Exception, str], object] | None = None
+        self.life: Served | None = None
         self.looks: dict[str, int] | None = None
         """Handler -> the number of its runs that were checked for turns of the event loop; see `LOOKS`."""
         self.on_step = on_step
@@ -163,22 +173,14 @@ class Inbox:
         self.items.clear()
         self.queue().extend(kept)
 
-    async def serve(
-        self,
-        on_error: Callable[[Exception, str], object] | None = None,
-        on_holding: Callable[[Item, float], None] | None = None,
-    ) -> None:
-        """Run items until an error ends the incarnation or the task is canceled; the error is raised.
-
-        `on_error(error, handler)` is asked about each `Exception` that leaves an item; unless it returns "continue", the error is raised.
-        `on_holding(item, seconds)` is called, at most once per handler, for an item that keeps others waiting.
-        """
+    async def serve(self, life: Served | None = None) -> None:
+        """Run items for `life` until an error ends it or the task is canceled; the error is raised. Without `life`, every error is."""
         # This loop is the hottest code of the framework, so it is tuned. The common item costs one decrement and one test: the clock is
         # read, and the yield to the event loop is considered, only for the item at which `budget` reaches 0. `paused` is the value of
         # `handled` at the last pause, that is at the last yield or at the last wait for work; the next budget never passes
         # `paused + TURN`, so at most TURN items run in between. An item that is done at once is not awaited and makes no coroutine.
         # `items` and `control` are locals; `clear` therefore replaces the queues and empties the old ones. The first item makes the queue.
-        self.on_error, self.on_holding = on_error, on_holding
+        self.life = life
         items, control = self.items, self.control
         self.task = task = asyncio.current_task()
         budget = 1  # the first item is measured
@@ -258,7 +260,7 @@ class Inbox:
 
     def leave(self) -> None:
         """End the service: no task serves this inbox any more. Calling it twice has no further effect."""
-        self.waiter = self.current = self.task = self.on_error = self.on_holding = None
+        self.waiter = self.current = self.task = self.life = None
         if self.watch is not None:
             self.watch.cancel()
             self.watch = None
@@ -266,9 +268,9 @@ class Inbox:
     def _failed(self, item: Item, error: BaseException) -> None:
         """Raise the error of an item, which ends the incarnation; return if it is an `Exception` and `on_error` says "continue"."""
         failure = blame(error, item.label)
-        if not isinstance(failure, Exception) or self.on_error is None:
+        if not isinstance(failure, Exception) or self.life is None:
             raise failure or error
-        if self.on_error(failure, item.label) != "continue":
+        if self.life.on_error(failure, item.label) != "continue":
             raise failure
 
     def _observe(self) -> None:
@@ -341,9 +343,9 @@ class Inbox:
         """Report, once per handler, that it keeps the node's other handlers waiting."""
         if self.reported is None:
             self.reported = set()
-        if item.label not in self.reported and self.on_holding is not None:
+        if item.label not in self.reported and self.life is not None:
             self.reported.add(item.label)
-            self.on_holding(item, seconds)
+            self.life.on_holding(item, seconds)
 
 
 class _Mark:

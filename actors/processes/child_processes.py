@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from actors.processes.prefork import PreforkPool
     from actors.processes.simulated import SimulatedProcess
     from actors.runtime.runtime import Runtime
-    from actors.supervision.child import Child
-    from actors.supervision.declarations import Supervisor
+    from actors.supervision.child_task import ChildTask
     from actors.transport.protocol import Transport
     from actors.transport.simulated.session import SimulatedTransport
 
@@ -51,9 +50,9 @@ class ChildProcesses:
         self._prefork: PreforkPool | None = None
         self.running: dict[tuple[str, ...], Process] = {}
 
-    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int) -> ProcessLife:
-        """Make a new life of `child`. Raises what `Directory.enter` raises."""
-        parent = ParentSide(self._runtime, self._rendezvous, child, path, partial(self._running, path))
+    def life(self, task: ChildTask) -> ProcessLife:
+        """Make a new life of a child. Raises what `Directory.enter` raises."""
+        parent = ParentSide(self._runtime, self._rendezvous, task, partial(self._running, task.ref.path))
         return ProcessLife(parent, self._launch)
 
     def crash(self, path: tuple[str, ...], error: Exception) -> None:

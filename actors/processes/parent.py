@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 from actors.errors import ProgramExit
 from actors.logs import LogRecord
@@ -39,22 +39,23 @@ class ParentSide:
         self,
         runtime: Runtime,
         rendezvous: Rendezvous,
-        spec: Child | Supervisor,
-        path: tuple[str, ...],
+        task: ChildTask,
         running: Callable[[Process, bool], None],
     ) -> None:
         self._runtime = runtime
         self._rendezvous = rendezvous
-        self._spec = spec
-        self._path = path
+        self._task = task
+        """The supervisor's task of the child."""
+        self._spec = cast("Child | Supervisor", task.entry.spec)
+        self._path = task.ref.path
         self._states: dict[tuple[str, ...], ChildState] = {}
         """The state of each node that the process has told of, by path."""
         self._looking = Waiters()
         """Who waits for another state of a node, or of the graph."""
         self._running = running
         self._process: Process | None = None
-        if isinstance(spec, Child):
-            runtime.enter(spec, path)
+        if isinstance(self._spec, Child):
+            runtime.enter(self._spec, self._path)
 
     def order(self) -> Order:
         """See `life.Parent`."""
@@ -190,25 +191,17 @@ class ParentSide:
 
     # -- the supervisor's task of the child ---------------------------------------------------------------------------------
 
-    @property
-    def _task(self) -> ChildTask | None:
-        return self._runtime.tree.child_at(self._path)
-
     def killed(self) -> bool:
         """Whether the supervisor has killed or abandoned this life."""
-        return (task := self._task) is None or task.killed is not None
+        return self._task.over or self._task.killed is not None
 
     def kill(self, after: float) -> None:
         """Have this life count as killed, after so many seconds of clean-up."""
-        task = self._task
-        assert task is not None
-        task.kill(after)
+        self._task.kill(after)
 
     def bound(self) -> None:
         """Limit the clean-up to the stop timeout of the child."""
-        task = self._task
-        assert task is not None
-        task.bound()
+        self._task.bound()
 
     def exits(self, code: int) -> ProgramExit:
         """Have the whole system stop in order, because a node of the process asks the program to exit."""

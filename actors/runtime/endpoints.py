@@ -201,16 +201,10 @@ class Endpoints:
                 subscription.take_over(life, handler, filter)
                 return
         qos = resolve_subscription(qos, map(_QOS, entry.writers))
-        if concurrent:
-            subscription = ConcurrentSubscription(
-                life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter
-            )
-            if life.serving:
-                subscription.start(life.create_task)
-        else:
-            subscription = HandlerSubscription(
-                life, entry, topic.type, qos, life.inbox, label, handler, patience, filter
-            )
+        kind = ConcurrentSubscription if concurrent else HandlerSubscription
+        subscription = kind(life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter)
+        if isinstance(subscription, ConcurrentSubscription) and life.serving:
+            subscription.start(life.create_task)
         life.record.subscriptions = (*life.record.subscriptions, subscription)
         entry.add_subscription(subscription)
 
@@ -221,8 +215,7 @@ class Endpoints:
         life = self._life
         for each in life.record.subscriptions:
             same = each.node is not life and each.label == label and each.entry is entry and each.type is type
-            how = (each.concurrent if isinstance(each, ConcurrentSubscription) else 0, each.filter is not None)
-            if same and how == (concurrent, filtered):
+            if same and (each.concurrent, each.filter is not None) == (concurrent, filtered):
                 return each
         return None
 

@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from actors.runtime.node import ErrorVerdict
     from actors.runtime.runtime import NodeRecord, Runtime
     from actors.runtime.sim_time import SimTime
-    from actors.runtime.stall import StallWatch
     from actors.services.peers import CallId
     from actors.supervision.child import Child
     from actors.supervision.child_task import ChildTask
@@ -99,7 +98,7 @@ class Incarnation:
         self.asked: str | None = None
         self.serving = self.ended = False
         self.waits_for: Any = None
-        self._child: ChildTask | None = None
+        self._child, record.task = record.task, None
         self.opened: Endpoints | None = None
         """Its `endpoints`, once it has had any."""
         self._tasks: Tasks | None = None
@@ -134,7 +133,7 @@ class Incarnation:
                 self.serving = True
                 if self.opened is not None:
                     self.opened.serve_concurrently()
-                await self.inbox.serve(self.on_error, self.on_holding)
+                await self.inbox.serve(self)
             except BaseException as error:
                 try:
                     if not await self._end(error):
@@ -181,7 +180,7 @@ class Incarnation:
         """Run the start phase. Calls from it count as calls from a handler, so that a call of the node to itself is refused at once."""
         node, record = self.node, self.record
         self.inbox.task = asyncio.current_task()
-        self.runtime.starts.begin(self.inbox, self.warn)
+        self.runtime.starts.begin(self)
         self._open_endpoints()
         if record.saved is not None:
             node.resume(record.saved)
@@ -299,11 +298,7 @@ class Incarnation:
     @property
     def child(self) -> ChildTask | None:
         """The supervisor's task of this life; None if it was abandoned, since another one may run in its place."""
-        if self.ended:
-            return None
-        if self._child is None:
-            self._child = self.runtime.tree.child_at(self.identity.path)
-        return None if self._child is None or self._child.over else self._child
+        return None if self.ended or self._child is None or self._child.over else self._child
 
     @property
     def killed(self) -> bool:
@@ -370,7 +365,7 @@ class Incarnation:
             if parameter.name == "use_sim_time":
                 self.ros_time().use(parameter.value is True)
             elif parameter.name in self.declarations.rates:
-                self.timers.retime(self.declarations, parameter.name, parameter.value)
+                self.timers.retime(parameter.name, parameter.value)
             elif parameter.name in INTROSPECTION and self.opened is not None:
                 self.opened.introspect()
         with outside():
@@ -441,25 +436,13 @@ class Incarnation:
     def timers(self) -> Timers:
         """The node's timers; the part is made at its first use."""
         if self._timers is None:
-            runtime = self.runtime
-            on_late = None if runtime.stalls is None else partial(self._loop_late, runtime.stalls)
-            if runtime.interceptors:
-                ticking = [each.ticking for each in runtime.interceptors]
-                self._timers = Timers(self.inbox, runtime.ticker, on_late, ticking, self.invoking)
-            else:
-                self._timers = Timers(self.inbox, runtime.ticker, on_late)
+            self._timers = Timers(self)
         return self._timers
 
     def start_timers(self) -> None:
         """Start the timers that the class declares."""
         if self.declarations.timers:
-            record = self.record
-            record.timers = self.timers.start(self.node, self.declarations, lambda: self.parameters, record.timers)
-
-    def _loop_late(self, stalls: StallWatch, timer: NodeTimer, seconds: float, lost: int) -> None:
-        """Report to the stall watch that the event loop was late for a tick by a period or more."""
-        with outside():
-            stalls.delayed(self.fqn, 1.0 / timer.hz, seconds, lost)
+            self.timers.start()
 
     # -- errors -------------------------------------------------------------------------------------------------------------
 
@@ -621,7 +604,7 @@ class Incarnation:
     def release(self) -> None:
         """End this incarnation at once, without waiting: close its endpoints, stop its timers, cancel its tasks. Must be called once."""
         self.ended = True
-        self.runtime.starts.end(self.inbox)
+        self.runtime.starts.end(self)
         record = self.record
         record.life = None
         if self._timers is not None:

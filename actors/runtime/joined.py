@@ -219,9 +219,9 @@ class JoinedNodes:
 
     # -- what their supervisor calls ----------------------------------------------------------------------------------------
 
-    def life(self, child: object, path: tuple[str, ...], incarnation: int, /) -> Life:
-        record = self._runtime.directory.records[path]
-        return self._runtime.new_life(record.child, record)
+    def life(self, task: ChildTask, /) -> Life:
+        record = self._runtime.directory.records[task.ref.path]
+        return self._runtime.new_life(record.child, record, task)
 
     def gone(self, path: tuple[str, ...], kept: bool, /) -> None:
         """Do nothing: `_ended` follows, and keeps the record of a node that has not left."""

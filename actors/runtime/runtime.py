@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable, Coroutine, Iterable, Mapping
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from functools import partial
 from random import Random
 from threading import get_ident
@@ -13,23 +13,23 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 from actors.checks import create
 from actors.errors import DeclarationError
 from actors.graph.graph import Graph
-from actors.inbox.boundary import BOUNDARY
+from actors.inbox.boundary import BOUNDARY, outside
 from actors.inbox.inbox import Inbox
 from actors.logs import structlog_sink
 from actors.logs.levels import Level, LevelTree
 from actors.runtime.endpoints import NOTHING
 from actors.runtime.incarnation import Incarnation, made
-from actors.runtime.offload import CallsFromThreads, Offload
+from actors.runtime.offload import Offload
 from actors.runtime.options import identity_of
 from actors.runtime.placement import HERE, Placement
 from actors.runtime.preload import preload
 from actors.runtime.stall import Runner, StallWatch
 from actors.runtime.start_watch import StartWatch
 from actors.runtime.system_log import SystemLog
+from actors.runtime.threads import CallsFromThreads
 from actors.runtime.tree import Tree
 from actors.suggest import did_you_mean
 from actors.supervision.child import Child
-from actors.supervision.declarations import Supervisor
 from actors.time.clock import Clock
 from actors.time.deadlines import Deadlines
 from actors.time.ticker import Ticker
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from actors.runtime.options import RunOptions
     from actors.runtime.timers import TimerRecord
     from actors.services.server import Server
+    from actors.supervision.child_task import ChildTask
     from actors.supervision.peers import Life
     from actors.supervision.refs import ChildState
     from actors.supervision.report import Report
@@ -130,7 +131,7 @@ class Observers:
 class OtherProcesses(Protocol):
     """The source of lives in processes of their own."""
 
-    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
+    def life(self, task: ChildTask, /) -> Life:
         """Make a new life of a child with ``process=True``, as `supervision.peers.Runtime.life` does."""
         ...
 
@@ -174,6 +175,7 @@ class NodeRecord:
         "saved",
         "services",
         "subscriptions",
+        "task",
         "timers",
         "used",
     )
@@ -187,10 +189,12 @@ class NodeRecord:
         """The id of the process in which the node runs or has run last; 0 for this process."""
         self.incarnation = 0
         """The number of the present or last life, from 1; 0 before the first."""
+        self.task: ChildTask | None = None
+        """The supervisor's task that is to run the next life, until that is made."""
         self.life: Incarnation | None = None
         self.node_class: type | None = None
         """The class of the last node object that became ready."""
-        self.restarts: list[tuple[float, str]] = []
+        self.restarts: Sequence[tuple[float, str]] = ()
         """The newest `KEPT_RESTARTS` ends that led to a restart: (seconds on the system's clock, reason)."""
         self.restart_count = 0
         """How many ends led to a restart, in all."""
@@ -240,8 +244,7 @@ class NodeRecord:
     def note_restart(self, at: float, why: str) -> None:
         """Count an end that leads to a restart. `at` is in seconds on the system's clock."""
         self.restart_count += 1
-        self.restarts.append((at, why))
-        del self.restarts[:-KEPT_RESTARTS]
+        self.restarts = [*self.restarts[1 - KEPT_RESTARTS :], (at, why)]
 
     def note(self, entries: Iterable[GraphEntry]) -> None:
         """Remember the graph entries of endpoints that are about to end, for `forget`."""
@@ -329,8 +332,10 @@ class Directory:
         self._options = options
         self._loop = loop
         self._paths: dict[str, tuple[str, ...]] = {}
+        self.on_step: Callable[[Inbox, str, float], None] | None = None
+        """That of the inboxes; None on the virtual clock, and while the system is not open."""
 
-    def enter(self, child: Child, path: tuple[str, ...], stalls: StallWatch | None) -> NodeRecord:
+    def enter(self, child: Child, path: tuple[str, ...]) -> NodeRecord:
         """The record for the next life of the child at `path`: that of its earlier lives, or a new one.
 
         Raises `DeclarationError` when another node has the child's full name, `InvalidName` when one of the child's names is invalid.
@@ -340,21 +345,18 @@ class Directory:
             return record
         identity = self._identity(child, path, record)
         if record is None:
-            record = self.records[path] = NodeRecord(child, identity, self._tree, self._inbox(stalls))
+            record = self.records[path] = NodeRecord(child, identity, self._tree, Inbox(self._loop, self.on_step))
         record.child, record.identity = child, identity
         return record
 
-    def renew(self, record: NodeRecord, stalls: StallWatch | None) -> int:
+    def renew(self, record: NodeRecord) -> int:
         """Let the next life of a node find nothing of the earlier ones but their number, and what they have saved.
 
         To be called between two lives. Returns how many messages were lost.
         """
         lost = record.close()
-        record.inbox, record.timers = self._inbox(stalls), NOTHING
+        record.inbox, record.timers = Inbox(self._loop, self.on_step), NOTHING
         return lost
-
-    def _inbox(self, stalls: StallWatch | None) -> Inbox:
-        return Inbox(self._loop, None if stalls is None else stalls.ran)
 
     def find(self, fqn: str) -> Incarnation | None:
         """The running incarnation of the node with this full name; None if there is none."""
@@ -521,6 +523,7 @@ class Runtime:
         if not self.clock.virtual:
             preload(structlog=structlog_sink in self.observers.sinks)
             self.stalls = self.stall_watch()
+            self.directory.on_step = self.stalls.ran
             self.stalls.start()
 
     def stall_watch(self) -> StallWatch:
@@ -543,7 +546,7 @@ class Runtime:
         self.starts.close()
         if self.stalls is not None:
             self.stalls.stop()
-            self.stalls = None
+            self.stalls = self.directory.on_step = None
         for observer in self.observers.closed:
             observer()
 
@@ -573,11 +576,12 @@ class Runtime:
 
     # -- what supervisors call ----------------------------------------------------------------------------------------------
 
-    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
-        """Make a new life of `child`, which takes over inbox and waiting messages of the last one. Raises what `incarnate` raises."""
+    def life(self, task: ChildTask, /) -> Life:
+        """Make a new life of a child, which takes over inbox and waiting messages of the last one. Raises what `incarnate` raises."""
+        child = task.entry.spec
         if isinstance(child, Child) and not child.process:
-            return self.new_life(child, self.directory.enter(child, path, self.stalls))
-        return self.processes.life(child, path, incarnation)
+            return self.new_life(child, self.directory.enter(child, task.ref.path), task)
+        return self.processes.life(task)
 
     @property
     def processes(self) -> OtherProcesses:
@@ -613,14 +617,15 @@ class Runtime:
 
     def enter(self, child: Child, path: tuple[str, ...]) -> NodeRecord:
         """The record for a life of the child at `path`. Raises what `Directory.enter` raises."""
-        return self.directory.enter(child, path, self.stalls)
+        return self.directory.enter(child, path)
 
     def renew(self, record: NodeRecord) -> None:
         """Let the next life of a node find nothing of the earlier ones but their number, and what they have saved."""
-        self.lost(record.identity.fqn, self.directory.renew(record, self.stalls))
+        self.lost(record.identity.fqn, self.directory.renew(record))
 
-    def new_life(self, child: Child, record: NodeRecord) -> Life:
-        """A new life of this node, behind the interceptors. Raises what `incarnate` raises."""
+    def new_life(self, child: Child, record: NodeRecord, task: ChildTask) -> Life:
+        """A new life of this node, which `task` will run, behind the interceptors. Raises what `incarnate` raises."""
+        record.task = task
         if not self.interceptors:
             return self.incarnate(child, record)
         make: Callable[[], Life] = partial(self.incarnate, child, record)
@@ -634,28 +639,26 @@ class Runtime:
 
     def ready(self, life: Incarnation) -> None:
         """Note that an incarnation is ready, and tell the observers."""
-        token = BOUNDARY.set(None)  # `outside`, without its two calls for each start
-        try:
-            self.starts.end(life.inbox)
-            if not life.ended:  # else it was abandoned, and another one may run in its place
-                life.record.node_class = type(life.node)
-                for observer in self.observers.ready:
-                    observer(life)
-        finally:
-            BOUNDARY.reset(token)
+        if BOUNDARY.get() is not None:
+            with outside():
+                return self.ready(life)
+        self.starts.end(life)
+        if not life.ended:  # else it was abandoned, and another one may run in its place
+            life.record.node_class = type(life.node)
+            for observer in self.observers.ready:
+                observer(life)
 
     def ended(self, life: Incarnation) -> None:
         """Note that an incarnation has ended, and tell the observers. If the system stops, close its record as well."""
-        token = BOUNDARY.set(None)
-        try:
-            record = life.record
-            record.ended_at = self.loop.time()
-            if self.tree.stop_reason is not None:
-                self._dismiss(record)
-            for observer in self.observers.ended:
-                observer(life)
-        finally:
-            BOUNDARY.reset(token)
+        if BOUNDARY.get() is not None:
+            with outside():
+                return self.ended(life)
+        record = life.record
+        record.ended_at = self.loop.time()
+        if self.tree.stop_reason is not None:
+            self._dismiss(record)
+        for observer in self.observers.ended:
+            observer(life)
 
     def exits(self, request: ProgramExit) -> None:
         """Stop the tree in order because a node's code asks the program to exit; the block of `run` raises `request.error`."""

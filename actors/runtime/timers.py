@@ -9,18 +9,19 @@ from __future__ import annotations
 import inspect
 from array import array
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterator
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from actors.checks import NoPublicConstructor, is_number
 from actors.errors import TickMissed
+from actors.inbox.boundary import outside
 from actors.runtime.callables import takes_argument
 
 if TYPE_CHECKING:
     from actors.inbox.inbox import Inbox
-    from actors.parameters import ParameterStore
-    from actors.runtime.declarations import Declarations, Late
+    from actors.runtime.declarations import Late
+    from actors.runtime.incarnation import Incarnation
     from actors.time.clock import Clock
     from actors.time.ticker import Ticking, TickSource
 
@@ -141,8 +142,8 @@ class NodeTimer:
     """
 
     __slots__ = (
-        "backlog", "before", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "on_late", "pending", "period",
-        "record", "seen", "takes_tick", "ticking", "time",
+        "backlog", "before", "due", "handle", "handler", "hz", "inbox", "k", "label", "late", "loop_time", "missed", "pending", "period",
+        "record", "seen", "takes_tick", "time", "timers",
     )  # fmt: skip
 
     def __init__(
@@ -153,8 +154,7 @@ class NodeTimer:
         late: Late,
         label: str,
         record: TimerRecord,
-        on_late: Callable[[NodeTimer, float, int], None] | None = None,
-        ticking: Sequence[Callable[[NodeTimer, Ticked], Ticked]] = (),
+        timers: Timers | None = None,
     ) -> None:
         self.inbox = inbox
         self.handler = handler
@@ -170,10 +170,8 @@ class NodeTimer:
         self.pending = False
         self.missed = 0
         """How many ticks were lost in this incarnation; the record counts those of all incarnations."""
-        self.on_late = on_late
-        """Called when the event loop was late for a tick by a period or more: (timer, seconds late, ticks lost)."""
-        self.ticking = ticking
-        """Interceptors; see `Interceptor.ticking`."""
+        self.timers = timers
+        """Those that it is one of, which know the interceptors of ticks, and report late ones."""
         self.seen = -1
         self.before = 0
         """How many ticks were delivered before the last change of the rate; `k` counts from there."""
@@ -185,15 +183,12 @@ class NodeTimer:
 
     def begin(self, ticker: TickSource, start: float | None = None) -> None:
         """Start ticking. The first tick is due one period from now, or from `start`, seconds on the clock of `ticker`."""
-        self.handle = ticker.add(self.hz, self.taker() if self.ticking else self.on_tick, start)
+        self.handle = ticker.add(self.hz, self.taker(), start)
         self.record.since = self.loop_time()
 
     def taker(self) -> Ticked:
         """What a ticker is to call: `on_tick`, behind the node's interceptors. Called once for each ticker."""
-        tick: Ticked = self.on_tick
-        for each in self.ticking:
-            tick = each(self, tick)
-        return tick
+        return self.on_tick if self.timers is None else self.timers.taker(self)
 
     def stop(self) -> None:
         """End the ticks. Stopping twice is fine."""
@@ -257,8 +252,8 @@ class NodeTimer:
         if self.time is not self.loop_time:
             return False
         self.record.blocked += lost
-        if self.on_late is not None:
-            self.on_late(self, self.time() - due, lost)
+        if self.timers is not None:
+            self.timers.came_late(self, self.time() - due, lost)
         return True
 
     def _lose(self, ticks: int) -> None:
@@ -306,28 +301,17 @@ def _arguments(function: Callable[..., Any]) -> int:
 class Timers:
     """The timers of one life of a node: those that its class declares by `@every`, and those that it makes while it runs.
 
-    `ticker` gives the ticks until `use` names another source; `on_late` is called when the event loop was late for a tick by a period or more.
-    `ticking` and `invoking` are those of the interceptors.
+    The system's ticker gives the ticks until `use` names another source.
 
     Invariants: all timers tick by the same source, and show the time of its clock.
     """
 
-    __slots__ = ("_inbox", "_invoking", "_on_late", "_source", "_ticking", "_time", "declared", "made")
+    __slots__ = ("_life", "_source", "_time", "declared", "made")
 
-    def __init__(
-        self,
-        inbox: Inbox,
-        ticker: TickSource,
-        on_late: Callable[[NodeTimer, float, int], None] | None,
-        ticking: Sequence[Callable[[NodeTimer, Ticked], Ticked]] = (),
-        invoking: Callable[[str, Callable[..., Any]], Callable[..., Any]] | None = None,
-    ) -> None:
-        self._inbox = inbox
-        self._source = ticker
+    def __init__(self, life: Incarnation) -> None:
+        self._life = life
+        self._source: TickSource = life.runtime.ticker
         self._time: Callable[[], float] | None = None
-        self._on_late = on_late
-        self._ticking = ticking
-        self._invoking = invoking
         self.declared: list[NodeTimer] = []
         """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
         self.made: dict[NodeTimer, None] = {}
@@ -337,39 +321,35 @@ class Timers:
         yield from self.declared
         yield from self.made
 
-    def start(
-        self,
-        node: object,
-        declarations: Declarations,
-        parameters: Callable[[], ParameterStore],
-        kept: Mapping[str, TimerRecord],
-    ) -> dict[str, TimerRecord]:
-        """Start the timers that the class of `node` declares. `kept` holds their figures over all earlier lives, by the name of the
-        method. Returns those over all lives."""
-        records = dict(kept)
+    def start(self) -> None:
+        """Start the timers that the class of the node declares. The record of the node keeps their figures over all lives, by the name of the
+        method."""
+        life = self._life
+        declarations = life.declarations
+        records = life.record.timers = dict(life.record.timers)
         for declared in declarations.timers:
-            hz: float = parameters().value(declared.hz) if isinstance(declared.hz, str) else declared.hz
+            hz: float = life.parameters.value(declared.hz) if isinstance(declared.hz, str) else declared.hz
             record = records.get(declared.attribute)
             if record is None:
                 record = records[declared.attribute] = TimerRecord(hz)
             record.hz = hz
-            handler, label = getattr(node, declared.attribute), declarations.labels[declared.attribute]
-            timer = NodeTimer(self._inbox, handler, hz, declared.late, label, record, self._on_late, self._ticking)
-            if self._invoking is not None:
-                timer.handler = self._invoking(label, handler)
+            handler, label = getattr(life.node, declared.attribute), declarations.labels[declared.attribute]
+            timer = NodeTimer(life.inbox, handler, hz, declared.late, label, record, self)
+            if life.runtime.interceptors:  # `takes_tick` is that of the handler itself
+                timer.handler = life.invoking(label, handler)
             self.declared.append(timer)
-            if self._time is not None:
-                timer.time = self._time
-            timer.begin(self._source)
-        return records
+            self._begin(timer)
 
-    def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
-        """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
-        timer = NodeTimer(self._inbox, handler, hz, late, label, TimerRecord(hz), self._on_late, self._ticking)
-        self.made[timer] = None
+    def _begin(self, timer: NodeTimer) -> None:
         if self._time is not None:
             timer.time = self._time
         timer.begin(self._source)
+
+    def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
+        """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
+        timer = NodeTimer(self._life.inbox, handler, hz, late, label, TimerRecord(hz), self)
+        self.made[timer] = None
+        self._begin(timer)
         return timer
 
     def end(self, timer: NodeTimer) -> None:
@@ -377,9 +357,24 @@ class Timers:
         timer.stop()
         self.made.pop(timer, None)
 
-    def retime(self, declarations: Declarations, parameter: str, hz: float) -> None:
+    def taker(self, timer: NodeTimer) -> Ticked:
+        """What a ticker is to call for one of these timers: its `on_tick`, behind the interceptors."""
+        tick: Ticked = timer.on_tick
+        for each in self._life.runtime.interceptors:
+            tick = each.ticking(timer, tick)
+        return tick
+
+    def came_late(self, timer: NodeTimer, seconds: float, lost: int) -> None:
+        """Report to the stall watch that the event loop was late for a tick by a period or more, with which `lost` ticks were lost."""
+        life = self._life
+        if (stalls := life.runtime.stalls) is not None:
+            with outside():
+                stalls.delayed(life.fqn, 1.0 / timer.hz, seconds, lost)
+
+    def retime(self, parameter: str, hz: float) -> None:
         """Change the rate of the timers that tick by this parameter, which has been set to `hz`."""
-        for declared, timer in zip(declarations.timers, self.declared, strict=False):  # no timers in an inactive node
+        declared_timers = self._life.declarations.timers
+        for declared, timer in zip(declared_timers, self.declared, strict=False):  # no timers in an inactive node
             if declared.hz == parameter and timer.hz != hz:
                 timer.retime(hz, self._source)
 

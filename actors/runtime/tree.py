@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from actors.checks import create
-from actors.supervision.errors import NotFound
 from actors.supervision.running import RunningSupervisor
 
 if TYPE_CHECKING:
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
 
     from actors.errors import ProgramExit
     from actors.supervision import peers
-    from actors.supervision.child_task import ChildTask
     from actors.supervision.declarations import DynamicSupervisor, Supervisor
     from actors.supervision.refs import ChildState
 
@@ -122,14 +120,6 @@ class Tree:
         """The state of the node at `path`; "stopped" when there is none."""
         supervisor = self._above(path)
         return "stopped" if supervisor is None else supervisor.state_of(path[len(supervisor.path) :])
-
-    def child_at(self, path: tuple[str, ...]) -> ChildTask | None:
-        """The task of the present life of the node at `path`; None between lives, and for an unknown node."""
-        supervisor = self._above(path)
-        try:
-            return None if supervisor is None else supervisor.incarnation(path[len(supervisor.path) :])
-        except NotFound:
-            return None
 
     def holds(self, path: tuple[str, ...]) -> bool:
         """Whether the node at `path` belongs to the tree; False for a node beside it."""

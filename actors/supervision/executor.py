@@ -318,10 +318,10 @@ class Executor:
     # ------------------------------------------------------------------ called by the child tasks
 
     def make_life(self, task: ChildTask, /) -> Life:
-        spec, ref = task.entry.spec, task.ref
+        spec = task.entry.spec
         if isinstance(spec, Child) or (isinstance(spec, Supervisor) and spec.process):
-            return self._runtime.life(spec, ref.path, ref.incarnation)
-        return self._nest(spec, ref.path, lambda: task.killed is not None)
+            return self._runtime.life(task)
+        return self._nest(spec, task.ref.path, lambda: task.killed is not None)
 
     def ready(self, task: ChildTask, /) -> None:
         self.post(self._handle, Ready(task))

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from random import Random
-from typing import Protocol, TypeGuard
+from typing import TYPE_CHECKING, Protocol, TypeGuard
 
-from actors.supervision.child import Child
-from actors.supervision.declarations import Spec, Supervisor
+from actors.supervision.declarations import Spec
 from actors.supervision.refs import ChildState
 from actors.supervision.report import Report
+
+if TYPE_CHECKING:
+    from actors.supervision.child_task import ChildTask
 
 
 class Declared(Protocol):
@@ -63,9 +65,9 @@ class Runtime(Protocol):
         """The system's seeded random numbers, for the jitter of a backoff. Read only when they are needed."""
         ...
 
-    def life(self, child: Child | Supervisor, path: tuple[str, ...], incarnation: int, /) -> Life:
-        """Make a new life for `child`, a node or a supervisor with a process of its own. `path` leads from the root to the child. It is
-        called in the child's own task, so an exception is a failed start of that child."""
+    def life(self, task: ChildTask, /) -> Life:
+        """Make the life that `task` is to run: that of a node, or of a supervisor with a process of its own. It is called in that task, so an
+        exception is a failed start of that child."""
         ...
 
     def gone(self, path: tuple[str, ...], kept: bool, /) -> None:

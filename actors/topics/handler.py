@@ -39,7 +39,7 @@ class HandlerSubscription(Subscription[M]):
     # * `must_unwrap` stays true once a message with a lifespan has arrived. Otherwise it becomes false when the last timed message is taken
     #   out.
 
-    __slots__ = ("expiring", "handler", "inbox", "label", "limit", "timed")
+    __slots__ = ("concurrent", "expiring", "handler", "inbox", "label", "limit", "timed")
 
     late_queue = True
 
@@ -52,10 +52,13 @@ class HandlerSubscription(Subscription[M]):
         inbox: Inbox,
         label: str,
         handler: Handler[M],
+        concurrent: int = 0,
         patience: float = 0.0,
         filter: ContentFilter | None = None,
     ) -> None:
         super().__init__(node, entry, type, qos, patience, filter)
+        self.concurrent = concurrent
+        """How many runs of the handler there may be at once; 0 for one after another, with the node's other handlers."""
         self.inbox = inbox
         self.label = label
         self.handler = handler
@@ -187,24 +190,11 @@ class ConcurrentSubscription(HandlerSubscription[M]):
     #   `concurrent`.
     # * It is never an item of the inbox.
 
-    __slots__ = ("_create_task", "active", "concurrent")
+    __slots__ = ("_create_task", "active")
 
-    def __init__(
-        self,
-        node: Participant,
-        entry: TopicRegistry,
-        type: type[M],
-        qos: QoS,
-        inbox: Inbox,
-        label: str,
-        handler: Handler[M],
-        concurrent: int,
-        patience: float = 0.0,
-        filter: ContentFilter | None = None,
-    ) -> None:
-        super().__init__(node, entry, type, qos, inbox, label, handler, patience, filter)
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
         self._open()
-        self.concurrent = concurrent
         self.active = 0
         self._create_task: CreateTask | None = None
 
@@ -215,12 +205,6 @@ class ConcurrentSubscription(HandlerSubscription[M]):
         else:
             self.messages.append(message)
         self._begin_one()
-
-    def _open(self) -> None:
-        """Make the queues, its own and that of the inbox, unless they are there."""
-        if not self.limit:
-            self.messages, self.limit = deque(), self.depth
-            self.inbox.queue()
 
     def deliver_all(self, messages: list[M]) -> None:
         for message in messages:

@@ -9,7 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from actors.supervision.child import Child
+from actors.supervision.child_task import ChildTask
 from actors.supervision.declarations import Supervisor
 from actors.supervision.errors import (
     AlreadyPresent,
@@ -146,11 +146,12 @@ class MachineWorld(World):
 
     model: Model
 
-    def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> ScriptedLife:
-        refused = self.refusals[path[-1]] > 0
-        self.refusals[path[-1]] -= refused
-        script = Script(refuse=OSError("refused")) if refused else Script()
-        return ScriptedLife(self, child, path, incarnation, script)
+    def life(self, task: ChildTask) -> ScriptedLife:
+        id = task.ref.id
+        refused = self.refusals[id] > 0
+        self.refusals[id] -= refused
+        self.scripts[id] = Script(refuse=OSError("refused")) if refused else Script()
+        return super().life(task)
 
     def __init__(self) -> None:
         super().__init__()

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import inspect
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from itertools import count
 from random import Random
-from typing import Any
+from typing import Any, cast
 
 from actors.checks import create
 from actors.errors import ProgramExit
@@ -31,26 +30,24 @@ _numbers = count(1)
 _life_here = World.life
 
 
-def life_in_a_process(world: World, child: Child, path: tuple[str, ...], incarnation: int) -> Life:
+def life_in_a_process(world: World, task: ChildTask) -> Life:
     """A life as `World.life` makes it, but in a simulated process. A script that fails when it is made does so at once, as it did there."""
 
     async def launch(order: Order, take: Callable[[Event], None]) -> Process:
         def host(tell: Callable[[Event], None]) -> ScriptedHost:
-            return ScriptedHost(world, child, path, incarnation, tell)
+            return ScriptedHost(world, task, tell)
 
         return SimulatedProcess(next(_numbers), host, take, lambda: None)
 
-    return ProcessLife(SupervisorsHome(world), launch)
+    return ProcessLife(SupervisorsHome(world, task), launch)
 
 
 class SupervisorsHome:
     """The parent's side without a system: only the task of the supervisor that runs the life, and its reports."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, task: ChildTask) -> None:
         self._world = world
-        task = asyncio.current_task()
-        assert task is not None
-        self._task: ChildTask = inspect.getcoroutinelocals(task.get_coro())["self"]  # type: ignore[arg-type]
+        self._task = task
 
     def order(self) -> Any:
         return None
@@ -84,13 +81,10 @@ class SupervisorsHome:
 class ScriptedHost:
     """What runs in the process: the script, below a supervisor of its own, as `ChildTree` runs a node."""
 
-    def __init__(
-        self, world: World, child: Child, path: tuple[str, ...], incarnation: int, tell: Callable[[Event], None]
-    ) -> None:
+    def __init__(self, world: World, of: ChildTask, tell: Callable[[Event], None]) -> None:
+        child, path = of.entry.spec, of.ref.path
         self._world = world
-        self._child = child
-        self._path = path
-        self._incarnation = incarnation
+        self._of = of
         self._tell = tell
         self._reason: ExitReason | None = None
         self._asked = ""
@@ -99,7 +93,7 @@ class ScriptedHost:
         self._task: asyncio.Task[None] | None = None
         above = Supervisor(
             path[-2],
-            children=[child.replace(restart=temporary, significant=True, backoff=None)],
+            children=[cast("Child", child).replace(restart=temporary, significant=True, backoff=None)],
             intensity=Intensity(0),
             auto_shutdown=any_significant,
         )
@@ -142,8 +136,8 @@ class ScriptedHost:
     def rng(self) -> Random:
         return self._world.rng
 
-    def life(self, child: Any, path: tuple[str, ...], incarnation: int) -> Life:
-        return _life_here(self._world, self._child, path, self._incarnation)
+    def life(self, task: ChildTask) -> Life:
+        return _life_here(self._world, self._of)
 
     def gone(self, path: tuple[str, ...], kept: bool) -> None: ...
 

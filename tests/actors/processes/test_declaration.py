@@ -11,7 +11,7 @@ import pytest
 
 from actors import Child, DeclarationError, DynamicSupervisor, Node, Supervisor
 from actors.checks import create
-from actors.runtime.runtime import Runtime
+from actors.supervision.errors import StartFailed
 from actors.system import System
 from actors.testing import Rig
 
@@ -99,9 +99,8 @@ def test_what_was_defined_in_an_interactive_session_is_refused(monkeypatch: pyte
 
 async def test_a_system_without_other_processes_refuses_the_child(rig: Rig) -> None:
     system = create(System, sinks=())
-    assert isinstance(system.runtime, Runtime)
-    with pytest.raises(DeclarationError, match=r"use run\(tree\)"):
-        system.runtime.life(Child(Camera, process=True), ("top", "camera"), 1)
+    with pytest.raises(StartFailed, match=r"use run\(tree\)"):
+        await system.start(Supervisor("top", Child(Camera, process=True)))
 
 
 async def test_a_node_beside_the_tree_has_no_process_of_its_own(rig: Rig) -> None:

@@ -46,6 +46,7 @@ from actors.processes.pickling import pack, unpack
 from actors.processes.simulated import SimulatedProcess
 from actors.supervision import Killed, Stopped
 from actors.supervision.errors import NotFound
+from actors.supervision.refs import ChildRef
 from actors.testing import Rig
 from tests.actors.processes.test_life import Stage
 from tests.actors.supervision.kit import virtual
@@ -194,8 +195,12 @@ async def test_a_process_of_another_machine_is_not_waited_for_longer_than_two_se
     parent: Any = ParentSide(
         cast("Any", SimpleNamespace(graph=graph, enter=lambda spec, path: None)),
         cast("Any", None),
-        Child(Counter, name="far", host="far"),
-        ("far",),
+        cast(
+            "Any",
+            SimpleNamespace(
+                entry=SimpleNamespace(spec=Child(Counter, name="far", host="far")), ref=ChildRef(("far",), 1)
+            ),
+        ),
         cast("Any", None),
     )
     parent._missing = lambda: {"/far"}

@@ -139,7 +139,7 @@ async def test_the_nodes_of_two_namespaces_may_have_one_name_and_a_name_is_free_
         assert not system.reports
 
 
-async def test_what_runs_nowhere_is_stopped_and_has_no_task(rig: Rig) -> None:
+async def test_what_runs_nowhere_is_stopped_and_not_in_the_tree(rig: Rig) -> None:
     await rig.start(Node)
     tree = rig.system.runtime.tree
-    assert (tree.child_at(("nowhere", "node")), tree.holds(("nowhere", "node"))) == (None, False)
+    assert (tree.state_of(("nowhere", "node")), tree.holds(("nowhere", "node"))) == ("stopped", False)

@@ -121,8 +121,8 @@ async def test_a_node_that_was_given_up_in_its_start_is_not_told_and_a_watch_wit
     await rig.start(Child(Node, name="given_up"))
     core = rig.state("given_up").running
     assert core is not None
-    rig.system.runtime.starts.begin(core.inbox, core.warn)
-    rig.system.runtime.starts.end(core.inbox)
+    rig.system.runtime.starts.begin(core)
+    rig.system.runtime.starts.end(core)
     await rig.advance(6.0)
     rig.system.runtime.starts._look()
     assert events(rig.logs, "still starting") == []

@@ -11,6 +11,7 @@ from typing import Any, ParamSpec
 
 from actors.checks import create
 from actors.supervision.child import Child
+from actors.supervision.child_task import ChildTask
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.reasons import Failed
 from actors.supervision.report import Report
@@ -161,11 +162,13 @@ class World:
     def log(self) -> list[tuple[str, str]]:
         return [(event, name) for _, event, name in self.times]
 
-    def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> ScriptedLife:
-        script = self.scripts.get(path[-1], Script())
+    def life(self, task: ChildTask) -> ScriptedLife:
+        spec, ref = task.entry.spec, task.ref
+        assert isinstance(spec, Child)
+        script = self.scripts.get(ref.id, Script())
         if isinstance(script, list):  # one for each incarnation; the last one for all further ones
-            script = script[min(incarnation, len(script)) - 1]
-        return ScriptedLife(self, child, path, incarnation, script)
+            script = script[min(ref.incarnation, len(script)) - 1]
+        return ScriptedLife(self, spec, ref.path, ref.incarnation, script)
 
     def gone(self, path: tuple[str, ...], kept: bool) -> None:
         self.gone_for_good.append("/".join(path))

@@ -14,6 +14,7 @@ import pytest
 
 from actors.checks import create
 from actors.supervision.child import Child
+from actors.supervision.child_task import ChildTask
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.policy import Backoff, Intensity, rest_for_one, temporary, transient
@@ -227,8 +228,9 @@ async def test_nothing_is_kept_for_ended_temporary_children(dynamic: bool) -> No
         def stop(self, reason: str) -> None: ...
 
     class Runtime(World):
-        def life(self, child: Child, *_: object) -> Carrier:  # type: ignore[override]
-            return Carrier(child)
+        def life(self, task: ChildTask) -> Carrier:  # type: ignore[override]
+            assert isinstance(task.entry.spec, Child)
+            return Carrier(task.entry.spec)
 
         def report(self, report: Report) -> None: ...
 

@@ -17,6 +17,7 @@ import pytest
 from actors.checks import create
 from actors.errors import DeclarationError
 from actors.supervision.child import Child
+from actors.supervision.child_task import ChildTask
 from actors.supervision.declarations import DynamicSupervisor, Supervisor
 from actors.supervision.errors import AlreadyPresent, StartFailed, SupervisorDown
 from actors.supervision.policy import any_significant, rest_for_one, temporary, transient
@@ -301,11 +302,11 @@ class Curious(World):
         super().__init__()
         self.seen: list[str] = []
 
-    def life(self, child: Child, path: tuple[str, ...], incarnation: int) -> ScriptedLife:
-        if path[-1] == "eager":
+    def life(self, task: ChildTask) -> ScriptedLife:
+        if task.ref.id == "eager":
             known = self.root.incarnation("eager")
             self.seen.append("unknown" if known is None else f"{known.ref} {known.state}")
-        return super().life(child, path, incarnation)
+        return super().life(task)
 
 
 @virtual
@@ -385,7 +386,7 @@ def test_start_failure_reaches_main_with_its_cause() -> None:
                 raise OSError("encoder missing")
 
         class Runtime:
-            def life(self, child, path, incarnation): return child.factory()
+            def life(self, task): return task.entry.spec.factory()
             def report(self, report): print(report)
             def gone(self, path, kept): ...
 

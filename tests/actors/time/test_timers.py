@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import functools
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -27,7 +28,8 @@ class Bench:
         self.record = TimerRecord(hz)
         self.item = NodeTimer(self.inbox, handler, hz, late, "Node.tick", self.record)
         self.ticker = Ticker(loop)
-        self.task = asyncio.create_task(self.inbox.serve(on_error))
+        life: Any = None if on_error is None else SimpleNamespace(on_error=on_error)
+        self.task = asyncio.create_task(self.inbox.serve(life))
 
     async def run(self, seconds: float) -> None:
         self.item.begin(self.ticker)

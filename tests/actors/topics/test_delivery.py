@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -206,7 +207,8 @@ async def handling(
 
     feed.take_over(feed.node, handle)
     feed.entry.add_subscription(feed)
-    feed.inbox.task = asyncio.create_task(feed.inbox.serve(on_holding=on_holding))
+    life: Any = None if on_holding is None else SimpleNamespace(on_holding=on_holding)
+    feed.inbox.task = asyncio.create_task(feed.inbox.serve(life))
     await asyncio.sleep(0)
     return seen
 

@@ -33,8 +33,13 @@ class Bench:
         self.inbox = Inbox(asyncio.get_running_loop())
         self.story: list[str] = []
         self.reports: list[tuple[str, float, float]] = []
+        self.asked: list[tuple[str, str]] = []
 
-    def report(self, item: Any, seconds: float) -> None:
+    def on_error(self, error: Exception, handler: str) -> object:
+        self.asked.append((str(error), handler))
+        return "continue" if handler == "forgiven" else None
+
+    def on_holding(self, item: Any, seconds: float) -> None:
         self.reports.append((item.label, seconds, asyncio.get_running_loop().time()))
 
     def quick(self, label: str) -> Job:
@@ -49,7 +54,7 @@ class Bench:
         return Job(label, work)
 
     def serve(self) -> asyncio.Task[None]:
-        return asyncio.create_task(self.inbox.serve(on_holding=self.report))
+        return asyncio.create_task(self.inbox.serve(self))
 
 
 async def finish(task: asyncio.Task[None]) -> None:
@@ -127,22 +132,17 @@ async def test_an_exception_ends_the_serving_unless_somebody_says_continue(befor
     bench = Bench()
     for _ in range(before):  # the first items are measured, later ones by samples
         bench.inbox.put(Job("earlier"))
-    asked: list[tuple[str, str]] = []
 
     def fail() -> None:
         raise OSError("broken")
 
-    def on_error(error: Exception, label: str) -> object:
-        asked.append((str(error), label))
-        return "continue" if label == "forgiven" else None
-
     for item in (Job("forgiven", fail), bench.quick("after"), Job("fatal", fail), bench.quick("kept")):
         bench.inbox.put(item)
     with pytest.raises(OSError, match="broken"):
-        await bench.inbox.serve(on_error)
+        await bench.inbox.serve(bench)
     assert bench.inbox.handled == before + 2
     assert bench.story == ["after"]
-    assert asked == [("broken", "forgiven"), ("broken", "fatal")]
+    assert bench.asked == [("broken", "forgiven"), ("broken", "fatal")]
     assert [item.label for item in bench.inbox.items] == ["kept"]
     bench.inbox.put_control(Job("fatal", fail))
     with pytest.raises(OSError):
