@@ -81,39 +81,39 @@ class Options:
     """The nodes to run; empty: all of them."""
     arm: bool
     fetch: Fetch | None
-    listen: tuple[str, ...] = ()
+    listen: tuple[str, ...]
     """The endpoints where other machines connect to."""
-    connect: tuple[str, ...] = ()
+    connect: tuple[str, ...]
     """The endpoints of other machines to connect to."""
-    processes: bool = False
+    processes: bool
     """Whether the body and each concern of the tree have a process of their own."""
-    machines: Machines | None = None
+    machines: Machines | None
     """Which concerns run on other machines; None: none does."""
-    hangs: tuple[Hang, ...] = ()
-    security: str | None = None
+    hangs: tuple[Hang, ...]
+    security: str | None
     """A security file."""
-    replay: tuple[str, ...] = ()
+    replay: tuple[str, ...]
     """The nodes of which journals are kept."""
-    journals: str | None = None
+    journals: str | None
     """The folder of the files of these journals; None: one that is removed at the end."""
-    spans: bool = False
+    spans: bool
     """Whether OpenTelemetry is given spans of calls and goals."""
-    ground: Ground | None = None
+    ground: Ground | None
     """What the physical body stands on and carries, if it was said."""
-    pushes: tuple[Push, ...] = ()
-    sight: bool = False
+    pushes: tuple[Push, ...]
+    sight: bool
     """Whether it has depth cameras and an elevation map."""
-    real_drives: bool = False
+    real_drives: bool
     """Whether the drives of the physical body are as they are; if not, with their torque limit at any speed and temperature."""
-    map: str | None = None
+    map: str | None
     """The map file that the robot is given; None: its map is made of the world."""
-    robot: str = "spot"
+    robot: str
     """Its name, or the file of its figures."""
-    sensors: SensorKind = "ideal"
+    sensors: SensorKind
     """How wrong the body's sensors are."""
-    web: Web | None = None
+    web: Web | None
     """The web server beside the robot; None: there is none."""
-    hardware: RealRobot | None = None
+    hardware: RealRobot | None
     """The robot that exists; None: it is simulated."""
 
 

@@ -219,6 +219,7 @@ async def test_a_lifecycle_node_with_autostart_becomes_active(rig: Rig, tmp_path
         tmp_path,
         """
         LifecycleNode(package='here', executable='managed', name='a', namespace='', autostart=True),
+        LifecycleNode(package='here', executable='managed', name='a', namespace='left', autostart=True),
         LifecycleNode(package='here', executable='managed', name='b', namespace='', autostart='false'),
         ComposableNodeContainer(name='box', namespace='', composable_node_descriptions=[
             ComposableLifecycleNode(package='here', plugin='here::Managed', name='c', autostart=True)]),
@@ -227,7 +228,12 @@ async def test_a_lifecycle_node_with_autostart_becomes_active(rig: Rig, tmp_path
 
     await started(rig, path)
 
-    assert (state(rig, "/a"), state(rig, "/b"), state(rig, "/c")) == ("active", "unconfigured", "active")
+    assert [state(rig, name) for name in ("/a", "/left/a", "/b", "/c")] == [
+        "active",
+        "active",
+        "unconfigured",
+        "active",
+    ]
 
 
 async def test_nodes_are_taken_through_transitions_up_to_the_first_that_fails(rig: Rig, tmp_path: Path) -> None:

@@ -130,6 +130,15 @@ class Asking(Node):
         await self.call(LATE, Trigger.Request(), timeout=0.02)
 
 
+class Insisting(Asking):
+    """Asks again."""
+
+    @background
+    async def asks(self) -> None:
+        await super().asks()
+        await super().asks()
+
+
 class Ringing(Node):
     """Waits for an object that it shares with others."""
 
@@ -185,6 +194,13 @@ def test_what_a_changed_node_does_not_send_any_more_is_told(plain: Recording) ->
 
 def test_what_a_changed_node_sends_beyond_the_recording_is_told(plain: Recording) -> None:
     assert told(replay(plain, node=Louder)) == [("", "nothing", String(data="and goodbye"))]
+
+
+def test_a_call_that_the_recorded_node_did_not_make_is_told() -> None:
+    recording = execute(lambda: recorded(Asking, Answering), clock="virtual")
+    assert replay(recording).equal
+    more, *_ = replay(recording, node=Insisting).differences
+    assert (more.kind, more.name, more.number, more.recorded) == ("call", "/late", 1, "nothing")
 
 
 def test_a_node_that_needs_less_to_send_the_same_is_equal_to_its_recording(plain: Recording) -> None:

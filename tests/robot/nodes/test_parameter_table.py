@@ -12,9 +12,11 @@ def test_every_parameter_of_the_robot_has_a_row_with_its_default_and_its_range()
     assert f"| `robot_controller` | `timeout` | 0.5 s | 0.05 .. 5 | {said} |" in rows
 
 
-def test_every_parameter_says_what_it_is_for_and_a_number_its_range() -> None:
+def test_every_parameter_says_what_it_is_for_a_number_its_range_and_a_quantity_its_si_unit() -> None:
     for name, node in nodes().items():
         for one in declarations(node):
+            unit = one.descriptor.additional_constraints.removeprefix("unit: ")
+            assert unit in {"", "s", "Hz", "m", "m/s", "m/s2", "rad", "rad/s", "%"}, f"{name}.{one.name}"
             assert one.descriptor.description.endswith("."), f"{name}.{one.name}"
             if isinstance(one.default.value, float):
                 assert range_of(one.descriptor), f"{name}.{one.name}"

@@ -77,6 +77,23 @@ def test_depths_are_those_of_rays(world: str, yaw: float) -> None:
     assert_depths(View(hall).look(eye), eye, [(one, 0.0) for one in hall.obstacles])
 
 
+@pytest.mark.parametrize("world", ["warehouse", "corridor"])
+def test_a_pixel_has_another_color_than_the_empty_hall_where_an_obstacle_is_and_only_there(world: str) -> None:
+    hall = get_world(world)
+    eye = Eye(hall.start.x + 0.1, hall.start.y + 0.2, 0.536, 1.0)
+    picture, empty = (View(scene).look(eye).rgb.reshape(HEIGHT, WIDTH, 3) for scene in (hall, floor()))
+    painted = (picture != empty).any(axis=2)
+    obstacles = [(one, 0.0) for one in hall.obstacles]
+    random = np.random.default_rng(1)
+    wrong = 0
+    for column, row in zip(
+        random.integers(0, WIDTH, 1000).tolist(), random.integers(0, HEIGHT, 1000).tolist(), strict=True
+    ):
+        met = ray_depth(column, row, eye, obstacles) < ray_depth(column, row, eye, [])
+        wrong += bool(painted[row, column]) != met
+    assert wrong <= 10  # pixels that an edge runs through
+
+
 @pytest.mark.parametrize("height", [0.24, 0.536, 0.9])
 def test_low_obstacles_show_their_tops_and_things_hide_each_other(height: float) -> None:
     obstacles = (
