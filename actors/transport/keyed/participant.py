@@ -203,6 +203,7 @@ class _Client:
         self._keys = keys
         self._key = write_key(endpoint.token.key)
         self._attach = attacher(endpoint.gid)
+        self._prepared = keys.prepare(self._key)
         endpoint.show()
 
     def ask(
@@ -225,6 +226,7 @@ class _Client:
 
     def close(self) -> None:
         self._endpoint.close()
+        self._prepared.close()
 
 
 class _Request:
