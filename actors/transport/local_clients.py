@@ -29,14 +29,17 @@ class Client:
         """What identifies its next request: its GID, and the number of the request."""
         return self._endpoint.gid, self._sent + 1
 
-    def ask(self, payload: bytes, done: Callable[[Answer], None], extension: Extension | None = None) -> Handle:
-        """Send the next request, which is under way until it is answered, its handle is closed, or nobody is left who could answer.
-
-        It always has an extension, which says that errors can be read.
-        """
+    def ask(
+        self,
+        payload: bytes,
+        done: Callable[[Answer], None],
+        extension: Extension | None = None,
+        timeout: float | None = None,
+    ) -> Handle:
+        """Send the next request; see `protocol.ClientHere.ask`. It always has an extension, which says that errors can be read."""
         self._sent += 1
         written = NOTHING if extension is None else write_extension(extension)
-        return self._endpoint.ask(payload, self._sent, self._side.wall_ns(), written, None, done)
+        return self._endpoint.ask(payload, self._sent, self._side.wall_ns(), written, timeout, done)
 
     def close(self) -> None:
         self._endpoint.close()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
@@ -34,6 +33,8 @@ if TYPE_CHECKING:
     from actors.services.peers import Caller
     from actors.transport.local_clients import Clients
 
+_FORGOTTEN: Final = 3600.0
+"""Seconds after which the transport may forget a request about a goal. That for the result is sent again then: goals have no limit of time."""
 _LONG: Final = 1000
 """Bytes of a long list of goals."""
 _FIRST: Final = 8
@@ -148,7 +149,7 @@ class RemoteActionServer:
     def _ask(
         self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], extension: Extension | None = None
     ) -> Handle:
-        return self._clients.of(node, self._endpoints[part]).ask(payload, done, extension)
+        return self._clients.of(node, self._endpoints[part]).ask(payload, done, extension, _FORGOTTEN)
 
     def over(self, goal_id: bytes) -> None:
         """Forget a goal that was not accepted, or has ended."""
@@ -273,7 +274,7 @@ class RemoteGoal:
             if isinstance(answer, Replied):
                 failure: Exception = ServiceFailed(server.host, "CdrError", "its answer to the goal cannot be read")
             else:
-                failure = failure_of(server, answer) or ActionUnavailable(server.unanswered(math.inf))
+                failure = failure_of(server, answer) or ActionUnavailable(server.unanswered(_FORGOTTEN))
             self._not_accepted(failure)
         elif not response.accepted:
             self._not_accepted(Reject(_reason_in(answer)))
@@ -305,7 +306,10 @@ class RemoteGoal:
 
     def ended(self, answer: Answer) -> None:
         """Take the answer to the question for the result."""
-        if self._accepted:
+        if answer == NoAnswer(timed_out=True):
+            again = self.ask_result()
+            self.asked = None if self.asked is None else again
+        elif self._accepted:
             self._end(answer)
         else:
             self._answer = answer

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 _LONGEST: Final = {"type_description_interfaces/srv/GetTypeDescription": 2 << 20}
 """The longest replies, in bytes, of services that are asked of nodes that nobody here has chosen. What is longer is not read."""
+_LATER: Final = 1.0
+"""Seconds from the deadline of a call until the transport may forget it: the deadline comes first."""
 _DROPPED: Final = (
     "{} is served, but not this request; a server of ROS 2 keeps the newest of those that wait, 10 by default: "
     "send fewer at once, or give it a greater depth"
@@ -92,7 +94,8 @@ class RemoteServer:
         caller.deadlines.watch(call, timeout)
         self.calls += 1
         self._open[call] = None
-        call.sent(client.ask(payload, call.done, Extension(chain=chain) if chain else None))
+        forgotten = None if timeout == math.inf else timeout + _LATER
+        call.sent(client.ask(payload, call.done, Extension(chain=chain) if chain else None, forgotten))
         return call
 
     def ended(self, call: RemoteCall) -> None:

@@ -27,7 +27,7 @@ WORKS: dict[Work, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     "shared": ("wire: images of 921,600 bytes, by shared memory", ("images per second", SPENT), ("ours", "raw")),
     "calls": (
         "wire: service calls", ("calls per second, one at a time", "calls per second, 16 at once", SPENT),
-        ("ours", "raw", "zmq_sockets", "dds_nodes", "dds_engine", "rclpy_nodes"),
+        ("ours", "raw", "raw_loop", "zmq_sockets", "dds_nodes", "dds_engine", "rclpy_nodes"),
     ),
     "goals": (
         "wire: goals of an action", ("goals per second, one at a time", "goals per second, 16 at once", SPENT),

@@ -253,6 +253,7 @@ class _Client:
         self._keys = keys
         self._key = write_key(endpoint.token.key)
         self._attach = attacher(endpoint.gid)
+        self._prepared = keys.prepare(self._key)
         endpoint.show()
 
     def ask(
@@ -275,6 +276,7 @@ class _Client:
 
     def close(self) -> None:
         self._endpoint.close()
+        self._prepared.close()
 
 
 class _Request:

@@ -162,6 +162,13 @@ class Events(Protocol):
         ...
 
 
+class _Prepared:
+    """Of a transport that has nothing to prepare."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
 class KeyTransport(Protocol):
     """The connection with the other processes of a network. It is a `actors.transport.protocol.Transport`, too, by `join`."""
 
@@ -215,9 +222,14 @@ class KeyTransport(Protocol):
     ) -> Handle:
         """Ask the other processes a question; the first answer counts. `done` is called exactly once, unless the handle is closed first.
 
-        `timeout` is in seconds of the transport's clock; None: until it is answered or nobody is left who could.
+        `timeout` is in seconds of the transport's clock; None: until it is answered or nobody is left who could. A transport may keep a little
+        of each question until then, also if it has been answered.
         """
         ...
+
+    def prepare(self, key: str) -> Handle:
+        """Expect questions on `key` until the handle is closed: asking them may cost less then."""
+        return _Prepared()
 
     def report(self) -> tuple[Link, ...]:
         """What has been exchanged with each process that is connected now."""

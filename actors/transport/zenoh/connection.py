@@ -25,7 +25,7 @@ from actors.transport.zenoh.heartbeat import Heartbeat
 from actors.transport.zenoh.history import ask_history, declare_publishers, declare_subscriber
 from actors.transport.zenoh.library import direct, import_zenoh
 from actors.transport.zenoh.memory import give_back
-from actors.transport.zenoh.outgoing_queries import Question
+from actors.transport.zenoh.outgoing_queries import Prepared, Question
 from actors.transport.zenoh.outlets import Outlet
 from actors.transport.zenoh.presence import Presence, Process, scope_of
 from actors.transport.zenoh.queryables import Server
@@ -161,10 +161,14 @@ class Connection:
         self, key: str, payload: bytes, attachment: bytes, timeout: float | None, done: Callable[[Answer], None]
     ) -> Question:
         """Ask the others."""
-        question = Question(key, timeout, done, self._over, self._loop)
+        question = Question(key, timeout, done, self._over)
         self._questions[question] = None
         question.ask(self._session, payload, attachment, self.wakeup, self._answers, self._unanswered)
         return question
+
+    def prepare(self, key: str) -> Prepared:
+        """Let routers say what they know of servers of `key`."""
+        return Prepared(self._session, key)
 
     def report(self) -> tuple[Link, ...]:
         """The links with the processes that are there."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from asyncio import AbstractEventLoop
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
 
+from actors.transport.format.replies import TIMED_OUT
 from actors.transport.keyed.protocol import Answer, Replied
 from actors.transport.protocol import Failed, NoAnswer
 from actors.transport.wakeup import Wakeup
@@ -15,7 +15,26 @@ from actors.transport.zenoh import objects
 from actors.transport.zenoh.library import direct, import_zenoh
 
 _FOREVER: Final = 1.8e16
-"""Seconds; Zenoh knows no infinite time. The time of a question is measured here, so that its end is told from an error."""
+"""Seconds; Zenoh knows no infinite time. It keeps some hundred bytes of every question until its time is over, also of those that have ended."""
+
+
+class Prepared:
+    """Zenoh's querier of a key, as `rmw_zenoh` declares one, until it is closed.
+
+    Routers then say which servers of the key they know, and get no questions for others. Without it every question goes to each of them,
+    the gossip point included.
+    """
+
+    def __init__(self, session: objects.Session, key: str) -> None:
+        self._querier: objects.Declared | None = session.declare_querier(
+            key, allowed_destination=import_zenoh().Locality.REMOTE
+        )
+
+    def close(self) -> None:
+        """Withdraw it."""
+        querier, self._querier = self._querier, None
+        if querier is not None:
+            querier.undeclare()
 
 
 class Question:
@@ -31,7 +50,6 @@ class Question:
         timeout: float | None,
         done: Callable[[Answer], None],
         over: Callable[[Question], None],
-        loop: AbstractEventLoop,
     ) -> None:
         """`over` is called with the question when it is over, however it ends, before `done`."""
         self.key = key
@@ -41,7 +59,7 @@ class Question:
         self._answered = False
         self._ended = False
         self._cancellation = import_zenoh().CancellationToken()
-        self._timer = None if timeout is None else loop.call_later(max(timeout, 0), self.end, NoAnswer(timed_out=True))
+        self._timeout = _FOREVER if timeout is None else min(max(timeout, 0.0), _FOREVER)
 
     def ask(
         self,
@@ -75,7 +93,7 @@ class Question:
                     attachment=attachment,
                     target=library.QueryTarget.ALL_COMPLETE,
                     consolidation=library.ConsolidationMode.NONE,
-                    timeout=_FOREVER,
+                    timeout=self._timeout,
                     allowed_destination=library.Locality.REMOTE,
                     cancellation_token=self._cancellation,
                 )
@@ -97,8 +115,6 @@ class Question:
         """Give it up: `done` is not called any more."""
         if self._open:
             self._open = False
-            if self._timer is not None:
-                self._timer.cancel()
             if not self._answered:
                 self.cancel()
             self._over(self)
@@ -112,7 +128,8 @@ class Question:
             return
         sample = reply.ok
         if sample is None:
-            self.end(Failed(reply.err.payload.to_bytes()))
+            error: bytes = reply.err.payload.to_bytes()
+            self.end(NoAnswer(timed_out=True) if error == TIMED_OUT else Failed(error))
             return
         attached = sample.attachment
         self.end(Replied(sample.payload.to_bytes(), b"" if attached is None else attached.to_bytes()))

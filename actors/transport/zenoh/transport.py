@@ -123,6 +123,10 @@ class ZenohKeys(KeyTransport):
         """Ask the other processes a question."""
         return self._connection.ask(key, payload, attachment, timeout, done)
 
+    def prepare(self, key: str) -> Handle:
+        """Let routers say what they know of servers of `key`."""
+        return self._connection.prepare(key)
+
     def report(self) -> tuple[Link, ...]:
         """What has been exchanged with each process that is connected now; nothing if it is not open."""
         return self._running.connection.report() if self._running is not None else ()

@@ -292,6 +292,15 @@ async def test_the_result_of_a_goal_is_asked_for_at_once(hosts: Hosts) -> None:
     assert (await goal, asked) == (result(2), ["send_goal", "get_result"])
 
 
+@pytest.mark.parametrize("early", [True, False])
+async def test_a_goal_may_run_for_longer_than_a_request_is_remembered(hosts: Hosts, early: bool) -> None:
+    """The transport forgets each request after an hour; the one for the result is sent again."""
+    _, client, asked = await ours(hosts)
+    client.system.graph.actions["/count"].server.asks_early = early  # type: ignore[union-attr]
+    goal = await client.send_goal(COUNT, order(4000))
+    assert (await goal, asked) == (result(4000), ["send_goal", "get_result", "get_result"])
+
+
 async def test_a_goal_that_is_rejected_leaves_no_question_for_its_result(hosts: Hosts) -> None:
     server, client, _ = await ours(hosts)
     with pytest.raises(GoalRejected, match="too few"):

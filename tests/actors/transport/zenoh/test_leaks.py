@@ -101,3 +101,32 @@ async def test_nodes_that_come_and_go_elsewhere_leave_nothing_in_the_graph_and_n
         assert len(graph.topics) == topics
         assert grown < 200
     await other.close()
+
+
+@pytest.mark.slow
+async def test_questions_that_have_been_answered_leave_nothing_once_their_time_is_over() -> None:
+    wire = PeerWire()
+    changes = Changes()
+    here, there = Party(wire.transport(), changes), Party(wire.transport(), changes)
+    for one in (here, there):
+        await one.open()
+    served = there.serve("7/add/T/H", lambda query: query.reply(b"", b""))
+    await there.told_to(here)
+
+    async def ask(times: int) -> None:
+        for _ in range(times // 100):
+            asked = [here.ask("7/add/T/H", timeout=0.5)[0] for _ in range(100)]
+            await here.until(lambda asked=asked: all(asked), "all are answered")  # type: ignore[misc]
+            for written in (here.log, there.log, served):
+                written.clear()
+        await asyncio.sleep(1.0)
+        gc.collect()
+
+    await ask(3000)
+    before = memory()
+    await ask(10_000)
+
+    print(f"{(memory() - before) / 10_000:.0f} bytes a question")
+    assert memory() - before < 10_000 * 300  # Zenoh keeps 900 until then
+    for one in (here, there):
+        await one.transport.close()

@@ -352,7 +352,7 @@ async def test_questions_of_a_session_that_was_closed_end() -> None:
     changes, loop = Changes(), asyncio.get_running_loop()
     ended: list[object] = []
     worker = Worker("test")
-    question = Question("7/a/T/H", None, print, print, loop)
+    question = Question("7/a/T/H", None, print, print)
 
     ask_history(session, "7/map/T/H", 1, ("a1", 1), print, lambda: ended.append("history"))  # type: ignore[arg-type]
 
@@ -380,7 +380,7 @@ async def test_the_first_answer_to_a_question_counts_and_it_lingers_until_it_is_
     monkeypatch.setattr("actors.transport.zenoh.outgoing_queries.direct", lambda *calls: calls)
     session, worker, loop = FakeSession(), Worker("test"), asyncio.get_running_loop()
     answers: list[object] = []
-    question = Question("7/a/T/H", None, answers.append, lambda one: None, loop)
+    question = Question("7/a/T/H", None, answers.append, lambda one: None)
     question.ask(session, b"", b"", Wakeup(loop), worker, pytest.fail)  # type: ignore[arg-type]
     await worker.result(lambda: None)
     worker.close()
