@@ -215,7 +215,7 @@ class Goal(Generic[R, F], metaclass=NoPublicConstructor):
             await sent.changed.wait()
         return sent.feedback.popleft()
 
-    def __await__(self) -> Generator[Any, None, R]:
+    def __await__(self) -> Generator[object, None, R]:
         return self._result().__await__()
 
     async def _result(self) -> R:

@@ -111,7 +111,9 @@ class GoalRecord:
         "stamp_ns", "status", "task", "waiters",
     )  # fmt: skip
 
-    def __init__(self, goal_id: bytes, stamp_ns: int, message: Any = None, client: GoalFollower | None = None) -> None:
+    def __init__(
+        self, goal_id: bytes, stamp_ns: int, message: object = None, client: GoalFollower | None = None
+    ) -> None:
         self.goal_id: Final = goal_id
         """The goal's id, 16 bytes."""
         self.stamp_ns: Final = stamp_ns
@@ -124,7 +126,7 @@ class GoalRecord:
         self.result: object = None
         self.reason = ""
         self.task: asyncio.Task[None] | None = None
-        self.body: AsyncGenerator[Any, None] | None = None
+        self.body: AsyncGenerator[object, None] | None = None
         self.interruption: str | None = None
         self.interrupted_at: tuple[float, int] = (0.0, 0)
         """The loop time, in seconds, and the number of feedbacks at the last interruption."""

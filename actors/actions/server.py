@@ -37,7 +37,7 @@ class GoalRequest:
 
     __slots__ = ("client", "future", "goal_id", "message", "server")
 
-    def __init__(self, server: ActionServer, goal_id: bytes, message: Any, client: GoalFollower | None) -> None:
+    def __init__(self, server: ActionServer, goal_id: bytes, message: object, client: GoalFollower | None) -> None:
         self.server = server
         self.goal_id = goal_id
         self.message = message

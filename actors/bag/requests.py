@@ -85,7 +85,7 @@ class Requests:
 
         return take
 
-    async def _tried(self, topic: str, sending: Coroutine[Any, Any, None]) -> None:
+    async def _tried(self, topic: str, sending: Coroutine[object, None, None]) -> None:
         try:
             await sending
         except (ActorError, TimeoutError) as error:

@@ -292,7 +292,9 @@ class Service(Generic[Req, Resp]):
 
     def serve(
         self, *misplaced: Never, concurrent: int = 0
-    ) -> Callable[[Callable[[Node, Req], Coroutine[Any, Any, Resp]]], Callable[[Node, Req], Coroutine[Any, Any, Resp]]]:
+    ) -> Callable[
+        [Callable[[Node, Req], Coroutine[object, None, Resp]]], Callable[[Node, Req], Coroutine[object, None, Resp]]
+    ]:
         """Decorate the coroutine method that answers requests. If it raises, the caller receives `ServiceFailed` and the node goes on.
 
         With `concurrent=n` at most n requests are answered at once, each in a task of its own.
@@ -301,8 +303,8 @@ class Service(Generic[Req, Resp]):
         declaration = ServiceHandler(self, checked_concurrency(repr(self), concurrent))
 
         def decorate(
-            function: Callable[[Node, Req], Coroutine[Any, Any, Resp]],
-        ) -> Callable[[Node, Req], Coroutine[Any, Any, Resp]]:
+            function: Callable[[Node, Req], Coroutine[object, None, Resp]],
+        ) -> Callable[[Node, Req], Coroutine[object, None, Resp]]:
             declaration.attach(function)
             return function
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from actors.interfaces.lifecycle_msgs import msg, srv
     from actors.lifecycle.node import LifecycleNode
 
-Served: TypeAlias = tuple[Any, Callable[[Any], Coroutine[Any, Any, object]]]
+Served: TypeAlias = tuple[object, Callable[[Any], Coroutine[object, None, object]]]
 """The type of a service, and its handler."""
 
 

@@ -39,7 +39,7 @@ def _set(levels: LevelTree, request: SetLoggerLevels_Request) -> SetLoggerLevels
     return SetLoggerLevels.Response(results=tuple(results))
 
 
-LOGGER_SERVICES: Final[Mapping[str, tuple[Any, Callable[[LevelTree, Any], Any]]]] = MappingProxyType(
+LOGGER_SERVICES: Final[Mapping[str, tuple[object, Callable[[LevelTree, Any], object]]]] = MappingProxyType(
     {"get_logger_levels": (GetLoggerLevels, _get), "set_logger_levels": (SetLoggerLevels, _set)}
 )
 """The type of each of the two services, and what answers a request, by the last part of its name."""

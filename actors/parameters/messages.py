@@ -227,7 +227,7 @@ class ParameterService(NamedTuple):
 
     name: str
     type: type[ServiceType[Any, Any]]
-    answer: Callable[..., Any]
+    answer: Callable[..., object]
 
 
 PARAMETER_SERVICES: Final = (

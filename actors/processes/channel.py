@@ -52,7 +52,7 @@ class Channel(asyncio.Protocol):
         self,
         take: Callable[[Any], None],
         lost: Callable[[], None],
-        read: Callable[[bytes], Any] = unpack,
+        read: Callable[[bytes], object] = unpack,
         made: Callable[[asyncio.Transport], bool] = lambda transport: True,
         write: Callable[[Any], bytes] = pack,
         most: int = MOST_BYTES,

@@ -51,14 +51,14 @@ class JournalBoundary(Interceptor):
     def __init__(self) -> None:
         self.members: dict[str, Inbox] = {}
         """Full name -> inbox."""
-        self.lives: dict[asyncio.Task[Any], Incarnation] = {}
+        self.lives: dict[asyncio.Task[object], Incarnation] = {}
         self.tasks: dict[int, OwnedTask] = {}
         self.timers: list[tuple[str, NodeTimer]] = []
         """Each with its name: its node, method and rate."""
         self.answers: dict[int, Answer] = {}
         self.followers: dict[int, object] = {}
-        self.subscriptions: list[Any] = []
-        self.futures: WeakKeyDictionary[asyncio.Future[Any], int] = WeakKeyDictionary()
+        self.subscriptions: list[SubscriptionPeer] = []
+        self.futures: WeakKeyDictionary[asyncio.Future[object], int] = WeakKeyDictionary()
         self._subscription_numbers: dict[int, int] = {}
         self._scheduled = self._begun = self._awaited = self._followed = self._owing = 0
 
@@ -73,7 +73,7 @@ class JournalBoundary(Interceptor):
         """See `Boundary.compute`."""
 
     @abstractmethod
-    def elsewhere(self, name: str, work: Callable[[], Coroutine[Any, Any, Any]]) -> asyncio.Future[Any]:
+    def elsewhere(self, name: str, work: Callable[[], Coroutine[object, None, object]]) -> asyncio.Future[object]:
         """See `Boundary.elsewhere`."""
 
     @abstractmethod
@@ -357,7 +357,7 @@ class JournalBoundary(Interceptor):
         future.add_done_callback(nothing)  # so that its end is always noticed as a callback of the node
 
 
-class Answer(asyncio.Future[Any]):
+class Answer(asyncio.Future[object]):
     """The answer that a member owes to a request or to the request for a goal."""
 
     def __init__(self, boundary: JournalBoundary, number: int) -> None:

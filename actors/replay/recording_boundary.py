@@ -119,9 +119,9 @@ class RecordingBoundary(JournalBoundary):
         self._put(("result", result))
         return result
 
-    def elsewhere(self, name: str, work: Callable[[], Coroutine[Any, Any, Any]]) -> asyncio.Future[Any]:
+    def elsewhere(self, name: str, work: Callable[[], Coroutine[object, None, object]]) -> asyncio.Future[object]:
         with outside():
-            task: asyncio.Future[Any] = asyncio.ensure_future(work())
+            task: asyncio.Future[object] = asyncio.ensure_future(work())
         return self.in_thread(lambda: task, name)
 
     def in_thread(self, start: Callable[[], asyncio.Future[Any]], name: str) -> asyncio.Future[Any]:

@@ -48,13 +48,13 @@ class ReplayingBoundary(JournalBoundary):
         self.diverged = False
         self.over = False
         self.planned: dict[int, asyncio.Handle] = {}
-        self.awaited: dict[int, asyncio.Future[Any]] = {}
-        self.channels: dict[tuple[str, str, int], asyncio.Future[Any]] = {}
+        self.awaited: dict[int, asyncio.Future[object]] = {}
+        self.channels: dict[tuple[str, str, int], asyncio.Future[object]] = {}
         """What is awaited, by kind, name and place among those of its name."""
         self.differences: list[Difference] = []
         self.inner: list[Difference] = []
         self.sent: Counter[tuple[str, str]] = Counter()
-        self.apply: Callable[[tuple[Any, ...]], None] = _nowhere
+        self.apply: Callable[[tuple[object, ...]], None] = _nowhere
         """Gives the node what came in."""
         self._pause = pause
         self._limit = limit
@@ -123,7 +123,7 @@ class ReplayingBoundary(JournalBoundary):
         self._differs(kind, name, self.sent[kind, name], "", value, replayed, inner=tag == "inner")
 
     def _differs(
-        self, kind: str, name: str, number: int, field: str, recorded: Any, replayed: object, *, inner: bool
+        self, kind: str, name: str, number: int, field: str, recorded: object, replayed: object, *, inner: bool
     ) -> None:
         found = self.inner if inner else self.differences
         if any((one.kind, one.name) == (kind, name) for one in found):
@@ -220,7 +220,7 @@ class ReplayingBoundary(JournalBoundary):
             return result
         return function(*arguments)
 
-    def elsewhere(self, name: str, work: Callable[[], Coroutine[Any, Any, Any]]) -> asyncio.Future[Any]:
+    def elsewhere(self, name: str, work: Callable[[], Coroutine[object, None, object]]) -> asyncio.Future[object]:
         return self.in_thread(asyncio.get_running_loop().create_future, name)
 
     def in_thread(self, start: Callable[[], asyncio.Future[Any]], name: str) -> asyncio.Future[Any]:

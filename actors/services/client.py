@@ -30,7 +30,7 @@ class Client(Generic[Req, Resp]):
         self.inbox = node.inbox
         self.entry = entry
         self.type = service.type
-        self.agreed: type[Any] = service.type
+        self.agreed: type[object] = service.type
         """The type of the last server that was found to be the same as `type`."""
         self.request = service.request
         self.thread = node.thread

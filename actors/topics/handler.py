@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Protocol, TypeAlias, TypeVar, cast
 
 from actors.inbox.control import blame
 from actors.inbox.expiring import ExpiringMessage, TimedMessage
@@ -178,7 +178,7 @@ class HandlerSubscription(Subscription[M]):
 class CreateTask(Protocol):
     """Starts a named task of the node."""
 
-    def __call__(self, work: Coroutine[Any, Any, None], /, *, name: str) -> object: ...
+    def __call__(self, work: Coroutine[object, None, None], /, *, name: str) -> object: ...
 
 
 class ConcurrentSubscription(HandlerSubscription[M]):

@@ -88,7 +88,7 @@ class RemotePublisher:
         self._known = known or {}
         self.carried_bytes = 0
         self.missed = 0
-        self._passing: LazyMessage | tuple[bytes, MessageType, int, float | None, Any] | None = None
+        self._passing: LazyMessage | tuple[bytes, MessageType, int, float | None, Message] | None = None
         """What is being passed on: its object, or what it is made of."""
         self.kept: dict[int, LazyMessage] = {}
         self._order: list[int] = []
@@ -223,7 +223,7 @@ class RemotePublisher:
         )
         if not plain or self._numbers.last != number:
             return None
-        self._decode: Callable[[bytes, int], Any] = decoder(match.subscription.type)
+        self._decode: Callable[[bytes, int], Message] = decoder(match.subscription.type)
         self._only_takers = subscriptions
         self.kept.clear()
         self._order.clear()
@@ -315,7 +315,7 @@ class RemotePublisher:
     # -- its place in the graph ---------------------------------------------------------------------------------------------
 
     @property
-    def latched(self) -> list[Any]:
+    def latched(self) -> list[Message]:
         return [self.kept[number].message for number in self._order] if self.qos.transient_local else []
 
     def replay(self, target: Target, depth: int) -> None:
