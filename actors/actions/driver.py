@@ -69,7 +69,7 @@ class GoalDriver:
     def __init__(
         self,
         host: Host,
-        action: Action[Any, Any, Any],
+        action: Action[G, R, F],
         handlers: GoalHandlers,
         end: Callable[[GoalRecord, Outcome], None],
         left: Callable[[], None],

@@ -145,7 +145,7 @@ class ActionServer:
         self,
         node: Host,
         entry: Registration,
-        action: Action[Any, Any, Any],
+        action: Action[G, R, F],
         handlers: GoalHandlers,
         arrivals: ArrivalPolicy,
         result_timeout: float,

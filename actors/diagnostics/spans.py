@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from actors.actions.peers import GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
+    from actors.contracts.contracts import Req, Resp
     from actors.services.client import Client
     from actors.services.peers import Caller, CallId, ServiceCall, ServicePeer, Submit
     from actors.services.server import Handle, Request, Server
@@ -100,7 +101,7 @@ class Tracing(Interceptor):
         attributes = {"ros.service": service, "ros.node": node.fqn, "ros.call_id": f"{client.hex()}:{number}"}
         return self.begin(service, kind, context, attributes)
 
-    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+    def calling(self, client: Client[Req, Resp], submit: Submit) -> Submit:
         service = client.entry.name
 
         def submitted(server: ServicePeer, message: object, caller: Caller, timeout: float) -> ServiceCall:

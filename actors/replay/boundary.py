@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from actors.actions.client import SentGoals
     from actors.actions.peers import ActionPeer, GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
+    from actors.contracts.contracts import Req, Resp
     from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
     from actors.inbox.inbox import Inbox
     from actors.runtime.incarnation import Incarnation
@@ -58,7 +59,7 @@ class JournalBoundary(Interceptor):
         self.answers: dict[int, Answer] = {}
         self.followers: dict[int, object] = {}
         self.subscriptions: list[SubscriptionPeer] = []
-        self.futures: WeakKeyDictionary[asyncio.Future[object], int] = WeakKeyDictionary()
+        self.futures: WeakKeyDictionary[asyncio.Future[Any], int] = WeakKeyDictionary()
         self._subscription_numbers: dict[int, int] = {}
         self._scheduled = self._begun = self._awaited = self._followed = self._owing = 0
 
@@ -102,11 +103,11 @@ class JournalBoundary(Interceptor):
         """The time that a member's code reads from `clock`."""
 
     @abstractmethod
-    def in_thread(self, start: Callable[[], asyncio.Future[Any]], name: str) -> asyncio.Future[Any]:
+    def in_thread(self, start: Callable[[], asyncio.Future[T]], name: str) -> asyncio.Future[T]:
         """The future of work in an executor, which `start()` begins."""
 
     @abstractmethod
-    def expected(self, future: asyncio.Future[Any], number: int) -> None:
+    def expected(self, future: asyncio.Future[T], number: int) -> None:
         """A member was given a future that others complete, or may."""
 
     # -- the lives of the members -------------------------------------------------------------------------------------------
@@ -150,7 +151,7 @@ class JournalBoundary(Interceptor):
         self.tasks[task.number] = task
         task.add_done_callback(_forgets(self.tasks), context=Context())
 
-    def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: object) -> bool:
+    def cancel(self, task: OwnedTask, cancel: Callable[[object], bool], message: object) -> bool:
         """Other code cancels a task of a member: call `cancel(message)`."""
         return self.enter("interrupt", (task.number, None), cancel, message)
 
@@ -285,7 +286,7 @@ class JournalBoundary(Interceptor):
 
         return deliver
 
-    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+    def calling(self, client: Client[Req, Resp], submit: Submit) -> Submit:
         if client.node.fqn not in self.members:
             return submit
         name = client.entry.name
@@ -349,7 +350,7 @@ class JournalBoundary(Interceptor):
         if asyncio.isfuture(answer):
             self.expect(answer)
 
-    def expect(self, future: asyncio.Future[Any]) -> None:
+    def expect(self, future: asyncio.Future[T]) -> None:
         """Give a number to a future that is completed, or may be, by others."""
         self._awaited += 1
         self.futures[future] = self._awaited
@@ -437,7 +438,7 @@ def _outside(started: Callable[[], None]) -> Callable[[], None]:
     return call
 
 
-def _forgets(tasks: dict[int, OwnedTask]) -> Callable[[Any], None]:
+def _forgets(tasks: dict[int, OwnedTask]) -> Callable[[OwnedTask], None]:
     def forget(task: OwnedTask) -> None:
         tasks.pop(task.number, None)
 

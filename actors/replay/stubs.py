@@ -95,7 +95,7 @@ class StubPublisher(_StubEnd):
     def due_alive(self, lease_ns: int | None, now: int) -> int | None:
         return None
 
-    def add_tap(self, tap: Callable[[Any], None]) -> None:
+    def add_tap(self, tap: Callable[[Message], None]) -> None:
         """Do nothing: nobody taps a replay."""
 
 

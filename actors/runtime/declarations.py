@@ -247,7 +247,7 @@ class Declarations:
         """Whether a node of the class has started without instance attributes that hide methods of the framework."""
         self.publishers: list[PublisherDeclaration[Any]] = []
         self.streams: list[StreamDeclaration[Any]] = []
-        self.parameters: list[ParameterDeclaration[Any]] = []
+        self.parameters: list[ParameterDeclaration[object]] = []
         self.parameter_hooks: list[ParameterHook] = []
         self.topics: list[TopicHandler] = []
         self.services: list[ServiceHandler] = []

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from actors.actions.goals import GoalRecord
     from actors.actions.peers import GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
+    from actors.contracts.contracts import Req, Resp
     from actors.services.client import Client
     from actors.services.peers import Caller, CallId, ServiceCall, ServicePeer, Submit
     from actors.services.server import Handle, Request, Server
@@ -56,7 +57,7 @@ class Introspection(Interceptor):
             events.obey(self._level(parameter))
         return events
 
-    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+    def calling(self, client: Client[Req, Resp], submit: Submit) -> Submit:
         events = self._of(_CLIENT, client.entry.name, client.type)
 
         def submitted(server: ServicePeer, message: Any, caller: Caller, timeout: float) -> ServiceCall:

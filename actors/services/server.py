@@ -22,6 +22,7 @@ from actors.services.peers import Caller, CallId, Registration, Requester
 from actors.time.deadlines import FEW
 
 if TYPE_CHECKING:
+    from actors.contracts.contracts import Req, Resp
     from actors.interfaces.message import Message, ServiceType
 
 LONG = 1.0
@@ -62,7 +63,7 @@ class Server:
         self,
         node: Caller,
         entry: Registration,
-        kind: type[ServiceType[Any, Any]],
+        kind: type[ServiceType[Req, Resp]],
         handler: Callable[[Any], Awaitable[Message]],
         label: str,
         concurrent: int = 0,

@@ -102,7 +102,7 @@ class RemotePublisher:
         self._keeps = min(qos.limit, _MOST_KEPT) if qos.transient_local else 1
         self._shown_ns = self._now_ns()
         self._matched: dict[SubscriptionPeer, _Match | None] = {}
-        self._taps: tuple[Callable[[Any], None], ...] = ()
+        self._taps: tuple[Callable[[Message], None], ...] = ()
         self._only: _Match | None = None
         self._only_takers: tuple[SubscriptionPeer, ...] = ()
         self._plain = self._lifespan is None and not qos.transient_local
@@ -276,7 +276,7 @@ class RemotePublisher:
                 del self.kept[self._order.pop(0)]
         return arrival
 
-    def _expiring(self, message: Any, sent_ns: int) -> ExpiringMessage[Any]:
+    def _expiring(self, message: Message, sent_ns: int) -> ExpiringMessage[Message]:
         left = sent_ns + (self._lifespan or 0) - self._wall_ns()
         return ExpiringMessage(message, self._now_ns() + left, self._time)
 
@@ -342,7 +342,7 @@ class RemotePublisher:
         self._only = None
         return subscriptions
 
-    def add_tap(self, tap: Callable[[Any], None]) -> None:
+    def add_tap(self, tap: Callable[[Message], None]) -> None:
         self._taps += (tap,)
         self._only = None
 

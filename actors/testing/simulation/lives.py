@@ -19,6 +19,7 @@ from actors.testing.simulation.steps import Death, Delay, Steps, Watched
 if TYPE_CHECKING:
     from actors.actions.client import SentGoals
     from actors.actions.peers import ActionPeer, GoalFollower
+    from actors.contracts.contracts import Req, Resp
     from actors.graph.servers import ActionEntry
     from actors.runtime.incarnation import Incarnation
     from actors.services.client import Client
@@ -109,7 +110,7 @@ class Simulation(Interceptor):
 
         return invoked
 
-    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+    def calling(self, client: Client[Req, Resp], submit: Submit) -> Submit:
         def submitted(server: ServicePeer, message: object, caller: Caller, timeout: float) -> ServiceCall:
             call = submit(server, message, caller, timeout)
             call.future.add_done_callback(self._answered)
