@@ -6,7 +6,7 @@ import re
 import struct
 from collections.abc import Callable, Mapping, Set
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, Final, Self, cast
+from typing import TYPE_CHECKING, Final, Self, cast
 
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError

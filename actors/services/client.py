@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from asyncio import current_task
 from threading import get_ident
-from typing import Any, Generic
+from typing import Generic
 
 from actors.contracts.contracts import Req, Resp, Service
 from actors.errors import WrongType
