@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from actors.contracts.contracts import Req, Resp
     from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
     from actors.inbox.inbox import Inbox
+    from actors.interfaces.message import Message
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.timers import NodeTimer, Ticked
     from actors.services.client import Client
@@ -199,7 +200,7 @@ class JournalBoundary(Interceptor):
         if server.node.fqn not in self.members:
             return take
 
-        def taken(message: object, caller: Requester, timeout: float) -> Request:
+        def taken(message: Message, caller: Requester, timeout: float) -> Request:
             if BOUNDARY.get() is self:
                 return take(message, caller, timeout)
             number = self._owing = self._owing + 1
@@ -214,7 +215,7 @@ class JournalBoundary(Interceptor):
             return ways
         name = server.entry.name
 
-        def submit(goal_id: bytes, message: object, client: GoalFollower | None) -> GoalRequest:
+        def submit(goal_id: bytes, message: Message, client: GoalFollower | None) -> GoalRequest:
             if BOUNDARY.get() is self:
                 return ways.submit(goal_id, message, client)
             number = self._owing = self._owing + 1
@@ -292,7 +293,7 @@ class JournalBoundary(Interceptor):
         name = client.entry.name
         self.uses(cast("ServiceEntry", client.entry))
 
-        def submitted(server: ServicePeer, message: object, caller: Caller, timeout: float) -> ServiceCall:
+        def submitted(server: ServicePeer, message: Message, caller: Caller, timeout: float) -> ServiceCall:
             if self._is_inside(server):
                 self.send("call", name, (message, timeout), inner=True)
                 call = submit(server, message, caller, timeout)
@@ -308,7 +309,7 @@ class JournalBoundary(Interceptor):
             return ways
         self.uses(entry)
 
-        def submit(server: ActionPeer, goal_id: bytes, message: object, client: GoalFollower) -> OpenCall:
+        def submit(server: ActionPeer, goal_id: bytes, message: Message, client: GoalFollower) -> OpenCall:
             if self._is_inside(server):
                 self.send("goal", entry.name, (goal_id, message), inner=True)
                 request = ways.submit(server, goal_id, message, client)

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 M = TypeVar("M", bound="Message")
 Node = TypeVar("Node")
 P = ParamSpec("P")
-Nothing = TypeVar("Nothing", bound="Coroutine[Any, Any, None] | None")
+Nothing = TypeVar("Nothing", bound="Coroutine[object, None, None] | None")
 
 Late: TypeAlias = Literal["skip", "catch_up", "fault"]
 """What a periodic handler does with missed ticks; see `every`."""
@@ -207,7 +207,9 @@ def _rate_of(period: object) -> float:
     return 1.0 / period if is_number(period) and 0.0 < period < math.inf else 0.0
 
 
-def background(function: Callable[[Node], Coroutine[Any, Any, None]]) -> Callable[[Node], Coroutine[Any, Any, None]]:
+def background(
+    function: Callable[[Node], Coroutine[object, None, None]],
+) -> Callable[[Node], Coroutine[object, None, None]]:
     """Decorate a coroutine method that runs in a task of its own from the node's start to its end, such as the read loop of a driver."""
     BackgroundDeclaration().attach(function)
     return function

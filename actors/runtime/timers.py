@@ -403,7 +403,7 @@ class _Run:
     def __init__(self, timer: Timer) -> None:
         self.timer = timer
 
-    def tick(self, tick: Any) -> Awaitable[None] | None:
+    def tick(self, tick: Tick) -> Awaitable[None] | None:
         return self.timer.on_tick(self, tick)
 
 
@@ -508,7 +508,7 @@ class Timer(metaclass=NoPublicConstructor):
         self._run = run
         self._since = self._clock_of().now()
 
-    def on_tick(self, run: _Run, tick: Any) -> Awaitable[None] | None:
+    def on_tick(self, run: _Run, tick: Tick) -> Awaitable[None] | None:
         """Handle a tick of `run`; nothing happens if that is over."""
         if run is not self._run:
             return None

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from actors.actions.peers import ActionPeer, GoalFollower
     from actors.contracts.contracts import Req, Resp
     from actors.graph.servers import ActionEntry
+    from actors.interfaces.message import Message
     from actors.runtime.incarnation import Incarnation
     from actors.services.client import Client
     from actors.services.peers import Caller, OpenCall, ServiceCall, ServicePeer, Submit
@@ -111,7 +112,7 @@ class Simulation(Interceptor):
         return invoked
 
     def calling(self, client: Client[Req, Resp], submit: Submit) -> Submit:
-        def submitted(server: ServicePeer, message: object, caller: Caller, timeout: float) -> ServiceCall:
+        def submitted(server: ServicePeer, message: Message, caller: Caller, timeout: float) -> ServiceCall:
             call = submit(server, message, caller, timeout)
             call.future.add_done_callback(self._answered)
             return call
