@@ -218,7 +218,7 @@ def _parts(value: object) -> list[object]:
         if isinstance(value, base):
             return list(base.__iter__(value))
     if isinstance(value, dict):
-        known: dict[Any, Any] = value
+        known: dict[object, object] = value
         return [*dict.keys(known), *dict.values(known)]
     if isinstance(value, msgspec.Struct):
         return [getattr(value, name) for name in value.__struct_fields__]

@@ -75,7 +75,7 @@ class PublisherDeclaration(_EndpointDeclaration[M], metaclass=NoPublicConstructo
     def __get__(self, instance: None, owner: type) -> Topic[M]: ...
     @overload
     def __get__(self, instance: object, owner: type) -> Publisher[M]: ...
-    def __get__(self, instance: Any, owner: type) -> Topic[M] | Publisher[M]:
+    def __get__(self, instance: object, owner: type) -> Topic[M] | Publisher[M]:
         if instance is None:
             return self.topic
         raise NotStarted(
@@ -107,7 +107,7 @@ class StreamDeclaration(_EndpointDeclaration[M], metaclass=NoPublicConstructor):
     def __get__(self, instance: None, owner: type) -> Topic[M]: ...
     @overload
     def __get__(self, instance: object, owner: type) -> Stream[M]: ...
-    def __get__(self, instance: Any, owner: type) -> Topic[M] | Stream[M]:
+    def __get__(self, instance: object, owner: type) -> Topic[M] | Stream[M]:
         if instance is None:
             return self.topic
         raise NotStarted(
@@ -193,7 +193,7 @@ def every(
     return decorate
 
 
-def _without_keyword(value: Any) -> str:
+def _without_keyword(value: object) -> str:
     """ROS 2's timers take a period, and its rates a frequency."""
     if callable(value):
         name = getattr(value, "__name__", "method")

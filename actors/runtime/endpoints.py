@@ -226,7 +226,7 @@ class Endpoints:
         The parameters are declared, unless an earlier endpoint has done that. Raises `InvalidQoS` for values that are none, or that the
         endpoint refuses.
         """
-        life, values = self._life, dict[str, Any]()
+        life, values = self._life, dict[str, object]()
         store = life.parameters
         for policy, (name, default) in overriding.parameters(topic, kind, qos).items():
             if not store.has(name):

@@ -86,7 +86,7 @@ class Node(Habits):
     __machinery__: Incarnation | None = None
     """The incarnation that runs this object; None before its start."""
 
-    def __init_subclass__(cls, **keywords: Any) -> None:
+    def __init_subclass__(cls, **keywords: object) -> None:
         super().__init_subclass__(**keywords)
         claim(cls.__module__)
         cls.declarations = Declarations(cls)

@@ -371,7 +371,7 @@ class Directory:
                 return record
         return None
 
-    def runner_of(self, one: asyncio.Task[Any] | Inbox) -> Runner | None:
+    def runner_of(self, one: asyncio.Task[object] | Inbox) -> Runner | None:
         """The node of a task or of an inbox, for the stall watch."""
         of_inbox = (each for each in self.records.values() if each.inbox is one)
         record = next(of_inbox, None) if isinstance(one, Inbox) else self.owner_of(one)

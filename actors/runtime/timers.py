@@ -292,7 +292,7 @@ def _takes_argument(handler: Callable[..., Any]) -> bool:
 
 
 @lru_cache(maxsize=1024)
-def _arguments(function: Callable[..., Any]) -> int:
+def _arguments(function: Callable[..., object]) -> int:
     """How many arguments a function takes, `self` included. Cached, since it is the same for all nodes of a class."""
     code = getattr(inspect.unwrap(function), "__code__", None)
     return code.co_argcount if code is not None else 0
