@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeGuard, TypeVar, get_args
+from typing import TYPE_CHECKING, NoReturn, ParamSpec, TypeGuard, TypeVar, get_args
 
 from actors.errors import DeclarationError
 from actors.names.names import normalize_namespace, validate_node_name
@@ -94,7 +94,7 @@ def checked_choice(where: str, option: str, value: object, choices: object) -> N
         raise DeclarationError(f"{where}: {option} must be {one_of(choices)}, not {shown(value)}")
 
 
-def checked_mapping(where: str, option: str, value: object) -> dict[Any, Any]:
+def checked_mapping(where: str, option: str, value: object) -> dict[object, object]:
     """A copy of a mapping; None is an empty one."""
     if value is None:
         return {}
@@ -103,7 +103,7 @@ def checked_mapping(where: str, option: str, value: object) -> dict[Any, Any]:
     return dict(value)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
 
 
-def checked_sequence(where: str, option: str, value: object) -> tuple[Any, ...]:
+def checked_sequence(where: str, option: str, value: object) -> tuple[object, ...]:
     """A list or tuple, as a tuple."""
     if isinstance(value, str) or not isinstance(value, Sequence):
         raise DeclarationError(f"{where}: {option} must be a list or a tuple, not {shown(value)}")

@@ -24,7 +24,7 @@ class UnreadablePickle(ValueError):
     """Bytes that are no pickle, or ask for more than values, or for more of them than their length justifies."""
 
 
-class Steps(dict[int, Any]):
+class Steps(dict[int, object]):
     """What each code of a pickle does, for so many codes in all. Each makes less than 300 bytes, or what it holds itself."""
 
     def __init__(self, most: int) -> None:
@@ -62,7 +62,7 @@ class BoundedUnpickler(_Unpickler):  # type: ignore[misc]  # a class that no stu
         """Called where the bytes would set attributes or contents of a value that is no container. Raises `UnreadablePickle`."""
         raise UnreadablePickle(f"it changes an object of {type(value).__name__:.100}")
 
-    def persistent_load(self, pid: Any) -> NoReturn:
+    def persistent_load(self, pid: object) -> NoReturn:
         raise UnreadablePickle("it speaks of what is kept elsewhere")
 
     def _check_keys(self, keys: Iterable[Any]) -> None:
@@ -96,14 +96,14 @@ class BoundedUnpickler(_Unpickler):  # type: ignore[misc]  # a class that no stu
         self.stack.pop()
         self.refuse(self.stack[-1])
 
-    def _append(self, items: Any) -> None:
+    def _append(self, items: object) -> None:
         target = self.stack[-1]
         if type(target) in (list, deque):
             target.extend(items)
         else:
             self.refuse(target)
 
-    def _set(self, items: list[Any]) -> None:
+    def _set(self, items: list[object]) -> None:
         target = self.stack[-1]
         if type(target) not in (dict, OrderedDict, defaultdict):
             self.refuse(target)
@@ -147,7 +147,7 @@ _REPLACED: Final = {
     "BYTEARRAY8": "_byte_array", "BUILD": "_build", "APPEND": "_append_one", "APPENDS": "_append_all", "SETITEM": "_set_one",
     "SETITEMS": "_set_all", "ADDITEMS": "_add_all", "FROZENSET": "_frozen_set",
 }  # fmt: skip
-_ACTS: Final[dict[int, Any]] = {
+_ACTS: Final[dict[int, object]] = {
     **{code: _Unpickler.dispatch[code] for code in (getattr(pickle, name)[0] for name in _KEPT)},
     **{getattr(pickle, name)[0]: getattr(BoundedUnpickler, act) for name, act in _REPLACED.items()},
 }
@@ -186,14 +186,14 @@ def _check_key(key: Any) -> None:
 _LEAVES: Final = frozenset((str, int, float, bool, bytes, type(None), bytearray, complex))
 
 
-def check_extent(value: Any, most: int) -> None:
+def check_extent(value: object, most: int) -> None:
     """Raise `UnreadablePickle` for a value that is nested deeper than `DEEPEST`, or has more than `most` parts.
 
     A part that is held at several places counts at each: what shows, compares or encodes a value goes through it each time. One that holds
     itself is followed once.
     """
     sizes: dict[int, int] = {}
-    waiting: list[tuple[Any, list[Any] | None]] = [(value, None)]
+    waiting: list[tuple[object, list[object] | None]] = [(value, None)]
     depth = 0
     while waiting:
         one, parts = waiting.pop()
@@ -212,19 +212,19 @@ def check_extent(value: Any, most: int) -> None:
             waiting.extend((part, None) for part in parts)
 
 
-def _parts(value: Any) -> list[Any]:
+def _parts(value: object) -> list[object]:
     """What a value holds, found without calling code of its class."""
     for base in cast("tuple[Any, ...]", (tuple, list, set, frozenset, deque)):
         if isinstance(value, base):
             return list(base.__iter__(value))
     if isinstance(value, dict):
-        known: dict[Any, Any] = value
+        known: dict[object, object] = value
         return [*dict.keys(known), *dict.values(known)]
     if isinstance(value, msgspec.Struct):
         return [getattr(value, name) for name in value.__struct_fields__]
     if isinstance(value, (type, enum.Enum)) or type(value).__module__ == "numpy":
         return []
-    state: Any = object.__getstate__(value)
+    state: object = object.__getstate__(value)
     states = state if isinstance(state, tuple) else (state,)
     held = [part for one in states if isinstance(one, dict) for part in cast("dict[str, Any]", one).values()]
     return [*held, *value.args] if isinstance(value, BaseException) else held

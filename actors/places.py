@@ -144,12 +144,12 @@ def shortened(error: E) -> E:
     return error.with_traceback(None)
 
 
-def parked(task: asyncio.Task[Any]) -> list[tuple[object, FrameType]]:
+def parked(task: asyncio.Task[object]) -> list[tuple[object, FrameType]]:
     """The frames of a suspended task, outermost first, each with the coroutine or generator that it belongs to."""
     return chain_of(task.get_coro())
 
 
-def chain_of(awaited: Any) -> list[tuple[object, FrameType]]:
+def chain_of(awaited: object) -> list[tuple[object, FrameType]]:
     """The frames of a suspended coroutine or generator, as `parked` gives those of a task."""
     chain: list[tuple[object, FrameType]] = []
     while awaited is not None:
@@ -171,7 +171,7 @@ def users_own(frames: Iterable[FrameType]) -> Place:
     return place
 
 
-def awaited_in(task: asyncio.Task[Any]) -> str:
+def awaited_in(task: asyncio.Task[object]) -> str:
     """The line at which a suspended task waits, as ``file:line in function``; empty when the task is running."""
     place = _users_own(_place(frame.f_code, frame.f_lineno) for _, frame in parked(task))
     return "" if place is None else str(place)
@@ -211,7 +211,7 @@ def _filed(file: str) -> tuple[int, str]:
     return (PYTHON if file.startswith((_PYTHON, "<frozen ")) else USER), ""
 
 
-def _wrapped(awaitable: object) -> Any:
+def _wrapped(awaitable: object) -> object:
     """The coroutine or generator behind an awaitable such as `agen.asend(x)` or `coro.__await__()`, which has no attribute for it."""
     return next((inner for inner in gc.get_referents(awaitable) if type(inner) in _SUSPENDED), None)
 

@@ -6,7 +6,7 @@ import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Generator
 from types import TracebackType
-from typing import Any, Final, Generic, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Final, Generic, NamedTuple, Protocol, cast
 
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, ActionPeer, GoalFollower, Outcome
@@ -16,6 +16,9 @@ from actors.errors import ActionUnavailable, GoalAborted, GoalCanceled, GoalReje
 from actors.inbox.boundary import asked
 from actors.services.peers import Caller, OpenCall, ServedName, refuse_cycle, refuse_other_type
 from actors.waiting import Waiters
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message
 
 FEEDBACK_DEPTH = 10
 """The number of feedbacks that a client keeps. A slow reader loses the oldest, and the loss is counted."""
@@ -30,7 +33,7 @@ class Starter(Caller, Protocol):
 class SentGoals(NamedTuple):
     """The functions that send a goal to its server. Interceptors replace some of them by their own."""
 
-    submit: Callable[[ActionPeer, bytes, Any, GoalFollower], OpenCall]
+    submit: Callable[[ActionPeer, bytes, Message, GoalFollower], OpenCall]
     """Sends the request to a server; else as `ActionPeer.submit`."""
     cancel: Callable[[ActionPeer, bytes, str], Awaitable[bool]]
     """Sends a cancellation to a server; else as `ActionPeer.cancel`."""
@@ -215,7 +218,7 @@ class Goal(Generic[R, F], metaclass=NoPublicConstructor):
             await sent.changed.wait()
         return sent.feedback.popleft()
 
-    def __await__(self) -> Generator[Any, None, R]:
+    def __await__(self) -> Generator[object, None, R]:
         return self._result().__await__()
 
     async def _result(self) -> R:
@@ -253,7 +256,7 @@ class Goal(Generic[R, F], metaclass=NoPublicConstructor):
         return sent
 
 
-def _submit(server: ActionPeer, goal_id: bytes, message: object, client: GoalFollower) -> OpenCall:
+def _submit(server: ActionPeer, goal_id: bytes, message: Message, client: GoalFollower) -> OpenCall:
     return server.submit(goal_id, message, client)
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 from actors.actions.goals import GoalRecord, GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, Outcome
 from actors.checks import create
-from actors.contracts.contracts import Aborted, Action, Done
+from actors.contracts.contracts import Aborted, Action, Done, F, G, R
 from actors.errors import Reject, WrongType, described
 from actors.inbox.control import NodeExit, blame
 from actors.services.peers import Caller
@@ -48,7 +48,7 @@ class GoalHandlers(NamedTuple):
 
     label: str
     """The name of the body in reports."""
-    body: Callable[[Any], AsyncGenerator[Any, None]]
+    body: Callable[[Any], AsyncGenerator[object, None]]
     accepts: Callable[[Any], Awaitable[None] | None] | None = None
     """Raises `Reject` to refuse a goal."""
     cancels: Callable[[Any], Awaitable[bool] | bool] | None = None
@@ -69,7 +69,7 @@ class GoalDriver:
     def __init__(
         self,
         host: Host,
-        action: Action[Any, Any, Any],
+        action: Action[G, R, F],
         handlers: GoalHandlers,
         end: Callable[[GoalRecord, Outcome], None],
         left: Callable[[], None],
@@ -148,7 +148,7 @@ class GoalDriver:
             else:
                 step = await self._feed(goal, body, item)
 
-    def _refused(self, goal: GoalRecord, item: Any) -> BaseException | None:
+    def _refused(self, goal: GoalRecord, item: object) -> BaseException | None:
         """The error to throw into the body for an item; None if the item is valid. A valid last item is stored."""
         if goal.last is not None:
             return RuntimeError(f"{self.handlers.label} yielded again after its last item {goal.last!r}")
@@ -175,7 +175,7 @@ class GoalDriver:
         goal.interrupted_at = (now, goal.feedback_count)
         return asyncio.CancelledError(goal.interruption)
 
-    async def _feed(self, goal: GoalRecord, body: AsyncGenerator[Any, None], item: object) -> Awaitable[object]:
+    async def _feed(self, goal: GoalRecord, body: AsyncGenerator[object, None], item: object) -> Awaitable[object]:
         """Send a feedback and give the loop one turn. Returns the body's next step, or the throwing of an interruption into it."""
         goal.feedback_count += 1
         client, observers = goal.client, self.on_feedback

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import AsyncGenerator, Callable, Iterable
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from actors.errors import ActorError
 from actors.waiting import Waiters
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from actors.actions.peers import GoalFollower
     from actors.contracts.contracts import Aborted, Done
+    from actors.interfaces.message import Message
 
 DEFAULT_RESULT_TIMEOUT_NS: Final = 10_000_000_000
 """How long a result is kept after its goal has ended, by default: 10 s, as in ROS 2."""
@@ -111,7 +112,9 @@ class GoalRecord:
         "stamp_ns", "status", "task", "waiters",
     )  # fmt: skip
 
-    def __init__(self, goal_id: bytes, stamp_ns: int, message: Any = None, client: GoalFollower | None = None) -> None:
+    def __init__(
+        self, goal_id: bytes, stamp_ns: int, message: object = None, client: GoalFollower | None = None
+    ) -> None:
         self.goal_id: Final = goal_id
         """The goal's id, 16 bytes."""
         self.stamp_ns: Final = stamp_ns
@@ -124,11 +127,11 @@ class GoalRecord:
         self.result: object = None
         self.reason = ""
         self.task: asyncio.Task[None] | None = None
-        self.body: AsyncGenerator[Any, None] | None = None
+        self.body: AsyncGenerator[object, None] | None = None
         self.interruption: str | None = None
         self.interrupted_at: tuple[float, int] = (0.0, 0)
         """The loop time, in seconds, and the number of feedbacks at the last interruption."""
-        self.last: Done[Any] | Aborted[Any] | None = None
+        self.last: Done[Message] | Aborted[Message] | None = None
         self.feedback_count = 0
         self.waiters = Waiters()
         """The tasks that wait for the end."""

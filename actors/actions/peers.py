@@ -16,6 +16,7 @@ from actors.services.peers import Answering, OpenCall
 
 if TYPE_CHECKING:
     from actors.actions.goals import GoalStatus
+    from actors.interfaces.message import Message
 
 CLEANUP_SECONDS: Final = 5.0
 """How long, in seconds, a canceled body may go on yielding feedback while it cleans up, and how long a client that leaves its goal's block
@@ -81,7 +82,7 @@ class ActionPeer(Answering, Protocol):
         """The number of them that have been accepted and have not ended."""
         ...
 
-    def submit(self, goal_id: bytes, message: Any, client: GoalFollower | None) -> OpenCall:
+    def submit(self, goal_id: bytes, message: Message, client: GoalFollower | None) -> OpenCall:
         """Request the acceptance of a goal, and let `client` follow it. Never blocks.
 
         The future of the returned request is completed with the time of acceptance (nanoseconds on the server's clock), with `Reject`, or

@@ -14,11 +14,12 @@ from actors.actions.driver import GoalDriver, GoalHandlers, Host
 from actors.actions.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
 from actors.actions.peers import GoalFollower, Outcome
 from actors.checks import create, is_flag
-from actors.contracts.contracts import Action, ArrivalPolicy
+from actors.contracts.contracts import Action, ArrivalPolicy, F, G, R
 from actors.errors import Reject, described
 from actors.inbox.control import blame
 
 if TYPE_CHECKING:
+    from actors.interfaces.message import Message
     from actors.services.peers import Registration
 
 _EVENTS: Final = {
@@ -37,7 +38,7 @@ class GoalRequest:
 
     __slots__ = ("client", "future", "goal_id", "message", "server")
 
-    def __init__(self, server: ActionServer, goal_id: bytes, message: Any, client: GoalFollower | None) -> None:
+    def __init__(self, server: ActionServer, goal_id: bytes, message: Message, client: GoalFollower | None) -> None:
         self.server = server
         self.goal_id = goal_id
         self.message = message
@@ -98,7 +99,7 @@ class CancelRequest:
 class ServedGoals(NamedTuple):
     """The functions through which the goals of a server go. Interceptors replace some of them by their own."""
 
-    submit: Callable[[bytes, Any, GoalFollower | None], GoalRequest]
+    submit: Callable[[bytes, Message, GoalFollower | None], GoalRequest]
     """Takes in a request; see `ActionServer.submit`."""
     cancel: Callable[[bytes, str], Awaitable[bool]]
     """Takes in a cancellation; see `ActionServer.cancel`."""
@@ -145,7 +146,7 @@ class ActionServer:
         self,
         node: Host,
         entry: Registration,
-        action: Action[Any, Any, Any],
+        action: Action[G, R, F],
         handlers: GoalHandlers,
         arrivals: ArrivalPolicy,
         result_timeout: float,
@@ -204,11 +205,11 @@ class ActionServer:
 
     # -- acceptance ----------------------------------------------------------------------------------------------------------
 
-    def submit(self, goal_id: bytes, message: object, client: GoalFollower | None) -> GoalRequest:
+    def submit(self, goal_id: bytes, message: Message, client: GoalFollower | None) -> GoalRequest:
         """Request the acceptance of a goal, which is decided in the node's inbox. `client` follows the goal if it is accepted."""
         return self.ways.submit(goal_id, message, client)
 
-    def _submit(self, goal_id: bytes, message: object, client: GoalFollower | None) -> GoalRequest:
+    def _submit(self, goal_id: bytes, message: Message, client: GoalFollower | None) -> GoalRequest:
         self.goals += 1
         request = GoalRequest(self, goal_id, message, client)
         self.requests[request] = None

@@ -168,7 +168,7 @@ class FlightRecorder:
             channel = self._channels[topic, type] = Channel(topic, type)
         return channel
 
-    def _tap(self, publisher: PublisherPeer) -> Callable[[Any], None]:
+    def _tap(self, publisher: PublisherPeer) -> Callable[[Message], None]:
         qos, topic = publisher.qos, publisher.entry.name
         if topic == ROSOUT:  # log lines are recorded by the sink
             return _nothing

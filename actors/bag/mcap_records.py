@@ -83,7 +83,7 @@ class _Fields:
         self._data = data
         self._at = 0
 
-    def numbers(self, layout: str) -> tuple[Any, ...]:
+    def numbers(self, layout: str) -> tuple[int, ...]:
         size = struct.calcsize(layout)
         if self._at + size > len(self._data):
             raise Damaged("a record ends too early")

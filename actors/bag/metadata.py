@@ -157,10 +157,10 @@ def _topic_mapping(topic: BagTopic, count: int) -> dict[str, object]:
     }
 
 
-def _profiles(text: str) -> list[Any]:
+def _profiles(text: str) -> list[object]:
     """The offered quality of service as plain values; none of a text that is damaged."""
     try:
-        found: Any = load_yaml(text)
+        found: object = load_yaml(text)
     except ValueError:
         return []
     return found if isinstance(found, list) else []  # pyright: ignore[reportUnknownVariableType]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from actors.bag.qos_text import qos_from_mapping
 from actors.bag.selection import EVERYTHING, Selection
@@ -116,7 +116,7 @@ class PlayOptions:
 def qos_overrides(path: str | os.PathLike[str]) -> dict[str, QoS]:
     """The profiles of a YAML file by topic, as `ros2 bag --qos-profile-overrides-path` takes it. Raises `InvalidQoS` and `OSError`."""
     try:
-        profiles: Any = load_yaml(Path(path).read_text(encoding="utf-8"))
+        profiles: object = load_yaml(Path(path).read_text(encoding="utf-8"))
     except ValueError as error:
         raise InvalidQoS(f"{path} cannot be read: {error}") from None
     if not isinstance(profiles, dict):

@@ -63,7 +63,7 @@ def qos_profiles_text(offered: Iterable[QoS]) -> str:
 def parse_qos_profiles(text: str) -> tuple[QoS, ...]:
     """The profiles in such a text, of any version of rosbag2. Raises `InvalidQoS` for what is none."""
     try:
-        listed: Any = load_yaml(text) or []
+        listed: object = load_yaml(text) or []
     except ValueError as error:
         raise InvalidQoS(f"the quality of service of a topic cannot be read: {error}") from None
     if not isinstance(listed, list):
@@ -108,7 +108,7 @@ def _policy(kind: type[P], value: object) -> P:
     return kind.from_key(str(value))
 
 
-def _seconds(name: str, value: Any) -> float | None:
+def _seconds(name: str, value: object) -> float | None:
     if not isinstance(value, Mapping) or not {"sec", "nsec"} <= set(value):  # pyright: ignore[reportUnknownArgumentType]
         raise InvalidQoS(f"{name} is given by sec and nsec, not {value!r:.60}")
     sec, nsec = int(value["sec"]), int(value["nsec"])  # pyright: ignore[reportUnknownArgumentType]

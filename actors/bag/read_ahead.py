@@ -6,7 +6,7 @@ import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Collection, Iterator
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.bag.contents import BagError, BagMessage
 
@@ -29,7 +29,7 @@ class ReadAhead:
         bag: BagReader,
         topics: Collection[str],
         count: int,
-        offload: Callable[[Callable[[], Any]], Awaitable[Any]],
+        offload: Callable[[Callable[[], list[BagMessage | BagError]]], Awaitable[list[BagMessage | BagError]]],
     ) -> None:
         self._bag = bag
         self._topics = frozenset(topics)

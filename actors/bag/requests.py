@@ -17,6 +17,7 @@ from actors.interfaces.lookup import get_action, get_service
 
 if TYPE_CHECKING:
     from actors.bag.options import PlayOptions
+    from actors.contracts.contracts import F, G, R, Req, Resp
     from actors.runtime.node import Node
 
 SENT, RECEIVED = 0, 1
@@ -66,7 +67,7 @@ class Requests:
         return self._options.remap.get(name, name)
 
     def _sending(
-        self, topic: BagTopic, send: Callable[[Any], Coroutine[Any, Any, None]]
+        self, topic: BagTopic, send: Callable[[Any], Coroutine[object, None, None]]
     ) -> Callable[[BagMessage], bool]:
         kind: Any = type_of(topic)
 
@@ -85,16 +86,16 @@ class Requests:
 
         return take
 
-    async def _tried(self, topic: str, sending: Coroutine[Any, Any, None]) -> None:
+    async def _tried(self, topic: str, sending: Coroutine[object, None, None]) -> None:
         try:
             await sending
         except (ActorError, TimeoutError) as error:
             self._node.log.warning("a recorded request has failed", topic=topic, error=str(error))
 
-    async def _call(self, service: Service[Any, Any], request: object) -> None:
+    async def _call(self, service: Service[Req, Resp], request: Req) -> None:
         await self._node.call(service, request, timeout=TIMEOUT)
 
-    async def _start(self, action: Action[Any, Any, Any], goal: object) -> None:
+    async def _start(self, action: Action[G, R, F], goal: G) -> None:
         async with self._node.send_goal(action, goal, timeout=TIMEOUT) as running:
             await running.ended()
 

@@ -6,7 +6,7 @@ import re
 import struct
 from collections.abc import Callable, Mapping, Set
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any, Final, Self, cast
+from typing import TYPE_CHECKING, Final, Self, cast
 
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
@@ -55,7 +55,7 @@ class Trace:
         """The hash of everything so far, as 64 hexadecimal digits."""
         return self._hash.hexdigest()
 
-    def _tap(self, publisher: PublisherPeer) -> Callable[[Any], None]:
+    def _tap(self, publisher: PublisherPeer) -> Callable[[Message], None]:
         where = _framed(publisher.entry.name, publisher.type.__ros_type__)
 
         def deliver(message: Message) -> None:

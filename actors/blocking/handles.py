@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Iterator
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from actors.checks import NoPublicConstructor
 from actors.contracts.contracts import F, M, R
@@ -22,7 +22,7 @@ T = TypeVar("T")
 class Do(Protocol):
     """Runs a coroutine function of the node in its event loop and waits for the result. `remedy` says what to await in an event loop."""
 
-    def __call__(self, work: Callable[[Node], Coroutine[Any, Any, T]], remedy: str) -> T: ...
+    def __call__(self, work: Callable[[Node], Coroutine[object, None, T]], remedy: str) -> T: ...
 
 
 class _End:

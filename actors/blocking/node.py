@@ -321,7 +321,7 @@ class BlockingNode(metaclass=NoPublicConstructor):
             stream = self._streams[topic] = node.subscribe(topic)
         return stream
 
-    def _do(self, work: Callable[[Node], Coroutine[Any, Any, T]], remedy: str) -> T:
+    def _do(self, work: Callable[[Node], Coroutine[object, None, T]], remedy: str) -> T:
         return self._finish(self._begin(work, remedy))
 
     def _begin(self, work: Callable[[Node], Coroutine[Any, Any, T]], remedy: str) -> Future[T]:
@@ -361,7 +361,7 @@ class BlockingNode(metaclass=NoPublicConstructor):
             future.cancel()
 
 
-def _complete(life: Future[None], live: Callable[[], Coroutine[Any, Any, None]]) -> None:
+def _complete(life: Future[None], live: Callable[[], Coroutine[object, None, None]]) -> None:
     try:
         running.execute(live)
     except BaseException as error:  # raised again in the thread that waits for `life`

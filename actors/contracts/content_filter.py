@@ -13,7 +13,7 @@ from actors.errors import InvalidFilter
 if TYPE_CHECKING:
     from actors.interfaces.message import Message
 
-_Value: TypeAlias = Callable[[Any], Any]
+_Value: TypeAlias = Callable[[Any], object]
 _Test: TypeAlias = Callable[[Any], bool]
 
 _TOKEN: Final = re.compile(

@@ -65,8 +65,8 @@ G = TypeVar("G", bound="Message")
 R = TypeVar("R", bound="Message")
 F = TypeVar("F", bound="Message")
 Node = TypeVar("Node")
-Nothing = TypeVar("Nothing", bound="Coroutine[Any, Any, None] | None")
-Verdict = TypeVar("Verdict", bound="Coroutine[Any, Any, bool] | bool")
+Nothing = TypeVar("Nothing", bound="Coroutine[object, None, None] | None")
+Verdict = TypeVar("Verdict", bound="Coroutine[object, None, bool] | bool")
 
 
 class Done(Generic[R]):
@@ -158,7 +158,7 @@ def checked_concurrency(what: str, concurrent: int) -> int:
     return concurrent
 
 
-def check_reading(where: str, topic: Topic[Any], patience: object, filter: ContentFilter | None) -> None:
+def check_reading(where: str, topic: Topic[M], patience: object, filter: ContentFilter | None) -> None:
     """Raise `DeclarationError` or `InvalidFilter` unless these options of a subscription of `topic` are valid."""
     if not is_number(patience) or not 0.0 <= patience < inf:
         raise DeclarationError(f"{where}(patience={patience!r:.40}): give a number of seconds of at least 0")
@@ -174,7 +174,7 @@ class TopicHandler(Declaration):
     __slots__ = ("concurrent", "filter", "patience", "qos", "topic")
 
     def __init__(
-        self, topic: Topic[Any], qos: QoS, concurrent: int, patience: float, filter: ContentFilter | None
+        self, topic: Topic[M], qos: QoS, concurrent: int, patience: float, filter: ContentFilter | None
     ) -> None:
         super().__init__()
         self.topic = topic
@@ -192,7 +192,7 @@ class ServiceHandler(Declaration):
 
     __slots__ = ("concurrent", "service")
 
-    def __init__(self, service: Service[Any, Any], concurrent: int) -> None:
+    def __init__(self, service: Service[Req, Resp], concurrent: int) -> None:
         super().__init__()
         self.service = service
         self.concurrent = concurrent
@@ -206,7 +206,7 @@ class ActionHandler(Declaration):
 
     __slots__ = ("action", "arrivals", "result_timeout")
 
-    def __init__(self, action: Action[Any, Any, Any], arrivals: ArrivalPolicy, result_timeout: float) -> None:
+    def __init__(self, action: Action[G, R, F], arrivals: ArrivalPolicy, result_timeout: float) -> None:
         super().__init__()
         self.action = action
         self.arrivals = arrivals
@@ -221,7 +221,7 @@ class GoalHook(Declaration):
 
     __slots__ = ("action", "verb")
 
-    def __init__(self, action: Action[Any, Any, Any], verb: Literal["accepts", "cancels"]) -> None:
+    def __init__(self, action: Action[G, R, F], verb: Literal["accepts", "cancels"]) -> None:
         super().__init__()
         self.action = action
         self.verb: Final = verb
@@ -292,7 +292,9 @@ class Service(Generic[Req, Resp]):
 
     def serve(
         self, *misplaced: Never, concurrent: int = 0
-    ) -> Callable[[Callable[[Node, Req], Coroutine[Any, Any, Resp]]], Callable[[Node, Req], Coroutine[Any, Any, Resp]]]:
+    ) -> Callable[
+        [Callable[[Node, Req], Coroutine[object, None, Resp]]], Callable[[Node, Req], Coroutine[object, None, Resp]]
+    ]:
         """Decorate the coroutine method that answers requests. If it raises, the caller receives `ServiceFailed` and the node goes on.
 
         With `concurrent=n` at most n requests are answered at once, each in a task of its own.
@@ -301,8 +303,8 @@ class Service(Generic[Req, Resp]):
         declaration = ServiceHandler(self, checked_concurrency(repr(self), concurrent))
 
         def decorate(
-            function: Callable[[Node, Req], Coroutine[Any, Any, Resp]],
-        ) -> Callable[[Node, Req], Coroutine[Any, Any, Resp]]:
+            function: Callable[[Node, Req], Coroutine[object, None, Resp]],
+        ) -> Callable[[Node, Req], Coroutine[object, None, Resp]]:
             declaration.attach(function)
             return function
 

@@ -74,7 +74,7 @@ def check_steps(where: str, function: Callable[..., object], contract: object, f
         )
 
 
-def _returned(function: Callable[..., Any]) -> Any:
+def _returned(function: Callable[..., object]) -> object:
     """The return annotation; unknown if a decorator of the user wraps the function, since it may change what is returned."""
     return _UNKNOWN if hasattr(function, "__wrapped__") else _resolved(function, "return")
 

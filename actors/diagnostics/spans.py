@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from opentelemetry.context import Context, attach, detach
 from opentelemetry.trace import SpanKind, Status, StatusCode, get_tracer, set_span_in_context
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     from actors.actions.peers import GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
+    from actors.contracts.contracts import Req, Resp
+    from actors.interfaces.message import Message
     from actors.services.client import Client
     from actors.services.peers import Caller, CallId, ServiceCall, ServicePeer, Submit
     from actors.services.server import Handle, Request, Server
@@ -54,7 +56,7 @@ class Spans:
         return self
 
 
-def _failure(future: asyncio.Future[Any]) -> tuple[str, str] | None:
+def _failure(future: asyncio.Future[Message] | asyncio.Future[int]) -> tuple[str, str] | None:
     """The kind and the text of the error that was the answer; None if it was none."""
     if not future.done():
         return "NotRunning", "the node has ended"
@@ -100,15 +102,15 @@ class Tracing(Interceptor):
         attributes = {"ros.service": service, "ros.node": node.fqn, "ros.call_id": f"{client.hex()}:{number}"}
         return self.begin(service, kind, context, attributes)
 
-    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+    def calling(self, client: Client[Req, Resp], submit: Submit) -> Submit:
         service = client.entry.name
 
-        def submitted(server: ServicePeer, message: object, caller: Caller, timeout: float) -> ServiceCall:
+        def submitted(server: ServicePeer, message: Message, caller: Caller, timeout: float) -> ServiceCall:
             call = submit(server, message, caller, timeout)
             call_id = call.call_id
             span = self._sent[call_id] = self._of_call(caller, service, call_id, SpanKind.CLIENT, None)
 
-            def answered(future: asyncio.Future[Any]) -> None:
+            def answered(future: asyncio.Future[Message]) -> None:
                 del self._sent[call_id]
                 self.end(span, _failure(future))
 
@@ -152,7 +154,7 @@ class GoalSpans:
         self._inner = ways
         self.ways = ways._replace(submit=self._submit, run=self._run, ended=self._ended)
 
-    def _submit(self, goal_id: bytes, message: object, client: GoalFollower | None) -> GoalRequest:
+    def _submit(self, goal_id: bytes, message: Message, client: GoalFollower | None) -> GoalRequest:
         attributes = {**self._attributes, "ros.goal_id": goal_id.hex()}
         span = self._tracing.begin(self._action, SpanKind.SERVER, None, attributes)
         request = self._inner.submit(goal_id, message, client)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
+    from actors.interfaces.message import Message
     from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
-Tap: TypeAlias = "Callable[[PublisherPeer], Callable[[Any], None]]"
+Tap: TypeAlias = "Callable[[PublisherPeer], Callable[[Message], None]]"
 """Called with a publisher, it returns the function that receives each of its messages; see `Graph.tap`."""
 
 
@@ -18,7 +19,7 @@ class TopicInterceptor:
     The methods are called when an end joins or a match changes, not with each message. The functions that they return must not raise.
     """
 
-    def tapping(self, publisher: PublisherPeer) -> Callable[[Any], None] | None:
+    def tapping(self, publisher: PublisherPeer) -> Callable[[Message], None] | None:
         """Return a function to be called with each message of `publisher` besides its targets, or None. Called once for each publisher."""
         return None
 
@@ -37,5 +38,5 @@ class TopicTap(TopicInterceptor):
     def __init__(self, tap: Tap) -> None:
         self._tap = tap
 
-    def tapping(self, publisher: PublisherPeer) -> Callable[[Any], None]:
+    def tapping(self, publisher: PublisherPeer) -> Callable[[Message], None]:
         return self._tap(publisher)

@@ -7,10 +7,10 @@ such as what the fields of a log line hold, becomes an object that shows its nam
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from functools import cache, lru_cache, partial
 from types import UnionType
-from typing import Any, Final, Literal, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, Final, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from msgspec import Struct
 
@@ -24,6 +24,8 @@ from actors.supervision.child import Child
 from actors.supervision.policy import Backoff
 from actors.supervision.refs import ChildRef
 from actors.supervision.report import Report
+
+T = TypeVar("T")
 
 _EVENTS: Final = (messages.Ready, messages.Over, messages.Line, messages.Told, messages.Nodes)
 STEPS: Final = 1_000_000
@@ -105,7 +107,7 @@ def _foreign(module: str, name: str) -> type[_Foreign]:
     return type(name, (_Foreign,), {"named": (module, name)})
 
 
-def _class_of(kind: object, base: type[Any]) -> Any:
+def _class_of(kind: object, base: type[T]) -> type[T] | None:
     """The class that is meant, if a module that is loaded here has it and it is one of these; else None."""
     module, name = getattr(kind, "named", ("", ""))
     found: object = sys.modules.get(module)
@@ -152,7 +154,7 @@ _VALUES: Final = (
     RemoteError,
     Level,
 )
-_MADE: Final[dict[str, Any]] = {
+_MADE: Final[dict[str, Callable[..., object]]] = {
     **{f"{one.__module__}:{one.__qualname__}": one for one in _VALUES},
     "actors.supervision.declaration:_rebuild": _child,
     "actors.processes.pickling:_rebuilt": _error,

@@ -18,7 +18,7 @@ _NUMBERS: Final = {
 _KINDS: Final = {np.dtype(number): kind for kind, number in _NUMBERS.items()}
 
 
-def array_of_cloud(cloud: PointCloud2) -> NDArray[Any]:
+def array_of_cloud(cloud: PointCloud2) -> NDArray[np.void]:
     """The points as records by the names of their fields, ``points["x"]``: shape (width,), or (height, width) for an organised cloud.
 
     It is a read-only view of the message's data, with the byte order of the cloud. Raises `ValueError` for a field of an unknown type and
@@ -47,7 +47,9 @@ def array_of_cloud(cloud: PointCloud2) -> NDArray[Any]:
             f"{len(cloud.data)} bytes"
         )
     shape = (cloud.height, cloud.width)
-    points: NDArray[Any] = np.ndarray(shape, record, np.ascontiguousarray(cloud.data).data, 0, (row, cloud.point_step))
+    points: NDArray[np.void] = np.ndarray(
+        shape, record, np.ascontiguousarray(cloud.data).data, 0, (row, cloud.point_step)
+    )
     points.setflags(write=False)
     return points[0] if cloud.height == 1 else points
 
@@ -73,7 +75,7 @@ def cloud_of(points: NDArray[Any], header: Header | None = None) -> PointCloud2:
     )  # fmt: skip
 
 
-def _named(points: NDArray[Any]) -> NDArray[Any]:
+def _named(points: NDArray[np.generic]) -> NDArray[np.void]:
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype not in _KINDS:
         raise ValueError(
             f"points without names must be numbers of the shape (n, 3), not {points.dtype} of {points.shape}"
@@ -82,7 +84,7 @@ def _named(points: NDArray[Any]) -> NDArray[Any]:
     return np.ascontiguousarray(points).view(record).reshape(-1)
 
 
-def _field(record: np.dtype[Any], name: str) -> PointField:
+def _field(record: np.dtype[np.generic], name: str) -> PointField:
     kind, offset = cast("Any", record.fields)[name][:2]
     base, shape = kind.subdtype or (kind, ())
     datatype = _KINDS.get(base.newbyteorder("="))
@@ -91,7 +93,7 @@ def _field(record: np.dtype[Any], name: str) -> PointField:
     return PointField(name=name, offset=offset, datatype=datatype, count=shape[0] if shape else 1)
 
 
-def _is_dense(points: NDArray[Any]) -> bool:
+def _is_dense(points: NDArray[np.void]) -> bool:
     """Whether every point is finite."""
     floats = (points[name] for name in points.dtype.names or ())
     return all(bool(np.isfinite(one).all()) for one in floats if one.dtype.kind == "f")

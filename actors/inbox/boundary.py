@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine
 from contextvars import ContextVar, Token
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 
 if TYPE_CHECKING:
     import asyncio
@@ -16,15 +16,15 @@ class Boundary(Protocol):
     """What is around the nodes of a journal, as far as it concerns code that runs: what passes by way of endpoints, timers and lives is the
     subject of interceptors."""
 
-    def send(self, kind: str, name: str, value: Any) -> None:
+    def send(self, kind: str, name: str, value: object) -> None:
         """Note what the nodes' code gives away."""
         ...
 
-    def compute(self, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
+    def compute(self, function: Callable[..., T], arguments: tuple[object, ...]) -> T:
         """Return what `function(*arguments)` returns, which depends on others."""
         ...
 
-    def elsewhere(self, name: str, work: Callable[[], Coroutine[Any, Any, Any]]) -> asyncio.Future[Any]:
+    def elsewhere(self, name: str, work: Callable[[], Coroutine[object, None, object]]) -> asyncio.Future[object]:
         """Return a future for the result of the coroutine that `work()` makes, which runs as code of others."""
         ...
 

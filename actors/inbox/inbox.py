@@ -32,12 +32,12 @@ TURN = 256
 """After this many items without a pause the inbox yields to the event loop, so that a flood in one node cannot starve the others."""
 
 
-class _Nothing(deque[Any]):
+class _Nothing(deque[object]):
     """An empty queue that stays empty."""
 
     __slots__ = ()
 
-    def append(self, item: Any, /) -> None:
+    def append(self, item: object, /) -> None:
         raise RuntimeError(f"{item!r:.60} was put into a queue that has not been made")
 
 
@@ -48,7 +48,7 @@ NOTHING: Final[deque[Any]] = _Nothing()
 class Item(Protocol):
     """One piece of work. `run` either does it at once and returns None, or returns an awaitable that completes it."""
 
-    def run(self) -> Awaitable[Any] | None: ...
+    def run(self) -> Awaitable[object] | None: ...
 
     @property
     def label(self) -> str:

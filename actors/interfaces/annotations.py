@@ -11,7 +11,7 @@ from actors.interfaces.errors import BadDeclaration
 from actors.interfaces.fields import STRINGS, Constant, FieldType
 from actors.interfaces.types import AtMost, Chars, DefaultMark, Exactly, ManyMark
 
-Declared: TypeAlias = tuple[str, FieldType, Any, Any]
+Declared: TypeAlias = tuple[str, FieldType, object, Any]
 """Name, type, plain default and message class of a `Field`."""
 
 BUILTINS = {bool: "bool", int: "int64", float: "float64", str: "string"}
@@ -50,7 +50,7 @@ def read_annotation(where: str, annotation: Any) -> tuple[FieldType, Any]:
     if hasattr(annotation, "__metadata__"):
         bare, marks = annotation.__origin__, annotation.__metadata__
     kind: FieldType | None = None
-    message: Any = None
+    message: object = None
     for mark in marks:
         if isinstance(mark, FieldType):
             kind = mark
@@ -68,7 +68,7 @@ def read_annotation(where: str, annotation: Any) -> tuple[FieldType, Any]:
     return kind, message
 
 
-def plain_default(kind: FieldType, written: Any) -> Any:
+def plain_default(kind: FieldType, written: object) -> Any:
     """The default as plain data; None where it is what ROS gives anyway, so that equal types have equal fields."""
     value = written.value if isinstance(written, DefaultMark) else written
     if kind.is_array and isinstance(value, (list, tuple)):
@@ -78,7 +78,7 @@ def plain_default(kind: FieldType, written: Any) -> Any:
     return None if not kind.is_array and repr(value) in {"0", "0.0", "False", "''"} else value
 
 
-def _bare(where: str, annotation: Any) -> tuple[FieldType, Any]:
+def _bare(where: str, annotation: object) -> tuple[FieldType, Any]:
     builtin = BUILTINS.get(annotation) if isinstance(annotation, type) else None
     if builtin is not None:
         return FieldType(builtin), None

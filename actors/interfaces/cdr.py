@@ -23,8 +23,8 @@ UNUSUAL: Final = (CdrError, struct.error, InterfaceError)
 
 _encoders: dict[tuple[type[Message], WStrings], Callable[[Any], bytes]] = {}
 _decoders: dict[tuple[type[Message], WStrings, str], Decoder] = {}
-_usual_encoders: dict[type[Any], Callable[[Any], bytes]] = {}
-_usual_decoders: dict[type[Any], Decoder] = {}
+_usual_encoders: dict[type[object], Callable[[Any], bytes]] = {}
+_usual_decoders: dict[type[object], Decoder] = {}
 
 
 def encode(message: Message, *, wstrings: WStrings = "zenoh") -> bytes:
@@ -120,7 +120,7 @@ def _check_class(cls: Any) -> None:
         raise TypeError(f"{cls!r} is not a message class; for a service or action take one of its parts")
 
 
-def _unencodable(value: Any, where: str) -> str:
+def _unencodable(value: object, where: str) -> str:
     """The path of the first text in a message that cannot be encoded."""
     if isinstance(value, str):
         try:
@@ -131,6 +131,6 @@ def _unencodable(value: Any, where: str) -> str:
         parts = [(f"{where}.{field.name}", getattr(value, field.name)) for field in value.__ros_fields__]
         return next(filter(None, (_unencodable(part, path) for path, part in parts)), "")
     elif isinstance(value, tuple):
-        items: tuple[Any, ...] = value  # pyright: ignore[reportUnknownVariableType]
+        items: tuple[object, ...] = value  # pyright: ignore[reportUnknownVariableType]
         return next(filter(None, (_unencodable(item, f"{where}[{i}]") for i, item in enumerate(items))), "")
     return ""

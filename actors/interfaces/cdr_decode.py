@@ -64,7 +64,7 @@ class _Decoder:
 
     def __init__(self, wstrings: WStrings, order: str) -> None:
         self.order = order
-        self.scope: dict[str, Any] = {
+        self.scope: dict[str, object] = {
             "TOO_LONG": _too_long,
             "OVER_BOUND": _over_bound,
             "OTHER_HEADER": _other_header,
@@ -99,7 +99,7 @@ class _Decoder:
         self.count += 1
         return f"{prefix}{self.count}"
 
-    def constant(self, prefix: str, value: Any) -> str:
+    def constant(self, prefix: str, value: object) -> str:
         """A name that the generated code has for `value`."""
         name = f"{prefix}{len(self.scope)}"
         self.scope[name] = value

@@ -21,7 +21,7 @@ from actors.interfaces.fields import FLOATS, INTEGER_RANGES, STRINGS, FieldType
 if TYPE_CHECKING:
     from actors.interfaces.message import Field
 
-Converter = Callable[[str, Any], Any]
+Converter = Callable[[str, Any], object]
 
 
 def compile_check(name: str, fields: tuple[Field, ...], scope: dict[str, object]) -> Any:
@@ -177,12 +177,12 @@ def to_message(where: str, wanted: type[Any], value: object) -> object:
     return value
 
 
-def to_tuple(where: str, field: Field, given: Any) -> tuple[Any, ...]:
+def to_tuple(where: str, field: Field, given: object) -> tuple[object, ...]:
     kind = field.type
     if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
         raise _wrong_type(where, f"{kind} (a list, tuple or other iterable)", given)
     convert = converter(field)
-    values: Iterable[Any] = given  # pyright: ignore[reportUnknownVariableType]
+    values: Iterable[object] = given  # pyright: ignore[reportUnknownVariableType]
     items = tuple(convert(f"{where}[{index}]", item) for index, item in enumerate(values))
     if kind.array == "fixed" and len(items) != kind.size:
         raise MessageValueError(f"{where}: {kind} holds exactly {kind.size} elements, got {len(items)}")

@@ -353,7 +353,7 @@ class _Reader:
         return DefinitionError("invalid_field_definition", reason, line, self._file)
 
 
-def _default(kind: FieldType, notes: dict[str, dict[str, object]]) -> Any:
+def _default(kind: FieldType, notes: dict[str, dict[str, Any]]) -> Any:
     """The default that an annotation gives, as plain data; those of arrays are left out, as the hash of a type does."""
     value = notes.get("default", {}).get("value")
     if value is None or kind.is_array or kind.is_message:

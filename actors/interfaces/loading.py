@@ -175,7 +175,7 @@ def _doc(definition: MessageDefinition, name: str) -> str:
     return "\n".join([f"{name}", "", *definition.comment]).rstrip() if definition.comment else name
 
 
-def _annotation(kind: FieldType, line: int, file: str | None, find: Callable[[str], type[Any] | None]) -> Any:
+def _annotation(kind: FieldType, line: int, file: str | None, find: Callable[[str], type[Any] | None]) -> object:
     if kind.base in {"time", "duration"}:
         better = f"builtin_interfaces/{kind.base.capitalize()}"
         raise DefinitionError("invalid_type_name", f"{kind.base!r} is a type of ROS 1; write {better}", line, file)

@@ -45,7 +45,7 @@ def get_action(name: str) -> type[ActionType[Any, Any, Any]]:
     return found
 
 
-def _get(name: str, kind: Kind, base: type[Any]) -> Any:
+def _get(name: str, kind: Kind, base: type[object]) -> Any:
     found = find(full_name(name, kind))
     if found is None or not issubclass(found, base):
         raise _unknown(name, kind, found)
@@ -95,7 +95,7 @@ def _derived(name: str) -> type[Any] | None:
     return None
 
 
-def _find(name: str, base: type[Any]) -> Any:
+def _find(name: str, base: type[object]) -> Any:
     cls = find(name)
     return cls if cls is not None and issubclass(cls, base) else None
 

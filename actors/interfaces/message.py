@@ -41,7 +41,7 @@ class Field(msgspec.Struct, frozen=True):
 
     name: str
     type: FieldType
-    default: Any = None
+    default: object = None
     message: builtins.type[Message] | None = None
 
     def __str__(self) -> str:
@@ -140,7 +140,7 @@ class Message(MessageBase, frozen=True, kw_only=True, metaclass=MessageMeta):
     """
 
 
-def _caller_names() -> dict[str, Any]:
+def _caller_names() -> dict[str, object]:
     """The names where the class statement stands: annotations may be text that mentions them."""
     return sys._getframe(2).f_locals  # pyright: ignore[reportPrivateUsage]
 
@@ -251,7 +251,7 @@ def _check_later(name: str, fields: tuple[Field, ...], invariant: Callable[[Any]
     return check_both
 
 
-def _first_call(self: Any) -> None:
+def _first_call(self: object) -> None:
     # this code is copied into functions that have the name among their globals; here it has none
     COMPILE(self)  # type: ignore[name-defined]  # noqa: F821  # pyright: ignore[reportUndefinedVariable]
 

@@ -14,7 +14,7 @@ from actors.interfaces.naming import closest
 M = TypeVar("M", bound=Message)
 
 
-def to_plain(message: Message, array: Callable[[FieldType, Any], object] | None = None) -> dict[str, Any]:
+def to_plain(message: Message, array: Callable[[FieldType, Any], object] | None = None) -> dict[str, object]:
     """The message as nested dicts in field order; arrays and sequences as lists. Nothing is shared with the message.
 
     An array of numbers is what `array` makes of its type and its numpy array, if that is given.
@@ -67,7 +67,7 @@ def _build(cls: type[M], mapping: Any, where: str) -> M:
     return cls(**values)
 
 
-def _value(field: Field, value: object, where: str) -> Any:
+def _value(field: Field, value: object, where: str) -> object:
     from actors.interfaces.check import converter, to_tuple
 
     kind = field.type
@@ -77,13 +77,13 @@ def _value(field: Field, value: object, where: str) -> Any:
         return to_array(where, kind, [] if value is None else value)
     if kind.base == "string" and value is not None:
         value = (
-            [_whole(where, each) for each in cast(Sequence[Any], value)]
+            [_whole(where, each) for each in cast(Sequence[object], value)]
             if isinstance(value, (list, tuple))
             else _whole(where, value)
         )
     if kind.is_array:
         if field.message is not None and isinstance(value, (list, tuple)):
-            items = cast(Sequence[Any], value)
+            items = cast(Sequence[object], value)
             value = [_build(field.message, item, f"{where}[{index}]") for index, item in enumerate(items)]
         return to_tuple(where, field, () if value is None else value)
     return _build(field.message, value, where) if field.message is not None else converter(field)(where, value)

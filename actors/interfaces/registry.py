@@ -22,7 +22,7 @@ class Folder(NamedTuple):
     module: str | None
 
 
-_types: dict[str, type[Any]] = {}
+_types: dict[str, type[object]] = {}
 _folders: list[Folder] = [Folder(os.path.join(os.path.dirname(__file__), "share"), "actors.interfaces")]
 
 

@@ -83,9 +83,9 @@ def normalize_typed_substitution(value: Any, data_type: object) -> object:
     return normalized(value) if isinstance(value, str) or is_substitution(value) else value
 
 
-def perform_typed_substitution(context: LaunchContext, value: Any, data_type: Any) -> Any:
+def perform_typed_substitution(context: LaunchContext, value: object, data_type: object) -> Any:
     """The value of this type that a normalized value stands for. Raises `SubstitutionFailure` if it is none."""
     from actors.launch.parameters import ParameterValue
 
-    found: Any = ParameterValue(value, value_type=data_type).evaluate(context)
+    found: object = ParameterValue(value, value_type=data_type).evaluate(context)
     return [*found] if isinstance(found, tuple) else found  # pyright: ignore[reportUnknownVariableType]

@@ -26,6 +26,7 @@ from actors.runtime.incarnation import Incarnation, incarnation_of
 from actors.runtime.node import Node
 
 if TYPE_CHECKING:
+    from actors.services.peers import Served
     from actors.system import System
 
 PrimaryState: TypeAlias = Literal["unconfigured", "inactive", "active"]
@@ -161,7 +162,7 @@ class LifecycleNode(Node):
 
     __standard_services__ = tuple(SERVICES)
 
-    def __standard_service__(self, name: str) -> tuple[object, object] | None:
+    def __standard_service__(self, name: str) -> Served | None:
         """The type and the handler of one of the five services of a lifecycle node, or None."""
         return SERVICES[name](self) if name in SERVICES else None
 

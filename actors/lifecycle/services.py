@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine, Sequence
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final
 
 from actors.lifecycle.machine import (
     STATES,
@@ -17,9 +17,7 @@ from actors.lifecycle.machine import (
 if TYPE_CHECKING:
     from actors.interfaces.lifecycle_msgs import msg, srv
     from actors.lifecycle.node import LifecycleNode
-
-Served: TypeAlias = tuple[Any, Callable[[Any], Coroutine[Any, Any, object]]]
-"""The type of a service, and its handler."""
+    from actors.services.peers import Served
 
 
 def _state(state: LifecycleState) -> msg.State:

@@ -17,6 +17,7 @@ from actors.interfaces.rcl_interfaces.srv import (
 )
 
 if TYPE_CHECKING:
+    from actors.interfaces.message import Message, ServiceType
     from actors.logs.levels import LevelTree
 
 
@@ -39,7 +40,7 @@ def _set(levels: LevelTree, request: SetLoggerLevels_Request) -> SetLoggerLevels
     return SetLoggerLevels.Response(results=tuple(results))
 
 
-LOGGER_SERVICES: Final[Mapping[str, tuple[Any, Callable[[LevelTree, Any], Any]]]] = MappingProxyType(
-    {"get_logger_levels": (GetLoggerLevels, _get), "set_logger_levels": (SetLoggerLevels, _set)}
+LOGGER_SERVICES: Final[Mapping[str, tuple[type[ServiceType[Any, Any]], Callable[[LevelTree, Any], Message]]]] = (
+    MappingProxyType({"get_logger_levels": (GetLoggerLevels, _get), "set_logger_levels": (SetLoggerLevels, _set)})
 )
 """The type of each of the two services, and what answers a request, by the last part of its name."""

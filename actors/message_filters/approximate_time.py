@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from actors.message_filters.simple_filter import SimpleFilter
     from actors.time.clock import Clock
 
-Entry: TypeAlias = tuple[int, Any]
+Entry: TypeAlias = tuple[int, object]
 """A stamp in nanoseconds, and the message."""
 
 AGE_PENALTY = 0.1

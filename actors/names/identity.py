@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.names import names
 
@@ -27,7 +27,7 @@ class Identity:
         name: str,
         namespace: str,
         path: tuple[str, ...],
-        overrides: Mapping[str, Any],
+        overrides: Mapping[str, object],
         remapping: Remapping | None = None,
         optional: frozenset[str] = frozenset(),
     ) -> None:

@@ -64,7 +64,7 @@ class ParameterServer(Node):
 
 
 async def get_global(
-    node: Node, name: str, alternative: Any = _NOT_GIVEN, *, server: str = SERVER, timeout: float = CALL_TIMEOUT
+    node: Node, name: str, alternative: object = _NOT_GIVEN, *, server: str = SERVER, timeout: float = CALL_TIMEOUT
 ) -> object:
     """The value of a global parameter; if it has not been set, `alternative`, if given. `timeout` is in seconds.
 

@@ -190,7 +190,7 @@ def parameter(
     read_only: bool = False,
 ) -> ParameterDeclaration[tuple[bytes, ...]]: ...
 def parameter(
-    default: Any,
+    default: object,
     *,
     of: type | None = None,
     name: str = "",
@@ -198,10 +198,10 @@ def parameter(
     ge: float | None = None,
     le: float | None = None,
     step: float | None = None,
-    choices: Iterable[Any] = (),
+    choices: Iterable[object] = (),
     description: str = "",
     read_only: bool = False,
-) -> ParameterDeclaration[Any]:
+) -> ParameterDeclaration[object]:
     """Declare a parameter in the body of a node class.
 
     `default` gives the value and the static type; `of` is the type of the elements of an empty list: ``parameter([], of=str)``. An int with
@@ -227,7 +227,11 @@ def parameter(
 
 
 def _checked(
-    name: str, default: object, of: type | None, bounds: tuple[Any, Any, Any], options: tuple[object, ...]
+    name: str,
+    default: object,
+    of: type | None,
+    bounds: tuple[float | None, float | None, float | None],
+    options: tuple[object, ...],
 ) -> tuple[Parameter, ParameterDescriptor]:
     """Return the default as a parameter, and a descriptor with its type and limits, after checking one against the other."""
     numbers = tuple(bound for bound in bounds if bound is not None)
@@ -312,7 +316,7 @@ class ParameterTable:
 
     __slots__ = ("descriptors", "values")
 
-    def __init__(self, declarations: Iterable[ParameterDeclaration[Any]] = ()) -> None:
+    def __init__(self, declarations: Iterable[ParameterDeclaration[object]] = ()) -> None:
         values: dict[str, Value] = {}
         descriptors: dict[str, ParameterDescriptor] = {}
         for declaration in (*_BUILT_IN, *declarations):
@@ -357,7 +361,7 @@ INTROSPECTION: Final = (
 LOGGER_SERVICE: Final = "enable_logger_service"
 """The parameter that says whether a node serves the levels of loggers. In ROS 2 it is a node option of this name."""
 
-OPTIONAL_PARAMETERS: Final[Mapping[str, ParameterDeclaration[Any]]] = {
+OPTIONAL_PARAMETERS: Final[Mapping[str, ParameterDeclaration[object]]] = {
     **{
         name: _introspection(name, f"the {whose} of this node")
         for name, whose in zip(INTROSPECTION, ("services", "service clients", "actions"), strict=True)

@@ -11,6 +11,7 @@ import re
 from base64 import b64decode
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
+from types import ModuleType
 from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
 
 from actors.checks import whole_text
@@ -386,7 +387,7 @@ class _Events:
             ) from None
 
 
-def _yaml() -> Any:
+def _yaml() -> ModuleType:
     """Import PyYAML, which has no type annotations and is only needed when parameters are read."""
     import yaml
 

@@ -44,7 +44,7 @@ class ParameterHook(Declaration):
 
     __slots__ = ("kind", "parameter")
 
-    def __init__(self, kind: Kind, parameter: ParameterDeclaration[Any] | None = None) -> None:
+    def __init__(self, kind: Kind, parameter: ParameterDeclaration[object] | None = None) -> None:
         super().__init__()
         self.kind: Final = kind
         self.parameter: Final = parameter

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final, NamedTuple
 
 from actors.errors import described
-from actors.interfaces import ServiceType
+from actors.interfaces import Message, ServiceType
 from actors.interfaces.builtin_interfaces.msg import Time
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.parameters.descriptor import FloatingPointRange, IntegerRange, ParameterDescriptor
@@ -227,7 +227,7 @@ class ParameterService(NamedTuple):
 
     name: str
     type: type[ServiceType[Any, Any]]
-    answer: Callable[..., Any]
+    answer: Callable[..., Message]
 
 
 PARAMETER_SERVICES: Final = (

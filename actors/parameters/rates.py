@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.errors import DeclarationError
 from actors.parameters.values import Parameter, ParameterType, SetResult
@@ -20,7 +20,7 @@ def rate_objection(rate: object) -> str | None:
     return f"the rate must be above 0 and below a million per second, not {rate!r:.40}"
 
 
-def check_rate_parameter(where: str, name: str, declared: Mapping[str, ParameterDeclaration[Any]]) -> None:
+def check_rate_parameter(where: str, name: str, declared: Mapping[str, ParameterDeclaration[object]]) -> None:
     """Raise `DeclarationError`, at the class, for an ``@every(hz="name")`` whose parameter does not exist or cannot be a rate."""
     parameter = declared.get(name)
     if parameter is None:

@@ -6,19 +6,21 @@ import asyncio
 import socket
 import struct
 from collections.abc import Callable
-from typing import Any, Final, cast
+from typing import Any, Final, TypeVar, cast
 
 from msgspec import MsgspecError
 
 from actors.processes.messages import Opaque
 from actors.processes.pickling import pack, unpack
 
+T = TypeVar("T")
+
 HEAD: Final = struct.Struct("!I")
 """The length of a frame stands before it."""
 MOST_BYTES: Final = (1 << 32) - 1
 
 
-def framed(value: object, write: Callable[[Any], bytes] = pack) -> bytes:
+def framed(value: T, write: Callable[[T], bytes] = pack) -> bytes:
     """The value as a frame. Raises what `write` raises."""
     data = value.data if isinstance(value, Opaque) else write(value)
     return HEAD.pack(len(data)) + data
@@ -52,7 +54,7 @@ class Channel(asyncio.Protocol):
         self,
         take: Callable[[Any], None],
         lost: Callable[[], None],
-        read: Callable[[bytes], Any] = unpack,
+        read: Callable[[bytes], object] = unpack,
         made: Callable[[asyncio.Transport], bool] = lambda transport: True,
         write: Callable[[Any], bytes] = pack,
         most: int = MOST_BYTES,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import msgspec
 
@@ -119,7 +119,7 @@ class Line(msgspec.Struct, frozen=True):
     node: str
     incarnation: int
     event: str
-    fields: dict[str, Any]
+    fields: dict[str, object]
     times: int = 1
     trace: str = ""
 

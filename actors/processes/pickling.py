@@ -11,7 +11,7 @@ from typing import Any, Final, TypeAlias, cast
 from actors.errors import RemoteError
 from actors.places import traceback_of
 
-_Reduced: TypeAlias = tuple[Callable[..., BaseException], tuple[Any, ...]]
+_Reduced: TypeAlias = tuple[Callable[..., BaseException], tuple[object, ...]]
 
 _HEAD: Final = "In process"
 

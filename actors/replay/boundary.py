@@ -18,8 +18,10 @@ if TYPE_CHECKING:
     from actors.actions.client import SentGoals
     from actors.actions.peers import ActionPeer, GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
+    from actors.contracts.contracts import Req, Resp
     from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
     from actors.inbox.inbox import Inbox
+    from actors.interfaces.message import Message
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.timers import NodeTimer, Ticked
     from actors.services.client import Client
@@ -51,13 +53,13 @@ class JournalBoundary(Interceptor):
     def __init__(self) -> None:
         self.members: dict[str, Inbox] = {}
         """Full name -> inbox."""
-        self.lives: dict[asyncio.Task[Any], Incarnation] = {}
+        self.lives: dict[asyncio.Task[object], Incarnation] = {}
         self.tasks: dict[int, OwnedTask] = {}
         self.timers: list[tuple[str, NodeTimer]] = []
         """Each with its name: its node, method and rate."""
         self.answers: dict[int, Answer] = {}
         self.followers: dict[int, object] = {}
-        self.subscriptions: list[Any] = []
+        self.subscriptions: list[SubscriptionPeer] = []
         self.futures: WeakKeyDictionary[asyncio.Future[Any], int] = WeakKeyDictionary()
         self._subscription_numbers: dict[int, int] = {}
         self._scheduled = self._begun = self._awaited = self._followed = self._owing = 0
@@ -73,7 +75,7 @@ class JournalBoundary(Interceptor):
         """See `Boundary.compute`."""
 
     @abstractmethod
-    def elsewhere(self, name: str, work: Callable[[], Coroutine[Any, Any, Any]]) -> asyncio.Future[Any]:
+    def elsewhere(self, name: str, work: Callable[[], Coroutine[object, None, object]]) -> asyncio.Future[object]:
         """See `Boundary.elsewhere`."""
 
     @abstractmethod
@@ -102,11 +104,11 @@ class JournalBoundary(Interceptor):
         """The time that a member's code reads from `clock`."""
 
     @abstractmethod
-    def in_thread(self, start: Callable[[], asyncio.Future[Any]], name: str) -> asyncio.Future[Any]:
+    def in_thread(self, start: Callable[[], asyncio.Future[T]], name: str) -> asyncio.Future[T]:
         """The future of work in an executor, which `start()` begins."""
 
     @abstractmethod
-    def expected(self, future: asyncio.Future[Any], number: int) -> None:
+    def expected(self, future: asyncio.Future[T], number: int) -> None:
         """A member was given a future that others complete, or may."""
 
     # -- the lives of the members -------------------------------------------------------------------------------------------
@@ -150,7 +152,7 @@ class JournalBoundary(Interceptor):
         self.tasks[task.number] = task
         task.add_done_callback(_forgets(self.tasks), context=Context())
 
-    def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: object) -> bool:
+    def cancel(self, task: OwnedTask, cancel: Callable[[object], bool], message: object) -> bool:
         """Other code cancels a task of a member: call `cancel(message)`."""
         return self.enter("interrupt", (task.number, None), cancel, message)
 
@@ -198,7 +200,7 @@ class JournalBoundary(Interceptor):
         if server.node.fqn not in self.members:
             return take
 
-        def taken(message: object, caller: Requester, timeout: float) -> Request:
+        def taken(message: Message, caller: Requester, timeout: float) -> Request:
             if BOUNDARY.get() is self:
                 return take(message, caller, timeout)
             number = self._owing = self._owing + 1
@@ -213,7 +215,7 @@ class JournalBoundary(Interceptor):
             return ways
         name = server.entry.name
 
-        def submit(goal_id: bytes, message: object, client: GoalFollower | None) -> GoalRequest:
+        def submit(goal_id: bytes, message: Message, client: GoalFollower | None) -> GoalRequest:
             if BOUNDARY.get() is self:
                 return ways.submit(goal_id, message, client)
             number = self._owing = self._owing + 1
@@ -285,13 +287,13 @@ class JournalBoundary(Interceptor):
 
         return deliver
 
-    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+    def calling(self, client: Client[Req, Resp], submit: Submit) -> Submit:
         if client.node.fqn not in self.members:
             return submit
         name = client.entry.name
         self.uses(cast("ServiceEntry", client.entry))
 
-        def submitted(server: ServicePeer, message: object, caller: Caller, timeout: float) -> ServiceCall:
+        def submitted(server: ServicePeer, message: Message, caller: Caller, timeout: float) -> ServiceCall:
             if self._is_inside(server):
                 self.send("call", name, (message, timeout), inner=True)
                 call = submit(server, message, caller, timeout)
@@ -307,7 +309,7 @@ class JournalBoundary(Interceptor):
             return ways
         self.uses(entry)
 
-        def submit(server: ActionPeer, goal_id: bytes, message: object, client: GoalFollower) -> OpenCall:
+        def submit(server: ActionPeer, goal_id: bytes, message: Message, client: GoalFollower) -> OpenCall:
             if self._is_inside(server):
                 self.send("goal", entry.name, (goal_id, message), inner=True)
                 request = ways.submit(server, goal_id, message, client)
@@ -349,7 +351,7 @@ class JournalBoundary(Interceptor):
         if asyncio.isfuture(answer):
             self.expect(answer)
 
-    def expect(self, future: asyncio.Future[Any]) -> None:
+    def expect(self, future: asyncio.Future[T]) -> None:
         """Give a number to a future that is completed, or may be, by others."""
         self._awaited += 1
         self.futures[future] = self._awaited
@@ -357,7 +359,7 @@ class JournalBoundary(Interceptor):
         future.add_done_callback(nothing)  # so that its end is always noticed as a callback of the node
 
 
-class Answer(asyncio.Future[Any]):
+class Answer(asyncio.Future[object]):
     """The answer that a member owes to a request or to the request for a goal."""
 
     def __init__(self, boundary: JournalBoundary, number: int) -> None:
@@ -437,7 +439,7 @@ def _outside(started: Callable[[], None]) -> Callable[[], None]:
     return call
 
 
-def _forgets(tasks: dict[int, OwnedTask]) -> Callable[[Any], None]:
+def _forgets(tasks: dict[int, OwnedTask]) -> Callable[[OwnedTask], None]:
     def forget(task: OwnedTask) -> None:
         tasks.pop(task.number, None)
 

@@ -189,7 +189,7 @@ def _of_numpy(value: object) -> object:
 # -- what is called by the bytes ----------------------------------------------------------------------------------------------------
 
 
-def class_named(module: str, name: str) -> type[Any]:
+def class_named(module: str, name: str) -> type[object]:
     """A class of values: a message, an interface, a structure or an enumeration. Raises `ReplayError` for another."""
     found: object = _named(module, name)
     if not _may_be_named(found):
@@ -288,7 +288,7 @@ _OURS: Final = ("actors", "robot")
 """The packages of this distribution: their import does nothing but define what is in them."""
 
 
-def _check(**values: tuple[object, type[Any]]) -> None:
+def _check(**values: tuple[object, type[object]]) -> None:
     """Raise `ReplayError` for a value that is not exactly of its type: another could act, or stand for more than it takes."""
     for name, (value, kind) in values.items():
         if type(value) is not kind:

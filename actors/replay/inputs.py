@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from actors.runtime.incarnation import Incarnation
     from actors.system import System
     from actors.time.deadlines import Deadlines
+    from actors.topics.peers import SubscriptionPeer
 
 OF_A_LIFE: Final = frozenset({"crash", "parameters", "stop"})
 """What is done to a life of a node, which is named first, not by way of the graph."""
@@ -118,7 +119,7 @@ class Inputs:
             message = ExpiringMessage(message, expires, self._loop.time)
         self._boundary.enter("deliver", (), subscription.target(publisher), message)
 
-    def _subscription(self, number: int, topic: str) -> Any:
+    def _subscription(self, number: int, topic: str) -> SubscriptionPeer | None:
         """The node's subscription with this number, if it is one of the topic; else its last one of the topic, or None."""
         known = self._boundary.subscriptions
         if number < len(known) and known[number].entry.name == topic:
@@ -197,7 +198,7 @@ class Inputs:
         else:
             future.set_result(value)
 
-    def _awaited(self, number: int) -> asyncio.Future[Any] | None:
+    def _awaited(self, number: int) -> asyncio.Future[object] | None:
         """The future with this number; for a node that is diverged, the one of the same kind, name and place."""
         if not self._boundary.diverged:
             return self._boundary.awaited.pop(number, None)
@@ -208,13 +209,13 @@ class Inputs:
     def goal_status(self, number: int, status: object) -> None:
         self._follower(number, "on_status", status)
 
-    def feedback(self, number: int, feedback: Any) -> None:
+    def feedback(self, number: int, feedback: object) -> None:
         self._follower(number, "on_feedback", feedback)
 
     def outcome(self, number: int, status: Any, result: object, reason: str) -> None:
         self._follower(number, "on_result", create(Outcome, status, result, reason))
 
-    def _follower(self, number: int, method: str, value: Any) -> None:
+    def _follower(self, number: int, method: str, value: object) -> None:
         follower = self._boundary.followers.get(number)
         if follower is not None:
             self._boundary.enter(method, (), getattr(follower, method), value)

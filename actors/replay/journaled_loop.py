@@ -28,7 +28,7 @@ _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")
 
 
-class OwnedTask(asyncio.Task[Any]):
+class OwnedTask(asyncio.Task[object]):
     """A task that knows whose code runs in it, so that it is noticed if other code cancels it."""
 
     boundary: JournalBoundary | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.errors import described
 from actors.inbox.boundary import BOUNDARY
@@ -79,7 +79,7 @@ class PlayedNode:
         """The error with which the last life of the node ended; empty if it did not fail."""
         self._system, self._boundary, self._declared = system, boundary, declared
         self._gate: asyncio.Future[Start] | None = None
-        self._asking: asyncio.Task[Any] | None = None
+        self._asking: asyncio.Task[object] | None = None
         self._kept = False
         system.runtime.id_streams[start.node] = start.id_streams
 

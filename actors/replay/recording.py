@@ -33,7 +33,7 @@ NO_TIME: Final = SENT | {"result"}
 Entry: TypeAlias = "tuple[Any, ...] | float"
 
 
-def comes_in(entry: Entry | None) -> TypeGuard[tuple[Any, ...]]:
+def comes_in(entry: Entry | None) -> TypeGuard[tuple[object, ...]]:
     """Whether an entry is of what came in."""
     return isinstance(entry, tuple) and entry[0] != "step" and entry[0] not in NO_TIME
 

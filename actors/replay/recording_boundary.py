@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Container, Coroutine
+from collections.abc import Callable, Container, Coroutine, Sequence
 from contextvars import Context
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -103,7 +103,7 @@ class RecordingBoundary(JournalBoundary):
     def send(self, kind: str, name: str, value: object, *, inner: bool = False) -> None:
         self._put(("inner" if inner else "out", kind, name, value))
 
-    def cancel(self, task: OwnedTask, cancel: Callable[[Any], bool], message: object) -> bool:
+    def cancel(self, task: OwnedTask, cancel: Callable[[object], bool], message: object) -> bool:
         return self.enter("interrupt", (task.number, self._killing(task)), cancel, message)
 
     def _killing(self, task: OwnedTask) -> tuple[str, float] | None:
@@ -119,18 +119,18 @@ class RecordingBoundary(JournalBoundary):
         self._put(("result", result))
         return result
 
-    def elsewhere(self, name: str, work: Callable[[], Coroutine[Any, Any, Any]]) -> asyncio.Future[Any]:
+    def elsewhere(self, name: str, work: Callable[[], Coroutine[object, None, object]]) -> asyncio.Future[object]:
         with outside():
-            task: asyncio.Future[Any] = asyncio.ensure_future(work())
+            task: asyncio.Future[object] = asyncio.ensure_future(work())
         return self.in_thread(lambda: task, name)
 
-    def in_thread(self, start: Callable[[], asyncio.Future[Any]], name: str) -> asyncio.Future[Any]:
+    def in_thread(self, start: Callable[[], asyncio.Future[T]], name: str) -> asyncio.Future[T]:
         self._put(("out", "offload", name, None))
         future = start()
         self.expect(future)
         return future
 
-    def expected(self, future: asyncio.Future[Any], number: int) -> None:
+    def expected(self, future: asyncio.Future[T], number: int) -> None:
         if future.done():
             self._done(future, number)
 
@@ -170,7 +170,7 @@ class RecordingBoundary(JournalBoundary):
         elif future is not None and number > 0:
             self._done(future, number)
 
-    def _done(self, future: asyncio.Future[Any], number: int) -> None:
+    def _done(self, future: asyncio.Future[T], number: int) -> None:
         self.futures[future] = -number  # written down
         self._note("done", number, *outcome_of(future))
 
@@ -212,15 +212,17 @@ class RecordingBoundary(JournalBoundary):
         return number
 
     def publisher_joined(self, publisher: PublisherPeer) -> None:
-        others: list[Any] = publisher.entry.subscriptions
+        others = publisher.entry.subscriptions
         self._joined(publisher, others)
 
     def subscription_joined(self, subscription: SubscriptionPeer) -> None:
         super().subscription_joined(subscription)
-        others: list[Any] = subscription.entry.publishers
+        others = subscription.entry.publishers
         self._joined(subscription, others)
 
-    def _joined(self, peer: Any, others: list[Any]) -> None:
+    def _joined(
+        self, peer: PublisherPeer | SubscriptionPeer, others: Sequence[PublisherPeer | SubscriptionPeer]
+    ) -> None:
         if self.owns(peer):
             for other in others:
                 if not self.owns(other):
@@ -274,7 +276,7 @@ class RecordedLife:
         self._recording.enter("stop", details, self._life.stop, reason)
 
 
-def outcome_of(future: asyncio.Future[Any]) -> tuple[str, object]:
+def outcome_of(future: asyncio.Future[T]) -> tuple[str, object]:
     """How a future has ended, and its result or error."""
     if future.cancelled():
         return CANCELED, None

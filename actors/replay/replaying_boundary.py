@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from actors.graph.servers import S, ServerEntry
     from actors.replay.debugger import Break
     from actors.replay.journaled_loop import Callback
+    from actors.replay.stubs import StubPublisher
+    from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 T = TypeVar("T")
 
@@ -54,7 +56,7 @@ class ReplayingBoundary(JournalBoundary):
         self.differences: list[Difference] = []
         self.inner: list[Difference] = []
         self.sent: Counter[tuple[str, str]] = Counter()
-        self.apply: Callable[[tuple[Any, ...]], None] = _nowhere
+        self.apply: Callable[[tuple[object, ...]], None] = _nowhere
         """Gives the node what came in."""
         self._pause = pause
         self._limit = limit
@@ -123,7 +125,7 @@ class ReplayingBoundary(JournalBoundary):
         self._differs(kind, name, self.sent[kind, name], "", value, replayed, inner=tag == "inner")
 
     def _differs(
-        self, kind: str, name: str, number: int, field: str, recorded: Any, replayed: object, *, inner: bool
+        self, kind: str, name: str, number: int, field: str, recorded: object, replayed: object, *, inner: bool
     ) -> None:
         found = self.inner if inner else self.differences
         if any((one.kind, one.name) == (kind, name) for one in found):
@@ -179,7 +181,7 @@ class ReplayingBoundary(JournalBoundary):
             self.at += 1
             self.apply(entry)
 
-    def catch_up(self, publisher: Any, target: Callable[[Any], None]) -> None:
+    def catch_up(self, publisher: StubPublisher, target: Target) -> None:
         """Give a subscription of the node the messages that were kept for it."""
         while isinstance(entry := self.entry(), tuple) and entry[0] == "deliver" and entry[2] == WITHIN:
             if entry[3:5] != (self._joining, publisher.number):
@@ -220,23 +222,23 @@ class ReplayingBoundary(JournalBoundary):
             return result
         return function(*arguments)
 
-    def elsewhere(self, name: str, work: Callable[[], Coroutine[Any, Any, Any]]) -> asyncio.Future[Any]:
+    def elsewhere(self, name: str, work: Callable[[], Coroutine[object, None, object]]) -> asyncio.Future[object]:
         return self.in_thread(asyncio.get_running_loop().create_future, name)
 
-    def in_thread(self, start: Callable[[], asyncio.Future[Any]], name: str) -> asyncio.Future[Any]:
+    def in_thread(self, start: Callable[[], asyncio.Future[T]], name: str) -> asyncio.Future[T]:
         self.send("offload", name, None)
         future = asyncio.get_running_loop().create_future()
         self.expect(future)
         return future
 
-    def expected(self, future: asyncio.Future[Any], number: int) -> None:
+    def expected(self, future: asyncio.Future[T], number: int) -> None:
         self.awaited[number] = future
         kind, name = self._last
         self.channels[kind, name, self._asked[kind, name]] = future
         self._asked[kind, name] += 1
         self._come_back()
 
-    def delivering(self, publisher: Any, subscription: Any, target: Callable[[Any], None]) -> Callable[[Any], None]:
+    def delivering(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
         if self.owns(publisher):
             return self.to_itself(target)
         self._joining = self.number_of(subscription)

@@ -37,7 +37,7 @@ class _StubEnd:
         self.node = StubNode(node)
         self.type = kind
         self.qos = qos
-        self.matched: dict[Any, None] = {}
+        self.matched: dict[object, None] = {}
 
     def notify(self) -> None:
         """Do nothing: nobody waits for its events."""
@@ -79,7 +79,7 @@ class StubPublisher(_StubEnd):
         self.latched: list[object] = []
         self._catch_up = catch_up
 
-    def sent(self, message: Any) -> None:
+    def sent(self, message: object) -> None:
         """Count a message that is about to be delivered."""
         self.count += 1
         if self.qos.transient_local:
@@ -95,7 +95,7 @@ class StubPublisher(_StubEnd):
     def due_alive(self, lease_ns: int | None, now: int) -> int | None:
         return None
 
-    def add_tap(self, tap: Callable[[Any], None]) -> None:
+    def add_tap(self, tap: Callable[[Message], None]) -> None:
         """Do nothing: nobody taps a replay."""
 
 
@@ -145,7 +145,7 @@ class StubServer:
     active = 0
 
     def __init__(
-        self, host: str, kind: type[Any], concurrent: int, asked: Callable[[StubCall, float | None], None]
+        self, host: str, kind: type[object], concurrent: int, asked: Callable[[StubCall, float | None], None]
     ) -> None:
         self.host = host
         self.type = kind

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from actors.parameters.files import ParameterOverrides
     from actors.running.arguments import RosArguments
 
-ParameterSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Mapping[str, Any]]
+ParameterSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Mapping[str, object]]
 """The path of a ROS 2 parameter file (YAML), or ``{node: {parameter: value}}`` with its patterns: a full name, ``/**`` for all nodes."""
 
 ParameterSources: TypeAlias = ParameterSource | Sequence[ParameterSource]

@@ -373,7 +373,7 @@ def refuse_a_running_loop(what: str, instead: str) -> None:
     )
 
 
-def execute(main: Callable[[], Coroutine[Any, Any, T]], *, clock: Literal["real", "virtual"] = "real") -> T:
+def execute(main: Callable[[], Coroutine[object, None, T]], *, clock: Literal["real", "virtual"] = "real") -> T:
     """Run an async program to its end, and return its result. On the virtual clock, waiting takes no time.
 
     Ctrl-C ends the program with exit code 130 and without a traceback. Raises `TypeError` for anything but an async function, and

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any, cast
 
 
-def is_async(handler: Any) -> bool:
+def is_async(handler: object) -> bool:
     """Whether a call of `handler` makes a coroutine, as far as it can be told; partials, callable objects and wrappers are looked into."""
     while isinstance(handler, partial):
         handler = cast("Any", handler).func

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 M = TypeVar("M", bound="Message")
 Node = TypeVar("Node")
 P = ParamSpec("P")
-Nothing = TypeVar("Nothing", bound="Coroutine[Any, Any, None] | None")
+Nothing = TypeVar("Nothing", bound="Coroutine[object, None, None] | None")
 
 Late: TypeAlias = Literal["skip", "catch_up", "fault"]
 """What a periodic handler does with missed ticks; see `every`."""
@@ -75,7 +75,7 @@ class PublisherDeclaration(_EndpointDeclaration[M], metaclass=NoPublicConstructo
     def __get__(self, instance: None, owner: type) -> Topic[M]: ...
     @overload
     def __get__(self, instance: object, owner: type) -> Publisher[M]: ...
-    def __get__(self, instance: Any, owner: type) -> Topic[M] | Publisher[M]:
+    def __get__(self, instance: object, owner: type) -> Topic[M] | Publisher[M]:
         if instance is None:
             return self.topic
         raise NotStarted(
@@ -107,7 +107,7 @@ class StreamDeclaration(_EndpointDeclaration[M], metaclass=NoPublicConstructor):
     def __get__(self, instance: None, owner: type) -> Topic[M]: ...
     @overload
     def __get__(self, instance: object, owner: type) -> Stream[M]: ...
-    def __get__(self, instance: Any, owner: type) -> Topic[M] | Stream[M]:
+    def __get__(self, instance: object, owner: type) -> Topic[M] | Stream[M]:
         if instance is None:
             return self.topic
         raise NotStarted(
@@ -193,7 +193,7 @@ def every(
     return decorate
 
 
-def _without_keyword(value: Any) -> str:
+def _without_keyword(value: object) -> str:
     """ROS 2's timers take a period, and its rates a frequency."""
     if callable(value):
         name = getattr(value, "__name__", "method")
@@ -207,7 +207,9 @@ def _rate_of(period: object) -> float:
     return 1.0 / period if is_number(period) and 0.0 < period < math.inf else 0.0
 
 
-def background(function: Callable[[Node], Coroutine[Any, Any, None]]) -> Callable[[Node], Coroutine[Any, Any, None]]:
+def background(
+    function: Callable[[Node], Coroutine[object, None, None]],
+) -> Callable[[Node], Coroutine[object, None, None]]:
     """Decorate a coroutine method that runs in a task of its own from the node's start to its end, such as the read loop of a driver."""
     BackgroundDeclaration().attach(function)
     return function
@@ -247,7 +249,7 @@ class Declarations:
         """Whether a node of the class has started without instance attributes that hide methods of the framework."""
         self.publishers: list[PublisherDeclaration[Any]] = []
         self.streams: list[StreamDeclaration[Any]] = []
-        self.parameters: list[ParameterDeclaration[Any]] = []
+        self.parameters: list[ParameterDeclaration[object]] = []
         self.parameter_hooks: list[ParameterHook] = []
         self.topics: list[TopicHandler] = []
         self.services: list[ServiceHandler] = []

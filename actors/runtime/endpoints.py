@@ -7,7 +7,7 @@ else is closed with the life.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping
 from functools import partial
 from operator import attrgetter
 from types import MappingProxyType
@@ -43,9 +43,10 @@ from actors.topics.timed_publisher import publisher_for
 if TYPE_CHECKING:
     from actors.actions.peers import ActionPeer
     from actors.contracts.content_filter import ContentFilter
-    from actors.contracts.contracts import Action, Topic
+    from actors.contracts.contracts import Action, ArrivalPolicy, Topic
     from actors.graph.graph import TopicEntry
     from actors.graph.servers import ServiceEntry
+    from actors.interfaces.message import InterfaceClass, Message, ServiceType
     from actors.qos.policies import Overriding
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.interceptor import Interceptor
@@ -121,16 +122,16 @@ class Endpoints:
         self._add(publisher)
         return publisher
 
-    def _publish_on(self, type: Any, topic: str) -> Publisher[Any]:
+    def _publish_on(self, type: type[M], topic: str) -> Publisher[M]:
         return self.event_publisher(type, self._graph.topic(topic))
 
-    def _add(self, publisher: Publisher[Any]) -> None:
+    def _add(self, publisher: Publisher[M]) -> None:
         """Let `publisher` join its topic. It is kept until it is closed."""
         self.publishers.append(publisher)
         publisher.on_close = self._publisher_closed
         publisher.entry.add_publisher(publisher)
 
-    def _publisher_closed(self, publisher: Publisher[Any]) -> None:
+    def _publisher_closed(self, publisher: Publisher[M]) -> None:
         self.publishers.remove(publisher)
         self._life.record.note((publisher.entry,))
 
@@ -158,12 +159,12 @@ class Endpoints:
         self.join(subscription)
         return create(Stream, subscription, life.runtime.loop)
 
-    def join(self, subscription: StreamSubscription[Any]) -> None:
+    def join(self, subscription: StreamSubscription[M]) -> None:
         """Let the subscription of a stream, which calls `stream_closed` at its end, join its topic."""
         self.streams.append(subscription)
         subscription.entry.add_subscription(subscription)
 
-    def stream_closed(self, subscription: StreamSubscription[Any]) -> None:
+    def stream_closed(self, subscription: StreamSubscription[M]) -> None:
         """Forget a stream that has been closed."""
         self.streams.remove(subscription)
         self._life.record.note((subscription.entry,))
@@ -225,7 +226,7 @@ class Endpoints:
         The parameters are declared, unless an earlier endpoint has done that. Raises `InvalidQoS` for values that are none, or that the
         endpoint refuses.
         """
-        life, values = self._life, dict[str, Any]()
+        life, values = self._life, dict[str, object]()
         store = life.parameters
         for policy, (name, default) in overriding.parameters(topic, kind, qos).items():
             if not store.has(name):
@@ -293,7 +294,7 @@ class Endpoints:
     def serve(
         self,
         service: Service[Req, Resp],
-        handler: Callable[[Req], Coroutine[Any, Any, Resp]],
+        handler: Callable[[Req], Coroutine[object, None, Resp]],
         label: str,
         concurrent: int = 0,
     ) -> None:
@@ -310,7 +311,14 @@ class Endpoints:
         entry.open(server)
 
     def server(
-        self, entry: ServiceEntry, type: Any, handler: Any, label: str, concurrent: int, *, declared: bool
+        self,
+        entry: ServiceEntry,
+        type: type[ServiceType[Req, Resp]],
+        handler: Callable[[Any], Awaitable[Message]],
+        label: str,
+        concurrent: int,
+        *,
+        declared: bool,
     ) -> Server:
         """A server that is not open yet, behind the interceptors; only they hear of the handling of what is not `declared`."""
         interceptors = self._interceptors
@@ -328,7 +336,7 @@ class Endpoints:
         return server
 
     def serve_action(
-        self, action: Action[Any, Any, Any], handlers: GoalHandlers, arrivals: Any, result_timeout: float
+        self, action: Action[G, R, F], handlers: GoalHandlers, arrivals: ArrivalPolicy, result_timeout: float
     ) -> None:
         """Let `handlers` serve `action`. Raises `DeclarationError` when another node serves it."""
         life, graph = self._life, self._graph
@@ -345,7 +353,9 @@ class Endpoints:
             if topic is not None and topic.subscriptions:
                 graph.open_standard_topic(topic)
 
-    def _refuse_second(self, name: str, first: ServicePeer | ActionPeer, kind: str, offered: type[Any]) -> NoReturn:
+    def _refuse_second(
+        self, name: str, first: ServicePeer | ActionPeer, kind: str, offered: InterfaceClass
+    ) -> NoReturn:
         served_type, offered_type = first.type.__ros_type__, offered.__ros_type__
         types = f" as {served_type}, not as {offered_type}" if served_type != offered_type else ""
         raise DeclarationError(

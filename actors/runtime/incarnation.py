@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from actors.runtime.node import ErrorVerdict
     from actors.runtime.runtime import NodeRecord, Runtime
     from actors.runtime.sim_time import SimTime
-    from actors.services.peers import CallId
+    from actors.services.peers import Awaited, CallId
     from actors.supervision.child import Child
     from actors.supervision.child_task import ChildTask
     from actors.supervision.reasons import ExitReason
@@ -97,7 +97,7 @@ class Incarnation:
         self.phase: Phase = "new"
         self.asked: str | None = None
         self.serving = self.ended = False
-        self.waits_for: Any = None
+        self.waits_for: Awaited | None = None
         self._child, record.task = record.task, None
         self.opened: Endpoints | None = None
         """Its `endpoints`, once it has had any."""
@@ -556,11 +556,11 @@ class Incarnation:
             self._tasks = Tasks(self)
         return self._tasks
 
-    def owns(self, task: asyncio.Task[Any]) -> bool:
+    def owns(self, task: asyncio.Task[object]) -> bool:
         """Whether `task` is one of its `tasks`."""
         return self._tasks is not None and task in self._tasks
 
-    def create_task(self, work: Coroutine[Any, Any, Any], *, name: str = "") -> asyncio.Task[Any]:
+    def create_task(self, work: Coroutine[object, None, T], *, name: str = "") -> asyncio.Task[T]:
         """Run `work` in a task that the node owns: its failure is the node's failure, and the node's end cancels it. Raises `Ended`."""
         if self.ended:
             work.close()
@@ -571,7 +571,7 @@ class Incarnation:
         self.tasks.add(task)
         return task
 
-    def own(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
+    def own(self, work: Coroutine[object, None, None], *, name: str = "") -> asyncio.Task[None]:
         """As `create_task`, for user code: an exception of any kind ends the node, and never the event loop."""
         if self.ended:
             work.close()

@@ -10,6 +10,7 @@ from actors.graph.interceptor import TopicInterceptor
 if TYPE_CHECKING:
     from actors.actions.client import SentGoals
     from actors.actions.server import ActionServer, ServedGoals
+    from actors.contracts.contracts import Req, Resp
     from actors.graph.servers import ActionEntry
     from actors.runtime.timers import NodeTimer, Ticked
     from actors.services.client import Client
@@ -43,7 +44,7 @@ class Interceptor(TopicInterceptor):
         reports; it takes and returns what the handler does."""
         return handler
 
-    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+    def calling(self, client: Client[Req, Resp], submit: Submit) -> Submit:
         """Return the function that sends the requests of a client to the server."""
         return submit
 

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from actors.actions.goals import GoalRecord
     from actors.actions.peers import GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
+    from actors.contracts.contracts import Req, Resp
+    from actors.interfaces.derived import ServiceClass
+    from actors.interfaces.message import Message
     from actors.services.client import Client
     from actors.services.peers import Caller, CallId, ServiceCall, ServicePeer, Submit
     from actors.services.server import Handle, Request, Server
@@ -32,7 +35,7 @@ if TYPE_CHECKING:
 EVENT: Final = "/_service_event"
 _SERVICE, _CLIENT, _ACTION = INTROSPECTION
 
-PublishOn: TypeAlias = "Callable[[Any, str], Publisher[Any]]"
+PublishOn: TypeAlias = "Callable[[type[Message], str], Publisher[Message]]"
 """Gives the publisher of a node for messages of a type on a topic, by its full name."""
 
 
@@ -49,17 +52,17 @@ class Introspection(Interceptor):
         for (parameter, _), events in self._events.items():
             events.obey(self._level(parameter))
 
-    def _of(self, parameter: str, service: str, kind: Any) -> ServiceEvents:
+    def _of(self, parameter: str, service: str, kind: ServiceClass) -> ServiceEvents:
         events = self._events.get((parameter, service))
         if events is None:
             events = self._events[parameter, service] = ServiceEvents(self._node, self._publish_on, service, kind)
             events.obey(self._level(parameter))
         return events
 
-    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
+    def calling(self, client: Client[Req, Resp], submit: Submit) -> Submit:
         events = self._of(_CLIENT, client.entry.name, client.type)
 
-        def submitted(server: ServicePeer, message: Any, caller: Caller, timeout: float) -> ServiceCall:
+        def submitted(server: ServicePeer, message: Message, caller: Caller, timeout: float) -> ServiceCall:
             call = submit(server, message, caller, timeout)
             if not events.on:
                 return call
@@ -67,7 +70,7 @@ class Introspection(Interceptor):
             call_id: CallId = asked(getattr, call, "call_id")
             events.publish(CallStep.REQUEST_SENT, call_id, message)
 
-            def answered(future: asyncio.Future[Any]) -> None:
+            def answered(future: asyncio.Future[Message]) -> None:
                 if not future.cancelled() and future.exception() is None:
                     events.publish(CallStep.RESPONSE_RECEIVED, call_id, future.result())
 
@@ -98,7 +101,7 @@ class Introspection(Interceptor):
         get: Any = derived.get_result_service(server.type)
         sent, got = self._of(_ACTION, f"{name}send_goal", send), self._of(_ACTION, f"{name}get_result", get)
 
-        def submit(goal_id: bytes, message: Any, client: GoalFollower | None) -> GoalRequest:
+        def submit(goal_id: bytes, message: Message, client: GoalFollower | None) -> GoalRequest:
             request = ways.submit(goal_id, message, client)
             if sent.on:
                 _tell_request(sent, send, request, server.goals)
@@ -137,10 +140,10 @@ def _tell_request(events: ServiceEvents, kind: Any, request: GoalRequest, number
 class ServiceEvents:
     """Publishes the steps of the calls of one service, as one end of them takes them."""
 
-    def __init__(self, node: Host, publish_on: PublishOn, service: str, kind: Any) -> None:
+    def __init__(self, node: Host, publish_on: PublishOn, service: str, kind: ServiceClass) -> None:
         self._node, self._publish_on, self._service, self._kind = node, publish_on, service, kind
         self._contents = False
-        self._publisher: Publisher[Any] | None = None
+        self._publisher: Publisher[Message] | None = None
         self.on = False
 
     def obey(self, level: str) -> None:
@@ -149,7 +152,7 @@ class ServiceEvents:
         if self.on:
             self._publisher = self._publish_on(derived.event_message(self._kind), self._service + EVENT)
 
-    def publish(self, step: CallStep, call_id: CallId, message: Any) -> None:
+    def publish(self, step: CallStep, call_id: CallId, message: Message) -> None:
         """Publish a step of a call."""
         from actors.interfaces.service_msgs.msg import ServiceEventInfo
 

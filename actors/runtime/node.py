@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from actors.parameters.values import Parameter, SetResult
     from actors.runtime.declarations import Late
     from actors.runtime.incarnation import Incarnation
+    from actors.services.peers import Served
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
@@ -85,7 +86,7 @@ class Node(Habits):
     __machinery__: Incarnation | None = None
     """The incarnation that runs this object; None before its start."""
 
-    def __init_subclass__(cls, **keywords: Any) -> None:
+    def __init_subclass__(cls, **keywords: object) -> None:
         super().__init_subclass__(**keywords)
         claim(cls.__module__)
         cls.declarations = Declarations(cls)
@@ -113,7 +114,7 @@ class Node(Habits):
     async def on_stop(self, reason: ExitReason) -> None:
         """Leave things in order: the endpoints still work, goals and tasks have ended. Bounded by the child's stop timeout."""
 
-    def handover(self) -> Any:
+    def handover(self) -> object:
         """What the next incarnation shall begin with after an orderly end, or None to leave the last checkpoint."""
         return None
 
@@ -139,7 +140,7 @@ class Node(Habits):
     __standard_services__: ClassVar[tuple[str, ...]] = ()
     """The names that `__standard_service__` knows."""
 
-    def __standard_service__(self, name: str) -> tuple[Any, Any] | None:
+    def __standard_service__(self, name: str) -> Served | None:
         """Type and handler of the service ``<node>/name`` if every node of this kind has it, besides what all nodes have; else None."""
         return None
 
@@ -228,7 +229,7 @@ class Node(Habits):
 
     def call(
         self, service: Service[Req, Resp], request: Req, *, timeout: float = CALL_TIMEOUT
-    ) -> Coroutine[Any, Any, Resp]:
+    ) -> Coroutine[object, None, Resp]:
         """Ask a service and wait for its answer, `timeout` seconds at most, the wait for its server included.
 
         The timeout is on the event loop's clock, also when the node uses simulated time, so that it ends in a paused simulation, too.
@@ -262,7 +263,7 @@ class Node(Habits):
     def on(
         self,
         topic: Topic[M],
-        handler: Callable[[M], Coroutine[Any, Any, None] | None],
+        handler: Callable[[M], Coroutine[object, None, None] | None],
         *,
         qos: QoS | int | None = None,
         concurrent: int = 0,
@@ -283,7 +284,7 @@ class Node(Habits):
     def serve(
         self,
         service: Service[Req, Resp],
-        handler: Callable[[Req], Coroutine[Any, Any, Resp]],
+        handler: Callable[[Req], Coroutine[object, None, Resp]],
         *,
         concurrent: int = 0,
     ) -> None:
@@ -331,7 +332,7 @@ class Node(Habits):
         life = _life_of(self)
         return create(Rate, lambda: life.clock, hz)
 
-    def create_task(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]:
+    def create_task(self, work: Coroutine[object, None, None], *, name: str = "") -> asyncio.Task[None]:
         """Run `work` in a task of this node: canceled when the node stops; if it fails, the node fails."""
         try:
             _life_of(self).check_use()
@@ -340,7 +341,9 @@ class Node(Habits):
             raise
         return _life_of(self).own(work, name=name)
 
-    async def offload(self, function: Callable[..., T], *arguments: Any, takes: float = 0.0, thread: bool = False) -> T:
+    async def offload(
+        self, function: Callable[..., T], *arguments: object, takes: float = 0.0, thread: bool = False
+    ) -> T:
         """Run CPU work outside the event loop and wait for its result.
 
         It runs in a worker process (function and arguments must be picklable), or with ``thread=True`` in a thread, which helps only with
@@ -360,7 +363,7 @@ class Node(Habits):
             raise NotStarted(f"{type(self).__name__} has not been started yet")
         life.threadsafe(lambda: function(*arguments, **keywords))
 
-    def checkpoint(self, state: Any) -> None:
+    def checkpoint(self, state: object) -> None:
         """Keep `state`, a value that is not changed afterwards, for the next incarnation, also if this one crashes. See `resume`."""
         life = _life_of(self)
         life.check_thread()
@@ -372,11 +375,11 @@ class Node(Habits):
         life.check_use()
         life.request_stop(reason)
 
-    def set_parameter(self, name: str, value: Any) -> SetResult:
+    def set_parameter(self, name: str, value: object) -> SetResult:
         """Set one parameter of this node; a refusal is a result that says why, not an exception."""
         return self.set_parameters({name: value})
 
-    def set_parameters(self, values: Mapping[str, Any]) -> SetResult:
+    def set_parameters(self, values: Mapping[str, object]) -> SetResult:
         """Set parameters of this node, all or none of them."""
         if not isinstance(cast("object", values), Mapping):
             raise TypeError(

@@ -29,7 +29,7 @@ class Offload:
         self._clock = clock
         self._limiter: CapacityLimiter | None = None
 
-    async def run(self, function: Callable[..., Any], arguments: tuple[Any, ...], takes: float, *, thread: bool) -> Any:
+    async def run(self, function: Callable[..., object], arguments: tuple[object, ...], takes: float, *, thread: bool) -> Any:
         """See `Node.offload`."""
         if self._clock.virtual:
             result = asked(function, *arguments)
@@ -39,7 +39,7 @@ class Offload:
             return await boundary.elsewhere("worker", partial(self._away, function, arguments, thread))
         return await self._away(function, arguments, thread)
 
-    async def _away(self, function: Callable[..., Any], arguments: tuple[Any, ...], thread: bool) -> Any:
+    async def _away(self, function: Callable[..., object], arguments: tuple[object, ...], thread: bool) -> object:
         if thread:
             from anyio import CapacityLimiter, to_thread
 

@@ -8,7 +8,7 @@ rule that matches counts; the rules of one node (`Child(remap=)`) come before th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from actors.names.identity import Identity
 from actors.names.names import fully_qualified, normalize_namespace, validate_node_name
@@ -34,11 +34,11 @@ class RunOptions(NamedTuple):
     argv: tuple[str, ...]
     """The arguments of the command line that are not for ROS."""
 
-    def overrides(self, fqn: str, own: Mapping[str, Any]) -> dict[str, Any]:
+    def overrides(self, fqn: str, own: Mapping[str, object]) -> dict[str, object]:
         """The parameters with which the node `fqn` starts. `own` are those of its declaration."""
         return {**self.arguments.for_node(fqn), **own, **self.parameters.for_node(fqn)}
 
-    def optional(self, fqn: str, own: Mapping[str, Any]) -> frozenset[str]:
+    def optional(self, fqn: str, own: Mapping[str, object]) -> frozenset[str]:
         """The names in `overrides` that only patterns such as ``/**`` set. They do not apply to a node without such a parameter."""
         by_name = own.keys() | self.arguments.named(fqn) | self.parameters.named(fqn)
         return frozenset(self.overrides(fqn, own).keys() - by_name)

@@ -12,6 +12,7 @@ from actors.interfaces.foreign import ForeignType
 
 if TYPE_CHECKING:
     from actors.graph.graph import Graph
+    from actors.interfaces.type_description_interfaces.srv import GetTypeDescription_Response
     from actors.runtime.node import Node
 
 PATIENCE = 2.0
@@ -43,7 +44,7 @@ async def fetch(node: Node, name: str, parts: Iterable[tuple[str, str]], owners:
     return False
 
 
-async def _asked(node: Node, owner: str, type_name: str, type_hash: str) -> Any:
+async def _asked(node: Node, owner: str, type_name: str, type_hash: str) -> GetTypeDescription_Response | None:
     from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
 
     service = Service(GetTypeDescription, f"{owner}/get_type_description")

@@ -69,7 +69,7 @@ async def retry(
 async def retry(
     node: Node,
     contract: Service[Any, Any] | Action[Any, Any, Any],
-    message: Any,
+    message: object,
     *,
     attempts: int = 3,
     backoff: Backoff = BACKOFF,

@@ -103,9 +103,9 @@ class Observers:
         """Called when a node has ended for good and its endpoints are closed; may be called again for the same node."""
         self.leases: list[Callable[[], Iterable[HostLease]]] = []
         """Called for the leases of the machines to which parts of the tree are given, when they are to be shown."""
-        self.opening: list[Callable[[], Coroutine[Any, Any, None]]] = []
+        self.opening: list[Callable[[], Coroutine[object, None, None]]] = []
         """Run beside the start of the tree, which is over when they have returned. They must not raise."""
-        self.closing: list[Callable[[], Coroutine[Any, Any, None]]] = []
+        self.closing: list[Callable[[], Coroutine[object, None, None]]] = []
         """Run after the tree and the nodes beside it have ended, before the stop of the system returns. They must not raise."""
         self.tree_ended: list[Callable[[], None]] = []
         """Called when the tree has ended, for any reason."""
@@ -371,7 +371,7 @@ class Directory:
                 return record
         return None
 
-    def runner_of(self, one: asyncio.Task[Any] | Inbox) -> Runner | None:
+    def runner_of(self, one: asyncio.Task[object] | Inbox) -> Runner | None:
         """The node of a task or of an inbox, for the stall watch."""
         of_inbox = (each for each in self.records.values() if each.inbox is one)
         record = next(of_inbox, None) if isinstance(one, Inbox) else self.owner_of(one)
@@ -555,7 +555,7 @@ class Runtime:
         if self.openings:
             await asyncio.wait(self.openings)
 
-    async def _begin(self, opening: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    async def _begin(self, opening: Callable[[], Coroutine[object, None, None]]) -> None:
         try:
             await opening()
         except Exception:

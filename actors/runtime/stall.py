@@ -86,7 +86,7 @@ class StallWatch:
         loop: asyncio.AbstractEventLoop,
         thread: int,
         system_log: SystemLog,
-        runner_of: Callable[[asyncio.Task[Any] | Inbox], Runner | None],
+        runner_of: Callable[[asyncio.Task[object] | Inbox], Runner | None],
     ) -> None:
         self._loop = loop
         self._loop_thread = thread
@@ -271,7 +271,7 @@ class StallWatch:
         )  # fmt: skip
 
 
-def work_of(inbox: Inbox | None, task: asyncio.Task[Any]) -> str:
+def work_of(inbox: Inbox | None, task: asyncio.Task[object]) -> str:
     """The label of the handler that runs in `task`, or the task's name if it runs no item of an inbox. May be called from any thread."""
     item = inbox.current if inbox is not None and inbox.task is task else None
     return task.get_name() if item is None else item.label

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Final, cast
 
 from actors.runtime.standard_actions import ACTION_SERVICES, ACTION_TOPICS, AT_ONCE, serve_standard
 
@@ -19,10 +19,16 @@ if TYPE_CHECKING:
     from actors.actions.server import ActionServer
     from actors.graph.graph import TopicEntry
     from actors.graph.servers import ServiceEntry
+    from actors.interfaces.message import Message
+    from actors.interfaces.type_description_interfaces.srv import (
+        GetTypeDescription_Request,
+        GetTypeDescription_Response,
+    )
     from actors.logs import LogRecord
     from actors.parameters import ParameterChange
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.runtime import Runtime
+    from actors.services.peers import Served
 
 PARAMETER_SERVICES: Final = (
     "describe_parameters",
@@ -138,7 +144,7 @@ def _life_of(server: ActionServer) -> Incarnation:
     return cast("Incarnation", server.node)
 
 
-def _parameter_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any]:
+def _parameter_service(life: Incarnation, name: str, last: str) -> Served:
     """The type and the handler of one of the six parameter services."""
     from actors.parameters.messages import PARAMETER_SERVICES as SERVICES
 
@@ -147,7 +153,7 @@ def _parameter_service(life: Incarnation, name: str, last: str) -> tuple[Any, An
     def failed(error: Exception) -> None:
         life.service_failed(name, error)
 
-    async def answer(request: Any) -> Any:
+    async def answer(request: Message) -> Message:
         if service.name.startswith("set_"):
             return service.answer(life.parameters, request, failed)
         return service.answer(life.parameters, request)
@@ -155,20 +161,20 @@ def _parameter_service(life: Incarnation, name: str, last: str) -> tuple[Any, An
     return service.type, answer
 
 
-def _type_description_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] | None:
+def _type_description_service(life: Incarnation, name: str, last: str) -> Served | None:
     """The type and the handler of the service that describes types, or None if a parameter of the node says that it has none."""
     from actors.interfaces.describing import GetTypeDescription, described
 
     if not life.parameters.value("start_type_description_service"):
         return None
 
-    async def answer(request: Any) -> Any:
+    async def answer(request: GetTypeDescription_Request) -> GetTypeDescription_Response:
         return described(request)
 
     return GetTypeDescription, answer
 
 
-def _logger_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] | None:
+def _logger_service(life: Incarnation, name: str, last: str) -> Served | None:
     """The type and the handler of one of the two services for the levels of loggers, or None for a node that is not told to have them."""
     if not life.serves_loggers:
         return None
@@ -176,18 +182,18 @@ def _logger_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] 
 
     kind, answered = LOGGER_SERVICES[last]
 
-    async def answer(request: Any) -> Any:
+    async def answer(request: Message) -> Message:
         return answered(life.runtime.system_log.levels, request)
 
     return kind, answer
 
 
-def _own_service(life: Incarnation, name: str, last: str) -> tuple[Any, Any] | None:
+def _own_service(life: Incarnation, name: str, last: str) -> Served | None:
     """The type and the handler of a service that this kind of node adds, or None."""
     return life.node.__standard_service__(last)
 
 
-_OF_NODES: Final[Mapping[str, Callable[[Incarnation, str, str], tuple[Any, Any] | None]]] = MappingProxyType(
+_OF_NODES: Final[Mapping[str, Callable[[Incarnation, str, str], Served | None]]] = MappingProxyType(
     {
         **dict.fromkeys(PARAMETER_SERVICES, _parameter_service),
         TYPE_DESCRIPTION: _type_description_service,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.errors import Reject
@@ -11,9 +11,14 @@ from actors.time.values import nanoseconds_of, stamp_of
 if TYPE_CHECKING:
     from actors.actions.goals import GoalRecord
     from actors.actions.server import ActionServer
+    from actors.contracts.contracts import Req, Resp
     from actors.graph.graph import TopicEntry
     from actors.graph.servers import ServiceEntry
+    from actors.interfaces.action_msgs.msg import GoalInfo
+    from actors.interfaces.action_msgs.srv import CancelGoal_Request, CancelGoal_Response
+    from actors.interfaces.message import Message, ServiceType
     from actors.runtime.incarnation import Incarnation
+    from actors.services.peers import Served
     from actors.topics.publisher import Publisher
 
 AT_ONCE: Final = 1000
@@ -24,18 +29,21 @@ PACE: Final = 1e-4
 """A status list of more than `FEW` goals is published at most once in `PACE` seconds a goal. It contains the goals whose results are kept, too: without a
 pace, a thousand goals a second would cost lists of ten thousand goals a thousand times a second."""
 
-Handlers = tuple[Any, Any]
-"""The type of a service, and the coroutine function that answers it."""
 
-
-def serve_standard(life: Incarnation, entry: ServiceEntry, type: Any, handler: Any, concurrent: int = 0) -> None:
+def serve_standard(
+    life: Incarnation,
+    entry: ServiceEntry,
+    type: type[ServiceType[Req, Resp]],
+    handler: Callable[[Any], Awaitable[Message]],
+    concurrent: int = 0,
+) -> None:
     """Serve `entry` from now until the end of this incarnation, besides what its node declares."""
     server = life.endpoints.server(entry, type, handler, entry.name, concurrent, declared=False)
     life.endpoints.standard += (server,)
     entry.open(server)
 
 
-def _goal_info(goal_id: bytes, stamp_ns: int) -> Any:
+def _goal_info(goal_id: bytes, stamp_ns: int) -> GoalInfo:
     from actors.interfaces.action_msgs.msg import GoalInfo
     from actors.interfaces.unique_identifier_msgs.msg import UUID
 
@@ -45,7 +53,7 @@ def _goal_info(goal_id: bytes, stamp_ns: int) -> Any:
 # -- services -------------------------------------------------------------------------------------------------------------------
 
 
-def _send_goal(server: ActionServer) -> Handlers:
+def _send_goal(server: ActionServer) -> Served:
     from actors.interfaces import derived as types
 
     service: Any = types.send_goal_service(server.action.type)
@@ -60,7 +68,7 @@ def _send_goal(server: ActionServer) -> Handlers:
     return service, send_goal
 
 
-def _get_result(server: ActionServer) -> Handlers:
+def _get_result(server: ActionServer) -> Served:
     from actors.interfaces import derived as types
 
     service: Any = types.get_result_service(server.action.type)
@@ -72,10 +80,10 @@ def _get_result(server: ActionServer) -> Handlers:
     return service, get_result
 
 
-def _cancel_goal(server: ActionServer) -> Handlers:
+def _cancel_goal(server: ActionServer) -> Served:
     from actors.interfaces.action_msgs.srv import CancelGoal
 
-    async def cancel_goal(request: Any) -> Any:
+    async def cancel_goal(request: CancelGoal_Request) -> CancelGoal_Response:
         info = request.goal_info
         stamp = nanoseconds_of(info.stamp)
         outcome = await server.cancel_goals(info.goal_id.uuid.tobytes(), stamp, "canceled by a client")
@@ -85,7 +93,7 @@ def _cancel_goal(server: ActionServer) -> Handlers:
     return CancelGoal, cancel_goal
 
 
-ACTION_SERVICES: Final[dict[str, Callable[[ActionServer], Handlers]]] = {
+ACTION_SERVICES: Final[dict[str, Callable[[ActionServer], Served]]] = {
     "send_goal": _send_goal,
     "get_result": _get_result,
     "cancel_goal": _cancel_goal,
@@ -142,9 +150,9 @@ def _open_feedback(life: Incarnation, server: ActionServer, entry: TopicEntry) -
     from actors.interfaces.unique_identifier_msgs.msg import UUID
 
     message: Any = types.feedback_message(server.action.type)
-    publisher: Publisher[Any] = life.endpoints.event_publisher(message, entry)
+    publisher: Publisher[Message] = life.endpoints.event_publisher(message, entry)
 
-    def feed(goal_id: bytes, feedback: Any) -> None:
+    def feed(goal_id: bytes, feedback: object) -> None:
         publisher.publish(message(goal_id=UUID(uuid=goal_id), feedback=feedback))
 
     server.on_feedback.append(feed)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Coroutine, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from actors.inbox.control import blame, in_task
 from actors.places import awaited_in
@@ -22,10 +22,10 @@ class Tasks:
 
     def __init__(self, host: Host) -> None:
         self._host = host
-        self.running: dict[asyncio.Task[Any], None] = {}
+        self.running: dict[asyncio.Task[object], None] = {}
         """Those that have not ended, in the order in which they began."""
 
-    def __iter__(self) -> Iterator[asyncio.Task[Any]]:
+    def __iter__(self) -> Iterator[asyncio.Task[object]]:
         return iter(self.running)
 
     def __len__(self) -> int:
@@ -34,12 +34,12 @@ class Tasks:
     def __contains__(self, task: object) -> bool:
         return task in self.running
 
-    def add(self, task: asyncio.Task[Any]) -> None:
+    def add(self, task: asyncio.Task[object]) -> None:
         """Own `task` until it ends."""
         self.running[task] = None
         task.add_done_callback(self._ended)
 
-    def _ended(self, task: asyncio.Task[Any]) -> None:
+    def _ended(self, task: asyncio.Task[object]) -> None:
         self.running.pop(task, None)
         if not task.cancelled() and (error := task.exception()) is not None:
             self._host.fail(error, task.get_name())
@@ -72,7 +72,7 @@ class Tasks:
                 )  # fmt: skip
 
 
-async def contained(work: Coroutine[Any, Any, None], label: str) -> None:
+async def contained(work: Coroutine[object, None, None], label: str) -> None:
     """Await user code. What leaves it is raised as the failure that it means, so that `SystemExit` never reaches the loop."""
     try:
         await work

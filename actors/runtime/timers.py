@@ -292,7 +292,7 @@ def _takes_argument(handler: Callable[..., Any]) -> bool:
 
 
 @lru_cache(maxsize=1024)
-def _arguments(function: Callable[..., Any]) -> int:
+def _arguments(function: Callable[..., object]) -> int:
     """How many arguments a function takes, `self` included. Cached, since it is the same for all nodes of a class."""
     code = getattr(inspect.unwrap(function), "__code__", None)
     return code.co_argcount if code is not None else 0
@@ -403,7 +403,7 @@ class _Run:
     def __init__(self, timer: Timer) -> None:
         self.timer = timer
 
-    def tick(self, tick: Any) -> Awaitable[None] | None:
+    def tick(self, tick: Tick) -> Awaitable[None] | None:
         return self.timer.on_tick(self, tick)
 
 
@@ -508,7 +508,7 @@ class Timer(metaclass=NoPublicConstructor):
         self._run = run
         self._since = self._clock_of().now()
 
-    def on_tick(self, run: _Run, tick: Any) -> Awaitable[None] | None:
+    def on_tick(self, run: _Run, tick: Tick) -> Awaitable[None] | None:
         """Handle a tick of `run`; nothing happens if that is over."""
         if run is not self._run:
             return None

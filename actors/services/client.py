@@ -5,12 +5,15 @@ from __future__ import annotations
 import asyncio
 from asyncio import current_task
 from threading import get_ident
-from typing import Any, Generic
+from typing import TYPE_CHECKING, Generic
 
 from actors.contracts.contracts import Req, Resp, Service
 from actors.errors import WrongType
 from actors.services.peers import Caller, ServiceCall, ServiceName, ServicePeer, Submit, refuse_cycle, refuse_other_type
 from actors.time.deadlines import check_timeout
+
+if TYPE_CHECKING:
+    from actors.interfaces.message import Message
 
 
 class Client(Generic[Req, Resp]):
@@ -30,7 +33,7 @@ class Client(Generic[Req, Resp]):
         self.inbox = node.inbox
         self.entry = entry
         self.type = service.type
-        self.agreed: type[Any] = service.type
+        self.agreed: type[object] = service.type
         """The type of the last server that was found to be the same as `type`."""
         self.request = service.request
         self.thread = node.thread
@@ -98,6 +101,6 @@ class Client(Generic[Req, Resp]):
             raise entry.unavailable(timeout, self.type.__name__) from None
 
 
-def submit(server: ServicePeer, message: object, caller: Caller, timeout: float) -> ServiceCall:
+def submit(server: ServicePeer, message: Message, caller: Caller, timeout: float) -> ServiceCall:
     """Send a request without interceptors."""
     return server.submit(message, caller, timeout)

@@ -67,7 +67,7 @@ def cycle_of(late: ServedCall, others: Iterable[ServedCall]) -> str | None:
     return None
 
 
-def _way(stuck: ServedCall, holder: asyncio.Task[Any]) -> list[ServedCall] | None:
+def _way(stuck: ServedCall, holder: asyncio.Task[object]) -> list[ServedCall] | None:
     """The chain of calls through which `holder` waits for `stuck`, beginning with `stuck`; None if it does not wait for it."""
     begun: list[tuple[AnyFuture, list[ServedCall]]] = [(stuck.future, [stuck])]
     seen: set[AnyFuture] = {stuck.future}
@@ -106,7 +106,7 @@ def waiting_for(awaited: AnyFuture) -> Iterator[AnyFuture]:
                 yield one
 
 
-def _served_by(task: asyncio.Task[Any], kind: type[Any]) -> ServedCall | None:
+def _served_by(task: asyncio.Task[object], kind: type[Any]) -> ServedCall | None:
     """The call whose handler runs in a task; None if there is none."""
     waiting: object = task.get_coro()
     while waiting is not None:

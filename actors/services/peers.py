@@ -17,6 +17,7 @@ from actors.inbox.inbox import Inbox
 from actors.interfaces.foreign import difference
 
 if TYPE_CHECKING:
+    from actors.interfaces.message import Message, ServiceType
     from actors.time.deadlines import Deadlines
 
 CallId = tuple[bytes, int]
@@ -68,7 +69,7 @@ class Caller(Requester, Protocol):
     @property
     def thread(self) -> int: ...
 
-    def create_task(self, work: Coroutine[Any, Any, None], *, name: str = "") -> asyncio.Task[None]: ...
+    def create_task(self, work: Coroutine[object, None, None], *, name: str = "") -> asyncio.Task[None]: ...
 
     def check_thread(self) -> None: ...
 
@@ -160,7 +161,7 @@ class ServicePeer(Answering, Protocol):
         """Those of them that have not been answered."""
         ...
 
-    def submit(self, message: Any, caller: Caller, timeout: float) -> ServiceCall:
+    def submit(self, message: Message, caller: Caller, timeout: float) -> ServiceCall:
         """Accept a request, whose type the client has checked. Never blocks.
 
         Raises ValueError if `timeout` is not a valid number of seconds.
@@ -168,7 +169,10 @@ class ServicePeer(Answering, Protocol):
         ...
 
 
-Submit: TypeAlias = Callable[[ServicePeer, Any, Caller, float], ServiceCall]
+Served: TypeAlias = "tuple[type[ServiceType[Any, Any]], Callable[[Any], Coroutine[object, None, Message]]]"
+"""The type of a service, and the coroutine function that answers its requests."""
+
+Submit: TypeAlias = "Callable[[ServicePeer, Message, Caller, float], ServiceCall]"
 """Sends a request of a node, the third argument, to a server; else as `ServicePeer.submit`."""
 
 

@@ -22,6 +22,7 @@ from actors.services.peers import Caller, CallId, Registration, Requester
 from actors.time.deadlines import FEW
 
 if TYPE_CHECKING:
+    from actors.contracts.contracts import Req, Resp
     from actors.interfaces.message import Message, ServiceType
 
 LONG = 1.0
@@ -62,7 +63,7 @@ class Server:
         self,
         node: Caller,
         entry: Registration,
-        kind: type[ServiceType[Any, Any]],
+        kind: type[ServiceType[Req, Resp]],
         handler: Callable[[Any], Awaitable[Message]],
         label: str,
         concurrent: int = 0,
@@ -96,7 +97,7 @@ class Server:
         queued = [one for one in (inbox.current, *inbox.items) if isinstance(one, Request) and one.server is self]
         return [*(self.active or ()), *queued]
 
-    def submit(self, message: Any, caller: Requester, timeout: float) -> Request:
+    def submit(self, message: Message, caller: Requester, timeout: float) -> Request:
         """Queue a request. Its future is completed within `timeout` seconds in every case."""
         inbox = self.inbox
         self.calls += 1
@@ -232,7 +233,7 @@ class Request(msgspec.Struct, eq=False):
 Server.request = Request  # it can be named only here
 
 
-Take: TypeAlias = Callable[[Any, Requester, float], Request]
+Take: TypeAlias = "Callable[[Message, Requester, float], Request]"
 """Takes in a request, as `Server.submit` does."""
 Handle: TypeAlias = Callable[[Request], Awaitable[None]]
 """Handles a request and completes its future, as `Request.run` does."""
@@ -258,5 +259,5 @@ class InterceptedServer(Server):
     handling: Handle
     """`Request.handle`, behind the interceptors."""
 
-    def submit(self, message: object, caller: Requester, timeout: float) -> Request:
+    def submit(self, message: Message, caller: Requester, timeout: float) -> Request:
         return self.taking(message, caller, timeout)

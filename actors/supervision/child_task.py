@@ -6,7 +6,7 @@ import asyncio
 import math
 from collections.abc import Callable
 from contextvars import Context
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.peers import Declared, Life
@@ -119,7 +119,7 @@ class ChildTask:
         return "running" if self.ready else "starting"
 
     @staticmethod
-    def runs_in(task: asyncio.Task[Any]) -> bool:
+    def runs_in(task: asyncio.Task[object]) -> bool:
         """Whether `task` runs the life of a child."""
         return getattr(task.get_coro(), "cr_code", None) is ChildTask._live.__code__
 

@@ -20,9 +20,9 @@ import shlex
 import sys
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from actors.errors import NotStarted, described
 from actors.running.target import Maker, Unusable, find, grown, grown_hosts
@@ -83,7 +83,7 @@ def _is_for_hosts(make: Maker) -> bool:
         return False
 
 
-def hosts_body_of(make: Maker, seconds: float) -> Callable[[Lab], Any]:
+def hosts_body_of(make: Maker, seconds: float) -> Callable[[Lab], Awaitable[None]]:
     """Return the scenario for several hosts: it starts the tree of each, lets `seconds` pass, ends the faults of the network, and goes on
     for half as long."""
 
@@ -97,7 +97,7 @@ def hosts_body_of(make: Maker, seconds: float) -> Callable[[Lab], Any]:
     return live
 
 
-def body_of(make: Maker, seconds: float) -> Callable[[Rig], Any]:
+def body_of(make: Maker, seconds: float) -> Callable[[Rig], Awaitable[None]]:
     """Return the scenario that `explore` runs: it starts the tree and lets `seconds` pass."""
 
     async def live(rig: Rig) -> None:

@@ -106,7 +106,7 @@ class ByPriority:
         self._changes = 10.0 ** rng.uniform(-2.5, -0.3)
         """The share of steps at which priorities change."""
         # Weak, so that a task that the program has dropped is not kept alive.
-        self._priorities: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
+        self._priorities: WeakKeyDictionary[object, float] = WeakKeyDictionary()
         self._waiting: dict[int, tuple[int, object]] = {}
         """Number -> (the turn in which the step arrived, the step), oldest first."""
         self._ranks: list[tuple[float, int]] = []

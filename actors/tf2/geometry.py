@@ -111,7 +111,7 @@ def _wrench(wrench: geometry.Wrench, moved: Transform) -> geometry.Wrench:
     )
 
 
-_WAYS: dict[type[Message], Callable[[Any, Transform], Any]] = {
+_WAYS: dict[type[Message], Callable[[Any, Transform], object]] = {
     geometry.Point: _point,
     geometry.Point32: _point32,
     geometry.Vector3: _vector,

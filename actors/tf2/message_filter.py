@@ -101,7 +101,7 @@ class MessageFilter(PassThrough[M]):
         self._waiting = still
         self._watch()
 
-    def _verdict(self, message: Any) -> FilterFailureReason | Literal[True] | None:
+    def _verdict(self, message: object) -> FilterFailureReason | Literal[True] | None:
         """Whether the message can be transformed; None if not yet, or why it never can."""
         frame, stamp = _frame_of(message), stamp_of_message(message)
         try:

@@ -8,7 +8,6 @@ import os
 import re
 from collections.abc import Collection, Iterable, Mapping
 from types import FrameType
-from typing import Any
 
 import anyio
 
@@ -50,7 +49,7 @@ class Stalled(RuntimeError):
 def report(
     reason: str,
     now: float,
-    tasks: Collection[asyncio.Task[Any]],
+    tasks: Collection[asyncio.Task[object]],
     since: Mapping[int, float],
     ready: Iterable[object],
     remedy: str,
@@ -72,7 +71,7 @@ def report(
     return "\n".join([*lines, remedy])
 
 
-def parked_frames(task: asyncio.Task[Any]) -> list[FrameType]:
+def parked_frames(task: asyncio.Task[object]) -> list[FrameType]:
     """The frames in which a suspended task waits, outermost first. Frames of async generators are included."""
     return [frame for _, frame in parked(task)]
 
@@ -82,7 +81,7 @@ def seconds(time: float) -> str:
     return f"{time:.9f}".rstrip("0").rstrip(".") + " s"
 
 
-def _describe(task: asyncio.Task[Any], since: float | None, runs: bool) -> str:
+def _describe(task: asyncio.Task[object], since: float | None, runs: bool) -> str:
     frames = parked_frames(task)
     name = f"  {task.get_name()} ({getattr(task.get_coro(), '__qualname__', '?')})"
     if since is None:
@@ -97,7 +96,7 @@ def _describe(task: asyncio.Task[Any], since: float | None, runs: bool) -> str:
     return f"{head}\n      at {_shown(users_own(own))}"
 
 
-def _awaited(task: asyncio.Task[Any], frames: list[FrameType]) -> str:
+def _awaited(task: asyncio.Task[object], frames: list[FrameType]) -> str:
     future = getattr(task, "_fut_waiter", None)
     if isinstance(future, asyncio.Task):
         return f"task {future.get_name()}"

@@ -97,7 +97,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         super().__init__()
         self._outside = OutsideWork(self)
         self._jobs, self._anyio = self._outside.jobs, self._outside.anyio
-        self._fds: Mapping[int, Any] = self._selector._fd_to_key  # type: ignore[attr-defined]  # one descriptor is the loop's own pipe
+        self._fds: Mapping[int, object] = self._selector._fd_to_key  # type: ignore[attr-defined]  # one descriptor is the loop's own pipe
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} at {deadlock.seconds(self._now)} running={self.is_running()} closed={self.is_closed()}>"
@@ -140,7 +140,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         """Return a value that differs from earlier ones if the loop has made an iteration since. Callable from any thread."""
         return self._now, self._order, self._spins
 
-    def last_step(self, task: asyncio.Task[Any] | None, default: float) -> float:
+    def last_step(self, task: asyncio.Task[object] | None, default: float) -> float:
         """When a task last ran, in virtual seconds; `default` if that is not known."""
         return self._stamps.get(id(task), default)
 

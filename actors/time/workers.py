@@ -107,7 +107,7 @@ class OutsideWork:
         ]
 
 
-def _function_name(function: Any) -> str:
+def _function_name(function: object) -> str:
     if isinstance(function, functools.partial):
         inner: object = function.func  # asyncio.to_thread submits partial(context.run, function, ...)
         wraps = isinstance(getattr(inner, "__self__", None), contextvars.Context)

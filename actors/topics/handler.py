@@ -178,7 +178,7 @@ class HandlerSubscription(Subscription[M]):
 class CreateTask(Protocol):
     """Starts a named task of the node."""
 
-    def __call__(self, work: Coroutine[Any, Any, None], /, *, name: str) -> object: ...
+    def __call__(self, work: Coroutine[object, None, None], /, *, name: str) -> object: ...
 
 
 class ConcurrentSubscription(HandlerSubscription[M]):

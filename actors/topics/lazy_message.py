@@ -66,7 +66,7 @@ class UndecodedTarget(Protocol):
     What stands between the two, such as a journal or a simulated fault, calls the target with the object as it calls any other.
     """
 
-    def __call__(self, message: Any, /) -> None: ...
+    def __call__(self, message: object, /) -> None: ...
 
     def undecoded(self, arrival: LazyMessage, /) -> None:
         """Receive a message. It never blocks and never raises."""

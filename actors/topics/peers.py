@@ -153,7 +153,7 @@ class PublisherPeer(Peer, Protocol):
         """Part with all matched subscriptions and return them, in the order in which they were matched."""
         ...
 
-    def add_tap(self, tap: Callable[[Any], None]) -> None:
+    def add_tap(self, tap: Callable[[Message], None]) -> None:
         """Call `tap` with every bare message from now on, for as long as the publisher lives.
 
         A stand-in knows only the messages that arrive because a subscription of this process is matched.

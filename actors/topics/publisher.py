@@ -61,7 +61,7 @@ class Publisher(Endpoint, Generic[M], metaclass=NoPublicConstructor):
         self.suspended = False
         self.gated = True
         """Whether the state of a lifecycle node suspends this publisher."""
-        self.on_close: Callable[[Publisher[Any]], object] | None = None
+        self.on_close: Callable[[Publisher[M]], object] | None = None
         """Is called once, when the publisher is closed."""
         self.on_assert: Callable[[], object] | None = None
         """Is called with each `assert_liveliness`."""
@@ -69,7 +69,7 @@ class Publisher(Endpoint, Generic[M], metaclass=NoPublicConstructor):
         """The matched subscriptions, in the order in which they were matched."""
         self.attached: tuple[Target, ...] = ()
         """The targets without a subscription; see `attach`."""
-        self.taps: tuple[Callable[[Any], None], ...] = ()
+        self.taps: tuple[Target, ...] = ()
         """The wire taps; see `actors.graph.graph.Graph.tap`."""
         self.targets: tuple[Target, ...] = ()
         """The functions that `publish` calls with each message."""
@@ -200,7 +200,7 @@ class Publisher(Endpoint, Generic[M], metaclass=NoPublicConstructor):
         peers, self.matched, self.attached, self.targets, self._outdated = self.peers, {}, (), (), False
         return peers
 
-    def add_tap(self, tap: Callable[[Any], None]) -> None:
+    def add_tap(self, tap: Target) -> None:
         """Call `tap` with every message from now on, for as long as the publisher lives."""
         self.taps += (tap,)
         self._outdate()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from actors.checks import create
 from actors.inbox.expiring import ExpiringMessage
@@ -108,7 +108,7 @@ class TimedPublisher(Publisher[M]):
             instants.append(events.lease.due())
         return min((instant for instant in instants if instant is not None), default=None)
 
-    def add_tap(self, tap: Callable[[Any], None]) -> None:
+    def add_tap(self, tap: Callable[[Message], None]) -> None:
         super().add_tap(tap if self._lifespan_ns is None else lambda expiring: tap(expiring.message))
 
     def replay(self, target: Target, depth: int) -> None:

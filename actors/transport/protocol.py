@@ -144,7 +144,7 @@ class Link:
     """The number of messages for it or from it that this side has dropped."""
 
 
-Wait: TypeAlias = Callable[[], Coroutine[Any, Any, None]]
+Wait: TypeAlias = Callable[[], Coroutine[object, None, None]]
 """What waits for something, if it is called."""
 
 Take: TypeAlias = Callable[[tuple[Any, ...], bytes, int, int, bytes, float | None], Wait | None]

@@ -169,7 +169,7 @@ class RemoteActionServer:
         if node in self._shown:
             return
         message = derived.feedback_message(self.type)
-        topics: tuple[tuple[str, Any, QoS, Callable[[Any], None]], ...] = (
+        topics: tuple[tuple[str, object, QoS, Callable[[Any], None]], ...] = (
             ("status", GoalStatusArray, ACTION_STATUS, self._status),
             ("feedback", message, ACTION_FEEDBACK, self._feedback),
         )
@@ -247,7 +247,12 @@ class RemoteGoal:
     ask_result: Callable[[], Handle]
 
     def __init__(
-        self, server: RemoteActionServer, goal_id: bytes, client: GoalFollower, acceptance: type[Any], result: type[Any]
+        self,
+        server: RemoteActionServer,
+        goal_id: bytes,
+        client: GoalFollower,
+        acceptance: type[object],
+        result: type[Any],
     ) -> None:
         self.server = server
         self.client = client

@@ -131,7 +131,7 @@ class RemoteCall:
     def sent(self, question: Handle) -> None:
         """Close the question as soon as the call is over."""
 
-        def over(future: asyncio.Future[Any]) -> None:
+        def over(future: object) -> None:
             question.close()
             self.server.ended(self)
 

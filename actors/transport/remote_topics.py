@@ -88,7 +88,7 @@ class RemotePublisher:
         self._known = known or {}
         self.carried_bytes = 0
         self.missed = 0
-        self._passing: LazyMessage | tuple[bytes, MessageType, int, float | None, Any] | None = None
+        self._passing: LazyMessage | tuple[bytes, MessageType, int, float | None, Message] | None = None
         """What is being passed on: its object, or what it is made of."""
         self.kept: dict[int, LazyMessage] = {}
         self._order: list[int] = []
@@ -102,7 +102,7 @@ class RemotePublisher:
         self._keeps = min(qos.limit, _MOST_KEPT) if qos.transient_local else 1
         self._shown_ns = self._now_ns()
         self._matched: dict[SubscriptionPeer, _Match | None] = {}
-        self._taps: tuple[Callable[[Any], None], ...] = ()
+        self._taps: tuple[Callable[[Message], None], ...] = ()
         self._only: _Match | None = None
         self._only_takers: tuple[SubscriptionPeer, ...] = ()
         self._plain = self._lifespan is None and not qos.transient_local
@@ -223,7 +223,7 @@ class RemotePublisher:
         )
         if not plain or self._numbers.last != number:
             return None
-        self._decode: Callable[[bytes, int], Any] = decoder(match.subscription.type)
+        self._decode: Callable[[bytes, int], Message] = decoder(match.subscription.type)
         self._only_takers = subscriptions
         self.kept.clear()
         self._order.clear()
@@ -276,7 +276,7 @@ class RemotePublisher:
                 del self.kept[self._order.pop(0)]
         return arrival
 
-    def _expiring(self, message: Any, sent_ns: int) -> ExpiringMessage[Any]:
+    def _expiring(self, message: Message, sent_ns: int) -> ExpiringMessage[Message]:
         left = sent_ns + (self._lifespan or 0) - self._wall_ns()
         return ExpiringMessage(message, self._now_ns() + left, self._time)
 
@@ -315,7 +315,7 @@ class RemotePublisher:
     # -- its place in the graph ---------------------------------------------------------------------------------------------
 
     @property
-    def latched(self) -> list[Any]:
+    def latched(self) -> list[Message]:
         return [self.kept[number].message for number in self._order] if self.qos.transient_local else []
 
     def replay(self, target: Target, depth: int) -> None:
@@ -342,7 +342,7 @@ class RemotePublisher:
         self._only = None
         return subscriptions
 
-    def add_tap(self, tap: Callable[[Any], None]) -> None:
+    def add_tap(self, tap: Callable[[Message], None]) -> None:
         self._taps += (tap,)
         self._only = None
 

@@ -10,6 +10,7 @@ from actors.qos import PARAMETER_EVENTS, PARAMETERS, ROSOUT, SERVICES, TRANSITIO
 if TYPE_CHECKING:
     from actors.qos.policies import QoS
     from actors.runtime.incarnation import Incarnation
+    from actors.services.peers import Served
 
 
 class Standard(NamedTuple):
@@ -35,7 +36,7 @@ def standard_services(life: Incarnation) -> Iterator[Standard]:
         for name, (kind, _) in LOGGER_SERVICES.items():
             yield Standard(f"{life.fqn}/{name}", kind, SERVICES)
     for name in type(life.node).__standard_services__:
-        offered = cast("tuple[Any, Any]", life.node.__standard_service__(name))
+        offered = cast("Served", life.node.__standard_service__(name))
         yield Standard(f"{life.fqn}/{name}", offered[0], SERVICES)
 
 

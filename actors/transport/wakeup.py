@@ -7,10 +7,12 @@ from asyncio import AbstractEventLoop, TimerHandle
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from actors.time.real_loop import waking
 from actors.transport.protocol import next_look
+
+T = TypeVar("T")
 
 _CALLS: Final = 512
 _SECONDS: Final = 0.002
@@ -36,7 +38,7 @@ class Wakeup:
         """The loop's clock, in seconds. From any thread."""
         self.end = 0.0
         """When a call that does many things has to leave the rest to `go_on`, in seconds of `time.perf_counter`."""
-        self._waiting: deque[tuple[Callable[[Any], None], Any]] = deque()
+        self._waiting: deque[tuple[Callable[[Any], None], object]] = deque()
         self._scheduled = False
         self._closed = False
         self._patient: list[float] = []
@@ -45,7 +47,7 @@ class Wakeup:
         self._waking = waking(loop)
         self._waking.append(self._look_soon)
 
-    def post(self, call: Callable[[Any], None], argument: Any) -> None:
+    def post(self, call: Callable[[T], None], argument: T) -> None:
         """Have `call(argument)` made on the loop, soon. From any thread; never waits, never calls at once."""
         self._waiting.append((call, argument))
         if not self._scheduled and not self._closed:
@@ -53,11 +55,11 @@ class Wakeup:
             with suppress(RuntimeError):  # the loop has been closed: nobody is left to be called
                 self._loop.call_soon_threadsafe(self._make_calls)
 
-    def post_patiently(self, call: Callable[[Any], None], argument: Any) -> None:
+    def post_patiently(self, call: Callable[[T], None], argument: T) -> None:
         """Like `post`, but the loop is not woken for it: somebody will look, by `look` or as between `be_patient` and `cease`."""
         self._waiting.append((call, argument))
 
-    def go_on(self, call: Callable[[Any], None], argument: Any) -> None:
+    def go_on(self, call: Callable[[T], None], argument: T) -> None:
         """Have `call(argument)` made before all calls that wait, in the next turn. To be called from within a call."""
         self.end = 0.0
         self._waiting.appendleft((call, argument))

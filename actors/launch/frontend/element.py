@@ -22,7 +22,7 @@ class Element:
     """
 
     def __init__(
-        self, tag: str, attributes: dict[str, Any], children: Sequence[Element], line: Line, *, typed: bool = False
+        self, tag: str, attributes: dict[str, object], children: Sequence[Element], line: Line, *, typed: bool = False
     ) -> None:
         self.tag = tag
         self.attributes = attributes

@@ -20,7 +20,7 @@ from actors.launch.substitutions.grammar import parse_command_line, parse_substi
 from actors.parameters.files import plain_scalar
 from actors.suggest import did_you_mean
 
-TYPES: Final[Mapping[str, Any]] = MappingProxyType(
+TYPES: Final[Mapping[str, object]] = MappingProxyType(
     {
         "bool": bool,
         "int": int,
@@ -50,7 +50,7 @@ class Joined(Substitution):
 
 def _process_options(element: Element) -> dict[str, Any]:
     """The options that all tags have which start something."""
-    options: dict[str, object] = {}
+    options: dict[str, Any] = {}
     for attribute, option in (
         ("launch-prefix", "prefix"),
         ("cwd", "cwd"),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class LaunchConfiguration(Substitution):
     """The value of a launch configuration: of an argument, or of what `SetLaunchConfiguration` has set."""
 
-    def __init__(self, variable_name: Text, *, default: Any = None) -> None:
+    def __init__(self, variable_name: Text, *, default: object = None) -> None:
         self.variable_name = normalized(variable_name)
         self.default = None if default is None else _text_of(default)
 

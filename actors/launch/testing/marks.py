@@ -7,12 +7,14 @@ import sys
 import time
 from collections.abc import Callable, Iterable
 from threading import Lock
-from typing import Any, TypeVar
+from typing import ParamSpec, TypeVar
 
 from actors.launch.actions.processes import ExecuteProcess
+from actors.launch.events import ProcessIO
 from actors.launch.handlers import OnProcessIO
 
 Any_ = TypeVar("Any_")
+P = ParamSpec("P")
 
 
 def post_shutdown_test() -> Callable[[Any_], Any_]:
@@ -37,14 +39,14 @@ def parametrize(argnames: str, argvalues: Iterable[object]) -> Callable[[Any_], 
     return _marked("__parametrized__", [dict(zip(names, row, strict=True)) for row in rows])
 
 
-def retry_on_failure(*, times: int, delay: float | None = None) -> Callable[[Any], Any]:
+def retry_on_failure(*, times: int, delay: float | None = None) -> Callable[[Callable[P, Any_]], Callable[P, Any_]]:
     """Try a test up to so many times, with a pause in seconds between two, as long as it raises AssertionError."""
     if times < 1:
         raise ValueError(f"retry_on_failure(times={times}): at least 1")
 
-    def decorate(test: Callable[..., object]) -> Callable[..., Any]:
+    def decorate(test: Callable[P, Any_]) -> Callable[P, Any_]:
         @functools.wraps(test)
-        def tried(*arguments: object, **keywords: object) -> Any:
+        def tried(*arguments: P.args, **keywords: P.kwargs) -> Any_:
             for _ in range(times - 1):
                 try:
                     return test(*arguments, **keywords)
@@ -60,7 +62,7 @@ def retry_on_failure(*, times: int, delay: float | None = None) -> Callable[[Any
 class ReadyAggregator:
     """Calls a function when `ready_fn` was called for the nth time."""
 
-    def __init__(self, ready_fn: Callable[[], Any], num_to_aggregate: int) -> None:
+    def __init__(self, ready_fn: Callable[[], object], num_to_aggregate: int) -> None:
         self._ready = ready_fn
         self._missing = num_to_aggregate
         self._lock = Lock()
@@ -77,8 +79,8 @@ class ReadyAggregator:
 class StdoutReadyListener(OnProcessIO):
     """Does actions when a process has written a line with a text to stdout."""
 
-    def __init__(self, *, target_action: Any = None, ready_txt: str, actions: object) -> None:
-        def written(event: Any) -> object:
+    def __init__(self, *, target_action: object = None, ready_txt: str, actions: object) -> None:
+        def written(event: ProcessIO) -> object:
             return actions if ready_txt in event.text.decode(errors="replace") else None
 
         super().__init__(target_action=target_action, on_stdout=written)

@@ -11,7 +11,7 @@ from actors.launch.actions.processes import ExecuteProcess
 NO_CMD_ARGS = object()
 """As `cmd_args`: the process has no arguments."""
 
-Expected: TypeAlias = str | re.Pattern[str] | Iterable[Any]
+Expected: TypeAlias = str | re.Pattern[str] | Iterable[object]
 """A text, a pattern, or several of them that follow each other."""
 
 _COLOURS = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]")
@@ -99,7 +99,7 @@ def build_text_match(expected_text: Expected) -> Callable[[str], tuple[int, int]
     return match
 
 
-def _parts(expected: Expected) -> list[Any]:
+def _parts(expected: Expected) -> list[object]:
     return [expected] if isinstance(expected, (str, re.Pattern)) else list(expected)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from threading import Condition
 from typing import Any
 
-from actors.launch.events import ProcessExited
+from actors.launch.events import ProcessEvent, ProcessExited, ProcessIO
 from actors.launch.testing.asserts import assert_in_stream
 from actors.launch.testing.matching import Expected, NoMatchingProcessException, resolve_processes
 
@@ -25,20 +25,20 @@ class ProcInfoHandler:
 
     def __init__(self) -> None:
         self._changed = Condition()
-        self._events: dict[Any, Any] = {}
+        self._events: dict[object, ProcessEvent] = {}
 
     @property
     def proc_event(self) -> Condition:
         """Notified at every change."""
         return self._changed
 
-    def append(self, process_info: Any) -> None:
+    def append(self, process_info: ProcessEvent) -> None:
         """Note an event of a process."""
         with self._changed:
             self._events[process_info.action] = process_info
             self._changed.notify_all()
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[ProcessEvent]:
         with self._changed:
             return iter(list(self._events.values()))
 
@@ -69,7 +69,9 @@ class ProcInfoHandler:
         """Wait until a process has ended; AssertionError after `timeout` seconds."""
         self._wait(process, cmd_args, timeout, lambda event: isinstance(event, ProcessExited), "end")
 
-    def _wait(self, process: object, cmd_args: object, timeout: float, holds: Callable[[Any], bool], what: str) -> None:
+    def _wait(
+        self, process: object, cmd_args: object, timeout: float, holds: Callable[[ProcessEvent], bool], what: str
+    ) -> None:
         def met() -> bool:
             try:
                 found = resolve_processes(self, process=process, cmd_args=cmd_args)
@@ -92,8 +94,8 @@ class IoHandler:
 
     def __init__(self) -> None:
         self._changed = Condition()
-        self._lines: dict[str, list[Any]] = {}
-        self._all: list[object] = []
+        self._lines: dict[str, list[ProcessIO]] = {}
+        self._all: list[ProcessIO] = []
 
     @property
     def io_event(self) -> Condition:
@@ -106,14 +108,14 @@ class IoHandler:
             self._lines.setdefault(process_name, [])
             self._changed.notify_all()
 
-    def append(self, process_io: Any) -> None:
+    def append(self, process_io: ProcessIO) -> None:
         """Note a line of a process."""
         with self._changed:
             self._all.append(process_io)
             self._lines.setdefault(process_io.process_name, []).append(process_io)
             self._changed.notify_all()
 
-    def __iter__(self) -> Iterator[Any]:
+    def __iter__(self) -> Iterator[ProcessIO]:
         with self._changed:
             return iter(list(self._all))
 
@@ -127,7 +129,7 @@ class IoHandler:
         with self._changed:
             return list(self._lines)
 
-    def __getitem__(self, key: Any) -> list[object]:
+    def __getitem__(self, key: Any) -> list[ProcessIO]:
         """The lines of a process, by its action or its name. Raises `KeyError`."""
         name = str(key if isinstance(key, str) or not key.process_details else key.process_details["name"])
         with self._changed:

@@ -149,7 +149,7 @@ class _Execution:
         self,
         module: ModuleType,
         description: LaunchDescription,
-        given: Mapping[str, Any],
+        given: Mapping[str, object],
         arguments: Mapping[str, str],
         report: TextIO | None,
     ) -> None:
@@ -167,11 +167,11 @@ class _Execution:
     def _watched(self, description: LaunchDescription, arguments: Mapping[str, str]) -> LaunchDescription:
         """The description with handlers that note what happens."""
 
-        def started(event: Any, context: LaunchContext) -> None:
+        def started(event: events.ProcessEvent, context: LaunchContext) -> None:
             self._info.append(event)
             self._output.track(event.process_name)
 
-        def ended(event: object, context: LaunchContext) -> None:
+        def ended(event: events.ProcessEvent, context: LaunchContext) -> None:
             self._info.append(event)
 
         def ready(event: object, context: LaunchContext) -> None:

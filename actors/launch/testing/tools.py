@@ -81,7 +81,7 @@ class ProcessProxy:
         known = {event.action: event for event in self._info}
         return known.get(self.target_process_action)
 
-    def _text(self, wanted: Callable[[Any], bool]) -> str:
+    def _text(self, wanted: Callable[[events.ProcessIO], bool]) -> str:
         lines = [line for line in self._output if line.action is self.target_process_action and wanted(line)]
         text = "".join(line.text.decode(errors="replace") for line in lines)
         return text if self._filter is None else self._filter(text)

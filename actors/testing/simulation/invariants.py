@@ -176,7 +176,7 @@ class Watch:
             chain = " waits for a lock of ".join([*each, circle[0].get_name()])
             raise InvariantBroken(f"deadlock since t={since:.3f} s: {chain}")
 
-    def _last_step(self, task: asyncio.Task[Any] | None, now: float) -> float:
+    def _last_step(self, task: asyncio.Task[object] | None, now: float) -> float:
         """When a task last ran, in virtual seconds."""
         return cast("VirtualLoop", self._system.loop).last_step(task, now)
 

@@ -6,7 +6,7 @@ import asyncio
 import math
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ MOST_AT_ONCE = 100
 class Delivery(NamedTuple):
     """A message to be delivered, and the target that receives it."""
 
-    message: Message | ExpiringMessage[Any]
+    message: Message | ExpiringMessage[Message]
     target: Target
 
 
@@ -59,7 +59,7 @@ class Link:
         self._repeats = 0
         self._repeated_at = -1.0
 
-    def deliver(self, target: Target, message: Message | ExpiringMessage[Any]) -> None:
+    def deliver(self, target: Target, message: Message | ExpiringMessage[Message]) -> None:
         """Count a message, and pass it to `target` as the faults require."""
         links = self._links
         nth = links[self._name] = links.get(self._name, 0) + 1
@@ -149,7 +149,7 @@ def _is_numeric(value: object) -> bool:
     if isinstance(value, float):
         return True
     if isinstance(value, np.ndarray):
-        return _is_floating(cast("NDArray[Any]", value))
+        return _is_floating(cast("NDArray[np.generic]", value))
     if isinstance(value, tuple):
         return any(_is_numeric(item) for item in cast("tuple[object, ...]", value))
     return isinstance(value, Message) and has_numbers(value)
@@ -164,12 +164,12 @@ def _to_nan(value: object) -> object:
     if isinstance(value, float):
         return math.nan
     if isinstance(value, np.ndarray):
-        array = cast("NDArray[Any]", value)
+        array = cast("NDArray[np.generic]", value)
         return np.full_like(array, math.nan) if _is_floating(array) else array
     if isinstance(value, tuple):
         return tuple(_to_nan(item) for item in cast("tuple[object, ...]", value))
     return not_a_number(value) if isinstance(value, Message) else value
 
 
-def _is_floating(array: NDArray[Any]) -> bool:
+def _is_floating(array: NDArray[np.generic]) -> bool:
     return array.dtype.kind == "f"

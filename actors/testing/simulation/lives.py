@@ -19,7 +19,9 @@ from actors.testing.simulation.steps import Death, Delay, Steps, Watched
 if TYPE_CHECKING:
     from actors.actions.client import SentGoals
     from actors.actions.peers import ActionPeer, GoalFollower
+    from actors.contracts.contracts import Req, Resp
     from actors.graph.servers import ActionEntry
+    from actors.interfaces.message import Message
     from actors.runtime.incarnation import Incarnation
     from actors.services.client import Client
     from actors.services.peers import Caller, OpenCall, ServiceCall, ServicePeer, Submit
@@ -85,14 +87,16 @@ class Simulation(Interceptor):
         simulated = self._lives[record.life] = _SimulatedLife(self, record.life, life)
         return simulated
 
-    def creating_task(self, node: Caller, work: Coroutine[Any, Any, Any], name: str) -> Coroutine[Any, Any, Any]:
+    def creating_task(
+        self, node: Caller, work: Coroutine[object, None, object], name: str
+    ) -> Coroutine[object, None, object]:
         life = self._lives.get(node)
         if life is None:
             return work
         name = name or str(getattr(work, "__qualname__", work))
         return Watched(work, lambda: life.task_step(name))
 
-    def invoking(self, node: Caller, label: str, handler: Callable[..., Any]) -> Callable[..., Any]:
+    def invoking(self, node: Caller, label: str, handler: Callable[..., Any]) -> Callable[..., object]:
         if node not in self._lives:
             return handler
         handled, slow = self.profile.handled, self.faults_of("slow-handler", node.fqn)
@@ -107,8 +111,8 @@ class Simulation(Interceptor):
 
         return invoked
 
-    def calling(self, client: Client[Any, Any], submit: Submit) -> Submit:
-        def submitted(server: ServicePeer, message: Any, caller: Caller, timeout: float) -> ServiceCall:
+    def calling(self, client: Client[Req, Resp], submit: Submit) -> Submit:
+        def submitted(server: ServicePeer, message: Message, caller: Caller, timeout: float) -> ServiceCall:
             call = submit(server, message, caller, timeout)
             call.future.add_done_callback(self._answered)
             return call
@@ -158,8 +162,8 @@ class _SimulatedLife:
         simulation.profile.awaits.setdefault(node.fqn, 0)
         self._steps = Steps(node.fqn, simulation.faults, simulation.profile.steps)
         self._doomed = False
-        self._task: asyncio.Task[Any] | None = None
-        self._body: Coroutine[Any, Any, None] | None = None
+        self._task: asyncio.Task[object] | None = None
+        self._body: Coroutine[object, None, None] | None = None
 
     async def run(self, started: Callable[[], None], /) -> None:
         simulation, node = self._simulation, self._node.fqn

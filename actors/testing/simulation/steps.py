@@ -20,7 +20,7 @@ class Death(NodeExit):
     """Thrown into a node that ends without clean-up. Code that catches errors must not catch it."""
 
 
-class Watched(Coroutine[Any, Any, Any]):
+class Watched(Coroutine[object, None, object]):
     """A coroutine that behaves as the one it wraps, and calls `step` before each step, from one await to the next.
 
     `step` returns the delay of the step. `interrupted` is called with every error thrown into the coroutine. A `Death` raised by
@@ -31,20 +31,20 @@ class Watched(Coroutine[Any, Any, Any]):
 
     def __init__(
         self,
-        work: Coroutine[Any, Any, Any],
+        work: Coroutine[object, None, object],
         step: Callable[[], Delay],
         interrupted: Callable[[object], object] = lambda error: None,
     ) -> None:
         self._work = work
         self._step = step
         self._interrupted = interrupted
-        self._kept: tuple[Any] | None = None  # the value sent into a delayed step, kept until it runs
+        self._kept: tuple[object] | None = None  # the value sent into a delayed step, kept until it runs
 
     def __getattr__(self, name: str) -> Any:
         """Give debuggers and reports access to the wrapped coroutine."""
         return getattr(self._work, name)
 
-    def __await__(self) -> Generator[Any, Any, Any]:
+    def __await__(self) -> Generator[object, object, object]:
         return cast("Generator[Any, Any, Any]", self)
 
     def __next__(self) -> Any:
@@ -75,7 +75,7 @@ class Watched(Coroutine[Any, Any, Any]):
         self._work.close()
 
 
-def _waiting(delay: Delay) -> Generator[Any, None, None]:
+def _waiting(delay: Delay) -> Generator[object, None, None]:
     """Yield a future that resumes the coroutine after `delay`."""
     loop = asyncio.get_running_loop()
     future: asyncio.Future[None] = loop.create_future()

@@ -5,12 +5,14 @@ from __future__ import annotations
 import ctypes as c
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, TypeVar
 
 from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.library import BuiltinEndpoint, BuiltinParticipant, Library, SampleInfo
 from actors.transport.dds.qos import read_property, read_qos, read_user_data
 from actors.transport.dds.reading import Report
+
+T = TypeVar("T")
 
 _PARTICIPANTS: Final = 0x7FFF0001
 _PUBLICATIONS: Final = 0x7FFF0003
@@ -135,11 +137,11 @@ class Discovery:
                 participant = RemoteParticipant(guid, *read)
                 self._participants[guid] = participant, life
                 self._post(self._events.participant_appeared, participant)
-        for writes, guid, life, handle, read in endpoints:
-            if read is None:
+        for writes, guid, life, handle, seen in endpoints:
+            if seen is None:
                 self._endpoint(guid, life, None)
-            elif read[1] not in _BUILTIN:
-                self._endpoint(guid, life, _endpoint(guid, writes, handle, *read))
+            elif seen[1] not in _BUILTIN:
+                self._endpoint(guid, life, _endpoint(guid, writes, handle, *seen))
         for guid in gone:
             self._lose(guid)
         return False
@@ -178,7 +180,7 @@ class Discovery:
                 del self._guids[handle]
         self._guids[endpoint.handle] = endpoint.guid
 
-    def _taken(self, topic: int, kind: Any, read: Callable[[Any], object]) -> Iterator[tuple[bytes, int, int, Any]]:
+    def _taken(self, topic: int, kind: Any, read: Callable[[Any], T]) -> Iterator[tuple[bytes, int, int, T | None]]:
         """GUID, count of lives, instance handle, and what `read` makes of it; None: it has gone."""
         library, reader = self._library, self._readers[topic]
         while True:

@@ -296,7 +296,7 @@ def _hash(end: Shown) -> str:
     return type_hash(here) if told in (NO_TYPE_HASH, type_hash(message)) else told
 
 
-def _type_here(name: str) -> Any:
+def _type_here(name: str) -> object:
     """The type of this name that this process has, or can load; None if there is none that can be read."""
     known = registry.known(name)
     if known is None:

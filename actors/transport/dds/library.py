@@ -31,7 +31,7 @@ _ONE_BYTE: Final = (0x01010000, 0, 0)
 looks at nor drops what follows. No type information is announced, as `rmw_cyclonedds` announces none: readers and writers match by name."""
 
 
-def _memory(base: Any) -> list[tuple[str, Any]]:
+def _memory(base: object) -> list[tuple[str, Any]]:
     """The fields of `ddsrt_iovec_t`: those of the system's sockets."""
     windows = sys.platform == "win32"
     fields = [("base", base), ("length", c.c_uint32 if windows else c.c_size_t)]
@@ -117,7 +117,7 @@ def the_descriptor(type_name: str) -> Any:
 
 
 _P, _E, _D, _I, _H = c.c_void_p, c.c_int32, c.c_int64, c.c_int, c.c_uint64
-_FUNCTIONS: Final[dict[str, tuple[Any, ...]]] = {  # what a function returns, and what it takes
+_FUNCTIONS: Final[dict[str, tuple[object, ...]]] = {  # what a function returns, and what it takes
     "dds_set_log_mask": (None, c.c_uint32),
     "dds_strretcode": (c.c_char_p, _E),
     "dds_create_domain": (_E, c.c_uint32, c.c_char_p),
@@ -216,7 +216,7 @@ class Library:
         def __getattr__(self, name: str) -> Any: ...
 
 
-def _declared(library: c.CDLL, name: str) -> Any:
+def _declared(library: c.CDLL, name: str) -> object:
     function = getattr(library, name)
     function.restype, *function.argtypes = _FUNCTIONS[name]
     return function

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import product
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from actors.transport.security import AccessRule
 from actors.transport.security.settings import EVERYBODY
@@ -69,7 +69,7 @@ def access_control(rules: Iterable[AccessRule]) -> dict[str, object]:
             for flow, messages in (("ingress", grant.into), ("egress", grant.out)):
                 if messages and grant.keys:
                     ids.append(f"{number}.{len(ids)}")
-                    one: dict[str, Any] = {"id": ids[-1], "permission": "allow", "flows": [flow]}
+                    one: dict[str, object] = {"id": ids[-1], "permission": "allow", "flows": [flow]}
                     allowed.append({**one, "messages": list(messages), "key_exprs": sorted(set(grant.keys))})
         policies.append({"rules": ids, "subjects": [subject["id"]]})
     return {

@@ -99,7 +99,7 @@ class Connection:
         # Beats of others wake nobody: they count from when they arrived, and wait for the next beat of our own at most.
         beaten = direct(lambda sample: self.wakeup.post_patiently(self._heard, (sample.payload, loop.time())))
         # The references keep what they declare.
-        self._watching: list[Any] = [
+        self._watching: list[object] = [
             session.declare_subscriber(
                 alive,
                 beaten,
@@ -213,7 +213,7 @@ class Connection:
         if not self._own[announcement.token]:
             del self._own[announcement.token]
 
-    def _watch(self, tokens: str) -> Any:
+    def _watch(self, tokens: str) -> object:
         handler = direct(self._reported)
         return self._session.liveliness().declare_subscriber(tokens, handler, history=True)
 

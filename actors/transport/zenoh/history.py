@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, Final
+from typing import Final
 
 from actors.transport.keyed.protocol import BULK, Delivery
 from actors.transport.zenoh import objects
@@ -32,7 +32,7 @@ def declare_publishers(session: objects.Session, key: str, delivery: Delivery, t
     # One that is kept is not dropped on the way either: nothing would tell those who listen that it was the last one.
     promised = delivery.reliable and bool(delivery.keep_all or delivery.history)
     blocks = promised or (thin_links and delivery.priority >= BULK)
-    settings: dict[str, Any] = {
+    settings: dict[str, object] = {
         "congestion_control": zenoh.CongestionControl.BLOCK if blocks else zenoh.CongestionControl.DROP,
         # Zenoh drops what is sent with best effort, even if it is to block.
         "reliability": zenoh.Reliability.RELIABLE if delivery.reliable or blocks else zenoh.Reliability.BEST_EFFORT,

@@ -61,7 +61,7 @@ def direct(call: Callable[[Any], None], end: Callable[[], None] | None = None) -
     takes five times as long as the rest of it; therefore the state is kept, for as long as the thread lives.
     """
 
-    def called(item: Any) -> None:
+    def called(item: object) -> None:
         keep_thread_state()
         call(item)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import Any
 
 from actors.transport.keyed.protocol import Query
 from actors.transport.wakeup import Wakeup
@@ -41,12 +40,12 @@ class _Query:
         """Leave it without an answer."""
         self._end(None)
 
-    def _end(self, answer: Callable[[], Any] | None) -> None:
+    def _end(self, answer: Callable[[], object] | None) -> None:
         if not self._ended:
             self._ended = True
             self._worker.do(partial(self._send, answer))
 
-    def _send(self, answer: Callable[[], Any] | None) -> None:
+    def _send(self, answer: Callable[[], object] | None) -> None:
         if answer is not None:
             with suppress(import_zenoh().ZError):  # who asked has gone, or the session has been closed
                 answer()
