@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Final, Generic, NamedTuple, Protocol, cast
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, ActionPeer, GoalFollower, Outcome
 from actors.checks import NoPublicConstructor
-from actors.contracts.contracts import Action, F, G, R
+from actors.contracts.contracts import Action
 from actors.errors import ActionUnavailable, GoalAborted, GoalCanceled, GoalRejected, NotStarted, Reject, WrongType
 from actors.inbox.boundary import asked
+from actors.interfaces.message import F, G, R
 from actors.services.peers import Caller, OpenCall, ServedName, refuse_cycle, refuse_other_type
 from actors.waiting import Waiters
 

@@ -7,8 +7,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from actors.checks import NoPublicConstructor
-from actors.contracts.contracts import F, M, R
 from actors.errors import ActorError
+from actors.interfaces.message import F, M, R
 
 if TYPE_CHECKING:
     from actors.actions.client import Goal

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from actors.blocking.handles import BlockingGoal, BlockingStream
 from actors.checks import NoPublicConstructor, create
-from actors.contracts.contracts import Action, F, G, M, R, Req, Resp, Service, Topic
+from actors.contracts.contracts import Action, Service, Topic
 from actors.errors import ActorError, Ended, NotRunning
+from actors.interfaces.message import F, G, M, R, Req, Resp
 from actors.logs import LogSink, NodeLog, structlog_sink
 from actors.running import run as running
 from actors.running.signals import SigtermExit, exit_on_sigterm

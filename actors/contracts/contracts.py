@@ -21,13 +21,12 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias
 from actors.checks import NoPublicConstructor, create, is_number, is_whole
 from actors.contracts.content_filter import ContentFilter
 from actors.errors import DeclarationError
+from actors.interfaces.message import ActionType, F, G, M, R, Req, Resp, ServiceType
 from actors.qos import DEFAULT, of
 from actors.qos.policies import QoS
 
 if TYPE_CHECKING:
     import builtins  # the contract classes have a field `type`, which hides the builtin
-
-    from actors.interfaces.message import ActionType, Message, ServiceType
 
 
 class Declaration:
@@ -58,12 +57,6 @@ def positional(function: Callable[..., object]) -> int:
     return code.co_argcount
 
 
-M = TypeVar("M", bound="Message")
-Req = TypeVar("Req", bound="Message")
-Resp = TypeVar("Resp", bound="Message")
-G = TypeVar("G", bound="Message")
-R = TypeVar("R", bound="Message")
-F = TypeVar("F", bound="Message")
 Node = TypeVar("Node")
 Nothing = TypeVar("Nothing", bound="Coroutine[object, None, None] | None")
 Verdict = TypeVar("Verdict", bound="Coroutine[object, None, bool] | bool")

@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from actors.errors import RemoteError
 from actors.logs.levels import Level
-from actors.pickle_bounds import BoundedUnpickler, Steps, check_extent
+from actors.pickle_bounds import BoundedUnpickler, Steps, check_extent, new_error
 from actors.processes import messages
 from actors.runtime.node import Node
 from actors.supervision import reasons
@@ -130,10 +130,7 @@ def _error(
     if found is None:
         error: Exception = RemoteError(str(kind.named[1]), ", ".join(map(str, args)))
     else:
-        new = next(
-            vars(one)["__new__"] for one in found.__mro__ if one.__module__ == "builtins" and "__new__" in vars(one)
-        )
-        error = cast("Exception", new(found, *args))
+        error = cast("Exception", new_error(found, args))
         error.__dict__.update(state)
     for note in notes:
         error.add_note(note)

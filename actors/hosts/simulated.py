@@ -18,12 +18,15 @@ from actors.processes.messages import Event, Opaque
 from actors.processes.pickling import unpack
 from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
 from actors.transport.protocol import Transport
-from actors.transport.simulated.link import Message, Stream
+from actors.transport.simulated.link import Call, Stream
 from actors.transport.simulated.network import Network
 from actors.waiting import wake
 
 HERE: Final = "(here)"
 """The machine of a tree for which nobody has made a network."""
+
+_PRIORITY = 1
+"""Before what nodes tell each other."""
 
 
 def hosts_of(spec: Spec) -> Iterator[str]:
@@ -109,9 +112,9 @@ class SimulatedHosts(metaclass=NoPublicConstructor):
             if host in self._agents:
                 session = self._agents[host].session(_SimulatedWire(back, from_agent, take, lost), self._here)
                 self._streams[host] += (there, back)
-                back.send(_Frame(back, 0, partial(wake, answered, session)))
+                back.send(Call(back, 0, _PRIORITY, partial(wake, answered, session)))
 
-        there.send(_Frame(there, 0, arrive))
+        there.send(Call(there, 0, _PRIORITY, arrive))
         try:
             session = await answered
         except asyncio.CancelledError:
@@ -146,26 +149,9 @@ class _SimulatedWire:
     def send(self, value: Any) -> None:
         if not self._closed:
             data = written(value)
-            self._stream.send(_Frame(self._stream, len(data), lambda: self._take(self._read(data))))
+            self._stream.send(Call(self._stream, len(data), _PRIORITY, lambda: self._take(self._read(data))))
 
     def close(self) -> None:
         if not self._closed:
             self._closed = True
-            self._stream.send(_Frame(self._stream, 0, self._lost))
-
-
-class _Frame(Message):
-    """Something that happens at the other end."""
-
-    __slots__ = ("_act",)
-
-    def __init__(self, stream: Stream, size: int, act: Callable[[], None]) -> None:
-        super().__init__(stream, size, _PRIORITY)
-        self._act = act
-
-    def deliver(self) -> None:
-        self._act()
-
-
-_PRIORITY = 1
-"""Before what nodes tell each other."""
+            self._stream.send(Call(self._stream, 0, _PRIORITY, self._lost))

@@ -7,15 +7,14 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from typing import Any, Final, TypeAlias, TypeVar, cast
+from typing import Any, Final, TypeAlias, cast
 
 from actors.interfaces.cdr_decode import Decoder, compile_decoder
 from actors.interfaces.cdr_encode import compile_encoder
 from actors.interfaces.cdr_layout import WStrings
 from actors.interfaces.errors import CdrError, InterfaceError
-from actors.interfaces.message import Message
+from actors.interfaces.message import M, Message
 
-M = TypeVar("M", bound=Message)
 Bytes: TypeAlias = bytes | bytearray | memoryview
 """Encoded messages, as `decode` takes them."""
 

@@ -12,8 +12,6 @@ from actors.interfaces.text import definition_text
 from actors.interfaces.type_description_interfaces.msg import TypeDescription, TypeSource
 from actors.interfaces.type_description_interfaces.srv import GetTypeDescription, GetTypeDescription_Request
 
-__all__ = ["GetTypeDescription", "described"]
-
 
 def described(request: GetTypeDescription_Request) -> GetTypeDescription.Response:
     """Describe a type of this process, and all that it contains, with the text of each definition if that is wanted.

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from actors.interfaces.message import InterfaceClass
 
-__all__ = ["ForeignType", "difference"]
-
 
 class ForeignType:
     """The type of an endpoint of another process: its name and its hash. A type of this process is the same if both are equal."""

@@ -26,8 +26,6 @@ from actors.interfaces.parse import (
     parse_value,
 )
 
-__all__ = ["as_written", "parse_idl", "parse_idl_file"]
-
 TYPES: Final = {
     "boolean": "bool", "octet": "byte", "char": "char", "wchar": "uint16", "float": "float32", "double": "float64",
     "short": "int16", "unsigned short": "uint16", "long": "int32", "unsigned long": "uint32", "long long": "int64",

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from actors.interfaces.type_description_interfaces import msg
     from actors.interfaces.type_description_interfaces.srv import GetTypeDescription_Response
 
-__all__ = ["MOST_BYTES", "define", "definitions_of", "read"]
 
 MOST_BYTES: Final = 1 << 20
 """The largest description, and the longest texts of a type and all that it contains."""

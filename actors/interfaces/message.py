@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 else:
     StructMeta = type(msgspec.Struct)
 
-__all__ = ["ActionType", "InterfaceClass", "Message", "ServiceType"]
-
 
 class Field(msgspec.Struct, frozen=True):
     """One field of a message.
@@ -291,6 +289,7 @@ def _shown(value: Any) -> str:
     return repr(value)
 
 
+M = TypeVar("M", bound=Message)
 Req = TypeVar("Req", bound=Message)
 Resp = TypeVar("Resp", bound=Message)
 G = TypeVar("G", bound=Message)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 from actors.checks import whole_text
 from actors.interfaces.errors import MessageTypeError, MessageValueError
 from actors.interfaces.fields import FieldType
-from actors.interfaces.message import Field, Message
+from actors.interfaces.message import Field, M, Message
 from actors.interfaces.naming import closest
-
-M = TypeVar("M", bound=Message)
 
 
 def to_plain(message: Message, array: Callable[[FieldType, Any], object] | None = None) -> dict[str, object]:

@@ -28,8 +28,6 @@ from actors.interfaces.parse import (
     parse_recorded,
 )
 
-__all__ = ["ENCODINGS", "recorded_hash", "recorded_type", "ros_name"]
-
 ENCODINGS: Final = ("ros2msg", "ros2idl", "omgidl")
 """The encodings of schemas that are read."""
 

@@ -15,10 +15,10 @@ from collections.abc import AsyncGenerator, AsyncIterator, Coroutine, Iterable, 
 from itertools import chain
 from os import PathLike
 from pathlib import Path
-from typing import Any, Final, Protocol, TypeVar
+from typing import Any, Final, Protocol
 
 from actors.contracts.contracts import Service, Topic
-from actors.interfaces.message import Message, ServiceType
+from actors.interfaces.message import M, Req, Resp, ServiceType
 from actors.interfaces.rcl_interfaces import msg, srv
 from actors.names import names
 from actors.parameters.descriptor import ParameterDescriptor
@@ -40,9 +40,6 @@ from actors.time.deadlines import check_timeout
 
 __all__ = ["Asking", "ParameterClient"]
 
-M = TypeVar("M", bound=Message)
-Req = TypeVar("Req", bound=Message)
-Resp = TypeVar("Resp", bound=Message)
 
 EVENTS: Final = Topic(msg.ParameterEvent, "/parameter_events", PARAMETER_EVENTS)
 

@@ -16,6 +16,7 @@ from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
 
 from actors.checks import whole_text
 from actors.names import names
+from actors.parameters.values import Value
 from actors.yaml_bounds import check_yaml, safe_loader
 
 __all__ = [
@@ -28,18 +29,7 @@ __all__ = [
     "reaches",
 ]
 
-ParamValue: TypeAlias = (
-    bool
-    | int
-    | float
-    | str
-    | tuple[bool, ...]
-    | tuple[int, ...]
-    | tuple[float, ...]
-    | tuple[str, ...]
-    | tuple[bytes, ...]
-    | None
-)
+ParamValue: TypeAlias = Value
 """A typed parameter value. The empty tuple is an empty list, whose type follows from the declaration. None means not set."""
 
 ALL_NODES: Final = "/**"

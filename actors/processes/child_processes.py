@@ -100,7 +100,7 @@ class ChildProcesses:
         return await self._prefork.take(order)
 
 
-async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess[ChildTree]:
+async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProcess:
     """Launch a simulated process for `order`; `take` gets what it tells. Its declaration is copied, as that of a real one is.
 
     On another machine it tells of its nodes as often as a real one does: that may end without a last word. Otherwise, when something changes.
@@ -120,7 +120,7 @@ async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProc
     return process
 
 
-def _beat(process: SimulatedProcess[ChildTree]) -> None:
+def _beat(process: SimulatedProcess) -> None:
     if not process.ended.done():
         process.hosted.tell_nodes()
         asyncio.get_running_loop().call_later(MOST_BEAT_SECONDS, _beat, process)

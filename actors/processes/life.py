@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
-from typing import Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from actors.errors import ProgramExit
-from actors.processes.messages import Event, News, Order, Over, Ready, Request, StopAsked
+from actors.processes.messages import Event, Order, Over, Ready, Request, StopAsked
 from actors.supervision.reasons import Failed, Killed, Leaked, Skip, Stop, Stopped
 from actors.supervision.refs import ChildState
+
+if TYPE_CHECKING:
+    from actors.processes.parent import ParentSide
 
 TERMINATION_SECONDS: Final = 0.3
 """Seconds between `terminate` and SIGKILL for a process that has not stopped in its time."""
@@ -48,50 +50,6 @@ class Process(Protocol):
         ...
 
 
-class Parent(Protocol):
-    """What takes in all that a process tells, but the facts of its own life, and knows the system around it."""
-
-    def order(self) -> Order:
-        """What the next process is to run."""
-        ...
-
-    def begin(self, process: Process, /) -> None:
-        """The process has been launched."""
-        ...
-
-    def take(self, event: News, /) -> None:
-        """The process has told something about its nodes."""
-        ...
-
-    async def known(self) -> None:
-        """Wait until the nodes of the process are known here. Raises an error if that cannot be."""
-        ...
-
-    def end(self) -> None:
-        """The process has ended."""
-        ...
-
-    def exits(self, code: int, /) -> ProgramExit:
-        """Have the whole system stop, because a node of the process asks the program to exit."""
-        ...
-
-    def killed(self) -> bool:
-        """Whether the supervisor has killed this life, and so leaves no time for a clean-up."""
-        ...
-
-    def kill(self, after: float, /) -> None:
-        """Have this life count as killed, after so many seconds of clean-up."""
-        ...
-
-    def bound(self) -> None:
-        """Limit the clean-up, which begins now, to the stop timeout of the child."""
-        ...
-
-    def state_of(self, path: Sequence[str], /) -> ChildState:
-        """The state of a descendant of the child."""
-        ...
-
-
 Launch = Callable[[Order, Callable[[Event], None]], Awaitable[Process]]
 """Launches a process with an order; it calls the function with all that the process tells."""
 
@@ -107,7 +65,7 @@ class ProcessLife:
     - `_asked` is the reason for which the end was asked for; None before. `_doomed` is set once the process is to be killed.
     """
 
-    def __init__(self, parent: Parent, launch: Launch) -> None:
+    def __init__(self, parent: ParentSide, launch: Launch) -> None:
         self._parent = parent
         self._launch = launch
         self._loop = asyncio.get_running_loop()

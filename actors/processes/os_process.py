@@ -8,7 +8,8 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from typing import Any, Final, NamedTuple
 
 from actors.errors import ProcessDied, ProcessHung
@@ -58,35 +59,32 @@ async def spawn(order: Order, take: Callable[[Event], None], waiting: Started | 
 def start(name: str, *, fenced: bool) -> Started:
     """Start an interpreter, which `ps` shows with this name. `fenced`: it is killed with this process, where otherwise its nodes have time to
     end. Raises OSError."""
-    ours, theirs = socket.socketpair()
-    notes, noting = os.pipe()
-    try:
-        with held_back():
-            popen = subprocess.Popen(  # in this thread, with whose end the system ends the process
-                [
-                    *(sys.executable, "-m", PROGRAM, str(theirs.fileno()), str(noting), name),
-                    *(("fenced",) if fenced else ()),
-                ],
-                pass_fds=(theirs.fileno(), noting),
-                stdin=subprocess.DEVNULL,
-                env=environment(),
-            )
-    except BaseException:
-        ours.close()
-        os.close(notes)
-        raise
-    finally:
-        theirs.close()
-        os.close(noting)
-    return Started(popen, ours, notes)
+    with _ends() as (ours, theirs, notes, noting), held_back():
+        popen = subprocess.Popen(  # in this thread, with whose end the system ends the process
+            [
+                *(sys.executable, "-m", PROGRAM, str(theirs.fileno()), str(noting), name),
+                *(("fenced",) if fenced else ()),
+            ],
+            pass_fds=(theirs.fileno(), noting),
+            stdin=subprocess.DEVNULL,
+            env=environment(),
+        )
+        return Started(popen, ours, notes)
 
 
 def fork(zygote: Zygote, name: str) -> Started:
     """Have a zygote fork a process, which waits as an interpreter does that `start` has started. Raises OSError if the zygote has ended."""
+    with _ends() as (ours, theirs, notes, noting):
+        return Started(zygote.fork(name, theirs.fileno(), noting), ours, notes)
+
+
+@contextmanager
+def _ends() -> Generator[tuple[socket.socket, socket.socket, int, int]]:
+    """Both ends of the channel and of the pipe for notes. The process's are closed here at the end of the block, ours if it fails."""
     ours, theirs = socket.socketpair()
     notes, noting = os.pipe()
     try:
-        return Started(zygote.fork(name, theirs.fileno(), noting), ours, notes)
+        yield ours, theirs, notes, noting
     except BaseException:
         ours.close()
         os.close(notes)

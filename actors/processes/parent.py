@@ -58,7 +58,7 @@ class ParentSide:
             runtime.enter(self._spec, self._path)
 
     def order(self) -> Order:
-        """See `life.Parent`."""
+        """What the next process is to run."""
         runtime = self._runtime
         return Order(
             spec=self._spec,

@@ -4,38 +4,17 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING
 
 from actors.errors import ProcessDied, described
 from actors.processes.messages import Event, Opaque, Request
 from actors.processes.pickling import unpack
 
 if TYPE_CHECKING:
-    pass
+    from actors.processes.child_tree import ChildTree
 
 
-class Hosted(Protocol):
-    """What runs in a process."""
-
-    async def run(self) -> None:
-        """Run to the end, and tell it."""
-        ...
-
-    def take(self, request: Request, /) -> None: ...
-
-    def terminate(self) -> None:
-        """Do what `Process.terminate` asks for."""
-        ...
-
-    def kill(self) -> None:
-        """End without a clean-up."""
-        ...
-
-
-H = TypeVar("H", bound=Hosted)
-
-
-class SimulatedProcess(Generic[H]):
+class SimulatedProcess:
     """A process that is no process (`life.Process`). `host` makes what runs in it, with the function that tells events; `crash` is called
     when it is killed.
 
@@ -45,7 +24,7 @@ class SimulatedProcess(Generic[H]):
     def __init__(
         self,
         number: int,
-        host: Callable[[Callable[[Event], None]], H],
+        host: Callable[[Callable[[Event], None]], ChildTree],
         take: Callable[[Event], None],
         crash: Callable[[], None],
     ) -> None:

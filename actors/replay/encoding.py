@@ -26,7 +26,7 @@ import msgspec
 from actors.errors import described
 from actors.interfaces.lookup import get_message
 from actors.interfaces.message import Message
-from actors.pickle_bounds import BoundedUnpickler, Steps, UnreadablePickle, check_extent
+from actors.pickle_bounds import BoundedUnpickler, Steps, UnreadablePickle, check_extent, new_error
 from actors.replay.errors import ReplayError
 from actors.runtime.node import Node
 from actors.supervision.child import Child
@@ -228,11 +228,8 @@ def error_made(module: str, name: str, arguments: tuple[object, ...], attributes
     kind: object = _named(module, name)
     if not (isinstance(kind, type) and issubclass(kind, BaseException)):
         raise ReplayError(f"{module}.{name}, which the journal names, is no class of errors")
-    new: Any = next(
-        vars(one)["__new__"] for one in kind.__mro__ if one.__module__ == "builtins" and "__new__" in vars(one)
-    )
     _check(arguments=(arguments, tuple), attributes=(attributes, dict))
-    error: BaseException = new(kind, *arguments)
+    error = new_error(kind, arguments)
     _ARGUMENTS.__set__(error, arguments)
     vars(error).update(attributes)
     return error

@@ -17,8 +17,9 @@ from actors.actions.client import DIRECT, Goal
 from actors.actions.driver import GoalHandlers
 from actors.actions.server import ActionServer
 from actors.checks import create
-from actors.contracts.contracts import F, G, M, R, Req, Resp, Service
+from actors.contracts.contracts import Service
 from actors.errors import DeclarationError
+from actors.interfaces.message import F, G, M, R, Req, Resp
 from actors.parameters.declare import INTROSPECTION
 from actors.parameters.descriptor import ParameterDescriptor
 from actors.qos import (

@@ -17,8 +17,9 @@ from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, ParamSpec, TypeAlias, TypeVar, cast
 
 from actors.checks import create
-from actors.contracts.contracts import F, G, M, R, Req, Resp, check_reading, checked_concurrency
+from actors.contracts.contracts import check_reading, checked_concurrency
 from actors.errors import DeclarationError, NotStarted
+from actors.interfaces.message import F, G, M, R, Req, Resp
 from actors.places import claim
 from actors.qos import of
 from actors.qos.policies import QoS

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, overload
 
-from actors.contracts.contracts import F, G, R, Req, Resp, Service
+from actors.contracts.contracts import Service
 from actors.errors import (
     ActionUnavailable,
     ActorError,
@@ -19,6 +19,7 @@ from actors.errors import (
     NodeRestarting,
     ServiceUnavailable,
 )
+from actors.interfaces.message import F, G, R, Req, Resp
 from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT
 from actors.supervision.policy import Backoff
 

@@ -163,7 +163,8 @@ def _parameter_service(life: Incarnation, name: str, last: str) -> Served:
 
 def _type_description_service(life: Incarnation, name: str, last: str) -> Served | None:
     """The type and the handler of the service that describes types, or None if a parameter of the node says that it has none."""
-    from actors.interfaces.describing import GetTypeDescription, described
+    from actors.interfaces.describing import described
+    from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
 
     if not life.parameters.value("start_type_description_service"):
         return None

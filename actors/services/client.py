@@ -7,8 +7,9 @@ from asyncio import current_task
 from threading import get_ident
 from typing import TYPE_CHECKING, Generic
 
-from actors.contracts.contracts import Req, Resp, Service
+from actors.contracts.contracts import Service
 from actors.errors import WrongType
+from actors.interfaces.message import Req, Resp
 from actors.services.peers import Caller, ServiceCall, ServiceName, ServicePeer, Submit, refuse_cycle, refuse_other_type
 from actors.time.deadlines import check_timeout
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic
 
 from actors.checks import NoPublicConstructor
+from actors.interfaces.message import M
 from actors.topics.subscription import Subscription
 
 if TYPE_CHECKING:
-    from actors.interfaces.message import Message
     from actors.qos.policies import QoS
-
-M = TypeVar("M", bound="Message")
 
 
 class Probe(Subscription[M], Generic[M], metaclass=NoPublicConstructor):

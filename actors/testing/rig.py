@@ -24,8 +24,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 from actors.checks import create
-from actors.contracts.contracts import Action, F, G, M, R, Req, Resp, Service, Topic
+from actors.contracts.contracts import Action, Service, Topic
 from actors.errors import NotStarted
+from actors.interfaces.message import F, G, M, R, Req, Resp
 from actors.logs import DEBUG, LogRecord
 from actors.places import awaited_in
 from actors.qos import of

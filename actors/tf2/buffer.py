@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from actors.contracts.contracts import Service
 from actors.interfaces.geometry_msgs.msg import TransformStamped, VelocityStamped
-from actors.interfaces.message import Message
+from actors.interfaces.message import M
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.tf2_msgs.srv import FrameGraph, FrameGraph_Request, FrameGraph_Response
 from actors.tf2 import description
@@ -32,7 +32,6 @@ from actors.waiting import Waiters
 if TYPE_CHECKING:
     from actors.runtime.node import Node
 
-M = TypeVar("M", bound=Message)
 T = TypeVar("T")
 
 FRAMES = Service(FrameGraph, "tf2_frames")

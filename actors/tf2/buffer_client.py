@@ -5,13 +5,12 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from actors.contracts.contracts import Action
 from actors.errors import ActionUnavailable, GoalAborted
 from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 from actors.interfaces.geometry_msgs.msg import TransformStamped
-from actors.interfaces.message import Message
 from actors.interfaces.tf2_msgs.action import LookupTransform, LookupTransform_Goal
 from actors.interfaces.tf2_msgs.msg import TF2Error
 from actors.tf2.errors import (
@@ -29,7 +28,6 @@ from actors.time.values import Duration, stamp_of
 if TYPE_CHECKING:
     from actors.runtime.node import Node
 
-M = TypeVar("M", bound=Message)
 
 LOOKUP = Action(LookupTransform, "tf2_buffer_server")
 """The action of a buffer server, under the name that it has in ROS 2."""

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 from actors.interfaces.geometry_msgs import msg as geometry
-from actors.interfaces.message import Message
+from actors.interfaces.message import M, Message
 from actors.interfaces.sensor_msgs.msg import PointCloud2
 from actors.suggest import did_you_mean
 from actors.tf2.transform import Transform
-
-M = TypeVar("M", bound=Message)
 
 
 def do_transform(message: M, transform: geometry.TransformStamped) -> M:

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
 from actors.inbox.control import blame
 from actors.inbox.expiring import ExpiringMessage, TimedMessage
 from actors.inbox.inbox import Inbox
+from actors.interfaces.message import M
 from actors.topics.subscription import Subscription
 
 if TYPE_CHECKING:
     from actors.contracts.content_filter import ContentFilter
-    from actors.interfaces.message import Message
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, TopicRegistry
 
-M = TypeVar("M", bound="Message")
 
 Handler: TypeAlias = Callable[[M], Awaitable[None] | None]
 """A message handler. It either handles the message before it returns, or returns an awaitable that does."""

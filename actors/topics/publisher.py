@@ -12,20 +12,18 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic
 
 from actors.checks import NoPublicConstructor, create
 from actors.errors import Ended, WrongThread, WrongType, described
+from actors.interfaces.message import M
 from actors.topics.endpoint import Endpoint, EventStream
 
 if TYPE_CHECKING:
     from actors.interfaces.cdr import Bytes
-    from actors.interfaces.message import Message
     from actors.qos.events import PublisherEvent, PublisherStatus
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, SubscriptionPeer, Target, TopicRegistry
-
-M = TypeVar("M", bound="Message")
 
 
 class _Closed:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncGenerator, Callable
 from threading import get_ident
-from typing import TYPE_CHECKING, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Generic, cast
 
 from actors.checks import NoPublicConstructor, create
 from actors.errors import CallTimeout, Ended
 from actors.inbox.expiring import ExpiringMessage
+from actors.interfaces.message import M
 from actors.time.deadlines import check_timeout
 from actors.topics.endpoint import EventStream, close_forgotten
 from actors.topics.subscription import Subscription
@@ -17,12 +18,9 @@ from actors.waiting import wake
 
 if TYPE_CHECKING:
     from actors.contracts.content_filter import ContentFilter
-    from actors.interfaces.message import Message
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, TopicRegistry
-
-M = TypeVar("M", bound="Message")
 
 
 class StreamSubscription(Subscription[M]):

@@ -11,23 +11,21 @@ import asyncio
 import math
 from collections import deque
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, cast
 
 from actors.checks import create
 from actors.inbox.boundary import asked
 from actors.inbox.expiring import ExpiringMessage
 from actors.inbox.inbox import NOTHING
+from actors.interfaces.message import M
 from actors.topics.endpoint import Endpoint, EventStream, nanoseconds
 from actors.waiting import Waiters
 
 if TYPE_CHECKING:
     from actors.contracts.content_filter import ContentFilter
-    from actors.interfaces.message import Message
     from actors.qos.events import SubscriptionEvent, SubscriptionStatus
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, PublisherPeer, Target, TopicRegistry
-
-M = TypeVar("M", bound="Message")
 
 
 class Subscription(Endpoint, Generic[M]):

@@ -5,19 +5,17 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from threading import get_ident
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from actors.checks import create
 from actors.inbox.expiring import ExpiringMessage
+from actors.interfaces.message import M
 from actors.qos.policies import Liveliness, QoS
 from actors.topics.endpoint import nanoseconds
 from actors.topics.publisher import Publisher
 
 if TYPE_CHECKING:
-    from actors.interfaces.message import Message
     from actors.topics.peers import Participant, Target, TopicRegistry
-
-M = TypeVar("M", bound="Message")
 
 
 def publisher_for(node: Participant, entry: TopicRegistry, type: type[M], qos: QoS) -> Publisher[M]:

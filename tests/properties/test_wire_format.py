@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from actors import QoS
 from actors.errors import CallCycle, NodeRestarting, NotRunning, ServiceFailed
 from actors.qos import BEST_AVAILABLE_DURATION, Durability, History, Liveliness, Reliability
-from actors.transport.format import attachments, buffers, extensions, history, keys, names, qos, replies, tokens, types
+from actors.transport.format import attachments, buffers, extensions, keys, names, qos, replies, tokens, types
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import GID_SIZE, gid_of
 
@@ -66,12 +66,6 @@ endpoints = st.builds(
     profiles,
     st.just(()) | backends,
 )
-presences = st.builds(history.Presence, data_keys, st.sampled_from(["pub", "sub"]), sessions, numbers)
-queries = st.builds(history.HistoryQuery, data_keys, numbers, st.none()) | st.builds(
-    lambda publisher, depth: history.HistoryQuery(publisher.data_key, depth, publisher._replace(role="pub")),
-    presences,
-    numbers,
-)
 int64 = st.integers(-(2**63), 2**63 - 1)
 unicode = st.text(st.characters(exclude_categories=("Cs",)), max_size=20)
 waiting = st.builds(extensions.Waiting, session=unicode, node_id=numbers, name=unicode)
@@ -94,11 +88,8 @@ PAIRS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any], Callable[[A
         extensions.write_extension,
         extensions.parse_extension,
     ),
-    "presence": (presences, history.write_presence, history.parse_presence),
-    "history query": (queries, history.write_history_query, history.parse_history_query),
-    "heartbeat": (st.integers(0, 2**32 - 1), history.write_heartbeat, history.parse_heartbeat),
 }
-TEXTS = [name for name in PAIRS if name not in ("attachment", "extension", "heartbeat")]
+TEXTS = [name for name in PAIRS if name not in ("attachment", "extension")]
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -177,12 +168,7 @@ ours = st.builds(
 
 @given(attachment_bytes | ours)
 def test_no_bytes_make_a_parser_raise_anything_but_its_error(data: bytes) -> None:
-    for parse in (
-        attachments.parse_attachment,
-        extensions.parse_extension,
-        replies.parse_reply_error,
-        history.parse_heartbeat,
-    ):
+    for parse in (attachments.parse_attachment, extensions.parse_extension, replies.parse_reply_error):
         with contextlib.suppress(WireFormatError):
             parse(data)
 

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias, cast
 
 from actors.inbox.control import NodeExit
 from actors.testing.faults import Fault
+from actors.waiting import wake
 
 Delay: TypeAlias = "float | asyncio.Future[None]"
 """How long a step waits: so many seconds, or until a future is done."""
@@ -80,15 +81,10 @@ def _waiting(delay: Delay) -> Generator[object, None, None]:
     loop = asyncio.get_running_loop()
     future: asyncio.Future[None] = loop.create_future()
     if isinstance(delay, asyncio.Future):
-        delay.add_done_callback(lambda _: _wake(future))
+        delay.add_done_callback(lambda _: wake(future, None))
     else:
-        loop.call_later(delay, _wake, future)
+        loop.call_later(delay, wake, future, None)
     return future.__await__()
-
-
-def _wake(future: asyncio.Future[None]) -> None:
-    if not future.done():
-        future.set_result(None)
 
 
 def target_of(node: str, work: str) -> str:

@@ -6,20 +6,18 @@ from collections import Counter
 from collections.abc import Callable
 from functools import partial
 from types import TracebackType
-from typing import Generic, TypeVar
+from typing import Generic
 
 from actors.checks import NoPublicConstructor, create
 from actors.interfaces.cdr import decode, encode
 from actors.interfaces.errors import CdrError
-from actors.interfaces.message import Message
+from actors.interfaces.message import M
 from actors.transport.dds.config import DdsConfig
 from actors.transport.dds.discovery import RemoteEndpoint, RemoteParticipant
 from actors.transport.dds.endpoints import Sample, Writer
 from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.participant import Participant
 from actors.transport.format.types import write_type
-
-M = TypeVar("M", bound=Message)
 
 
 class RawWriter(Generic[M], metaclass=NoPublicConstructor):

@@ -5,8 +5,7 @@ Each module covers one subject and has a writer and a parser:
 * `types`, `names`: types and names of ROS as parts of a key expression,
 * `keys`: the key expression of a topic or service; `buffers`: the additional keys of topics with byte arrays,
 * `qos`: quality of service as text; `tokens`: the liveliness tokens of nodes and endpoints; `gids`: identifiers computed from tokens,
-* `attachments`: the 33 bytes sent with every message; `extensions`: what this library appends to them; `replies`: errors of a service,
-* `history`: the keys by which Zenoh's advanced publishers keep messages for late subscribers.
+* `attachments`: the 33 bytes sent with every message; `extensions`: what this library appends to them; `replies`: errors of a service.
 
 A writer raises `WireFormatError` for a value that the format cannot represent, a parser for a text or bytes that are not in the format;
 neither raises anything else. Parsers also accept variants that writers do not produce. What a parser reads from the form that a writer

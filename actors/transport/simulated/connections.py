@@ -37,7 +37,7 @@ class _Connection:
 
 
 class Connections:
-    """The open processes of a network, and the connections between them (`session.Surroundings`).
+    """The open processes of a network, and the connections between them.
 
     Invariants: there is at most one connection between two processes; it ends when both have lost it, and then they look for each other
     again. A process that can hear nothing from the other for `lease` loses it, unless something is heard before; one that can still hear the

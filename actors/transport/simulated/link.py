@@ -6,6 +6,7 @@ import asyncio
 import math
 from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Callable
 from copy import copy
 from heapq import heapify, heappop, heappush
 from random import Random
@@ -155,6 +156,19 @@ class Message(ABC):
         elif stream.open:
             stream.received += self.size
             self.deliver()
+
+
+class Call(Message):
+    """Something that happens at the end of the stream; always reliable."""
+
+    __slots__ = ("_act",)
+
+    def __init__(self, stream: Stream, size: int, priority: int, act: Callable[[], None]) -> None:
+        super().__init__(stream, size, priority)
+        self._act = act
+
+    def deliver(self) -> None:
+        self._act()
 
 
 class Link:

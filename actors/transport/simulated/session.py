@@ -2,44 +2,27 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from actors.transport import protocol
 from actors.transport.keyed import protocol as keyed
 from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Query, Replied, Take
 from actors.transport.protocol import Failed, Handle
 from actors.transport.simulated.endpoints import Announcement, Declared, Outlet, Server, Subscription
-from actors.transport.simulated.link import Message, Stream
+from actors.transport.simulated.link import Call, Stream
 from actors.transport.simulated.queries import IncomingQuestion, Question
+
+if TYPE_CHECKING:
+    from actors.transport.simulated.connections import Connections
 
 _CONTROL, _DATA, _FAREWELL = 0, 5, 8
 """Priorities: of declarations, of questions and answers, and of the farewell of a process, before which all else leaves."""
 _DECLARATION = 128
 """Bytes that a declaration takes."""
-
-
-class Surroundings(Protocol):
-    """What a process needs of its network."""
-
-    @property
-    def loop(self) -> asyncio.AbstractEventLoop: ...
-
-    def enter(self, transport: SimulatedTransport) -> None:
-        """It is open now, and looks for others. Raises WireUnavailable."""
-        ...
-
-    def leave(self, transport: SimulatedTransport) -> None:
-        """It is closed, or has died."""
-        ...
-
-    def parted(self, stream: Stream) -> None:
-        """Nothing is received from this stream any more."""
-        ...
 
 
 class _Nobody:
@@ -56,19 +39,6 @@ class _Nobody:
 
     def link(self, session: str, up: bool) -> None:
         """Nothing."""
-
-
-class _Call(Message):
-    """Something that happens in the process at the end of the stream; always reliable."""
-
-    __slots__ = ("_act",)
-
-    def __init__(self, stream: Stream, size: int, priority: int, act: Callable[[], None]) -> None:
-        super().__init__(stream, size, priority)
-        self._act = act
-
-    def deliver(self) -> None:
-        self._act()
 
 
 class _Peer:
@@ -93,7 +63,7 @@ class SimulatedTransport(KeyTransport):
 
     def __init__(
         self,
-        surroundings: Surroundings,
+        surroundings: Connections,
         session: str,
         host: str,
         process: int,
@@ -132,7 +102,7 @@ class SimulatedTransport(KeyTransport):
     async def close(self) -> None:
         if not self.closed:
             for peer in self._peers.values():
-                peer.outgoing.send(_Call(peer.outgoing, 0, _FAREWELL, partial(peer.transport.lose, peer.outgoing)))
+                peer.outgoing.send(Call(peer.outgoing, 0, _FAREWELL, partial(peer.transport.lose, peer.outgoing)))
             self.kill()
 
     def announce(self, token: str) -> Handle:
@@ -162,7 +132,7 @@ class SimulatedTransport(KeyTransport):
         self._questions[question] = None
         for peer, server in servers:
             act = partial(peer.transport.be_asked, peer.outgoing, server, question, payload, attachment)
-            peer.outgoing.send(_Call(peer.outgoing, len(payload) + len(attachment), _DATA, act))
+            peer.outgoing.send(Call(peer.outgoing, len(payload) + len(attachment), _DATA, act))
         return question
 
     def sibling(self) -> Callable[[], SimulatedTransport]:
@@ -197,11 +167,11 @@ class SimulatedTransport(KeyTransport):
         del self._declared[declared]
         for peer in self._peers.values():
             act = partial(peer.transport.unlearn, peer.outgoing, declared)
-            peer.outgoing.send(_Call(peer.outgoing, _DECLARATION, _CONTROL, act))
+            peer.outgoing.send(Call(peer.outgoing, _DECLARATION, _CONTROL, act))
 
     def _show(self, peer: _Peer, declared: tuple[Declared, ...]) -> None:
         act = partial(peer.transport.learn, peer.outgoing, declared)
-        peer.outgoing.send(_Call(peer.outgoing, _DECLARATION * len(declared), _CONTROL, act))
+        peer.outgoing.send(Call(peer.outgoing, _DECLARATION * len(declared), _CONTROL, act))
 
     def _forget_outlet(self, outlet: Outlet) -> None:
         outlets = self._outlets.get(outlet.key, [])
@@ -303,7 +273,7 @@ class SimulatedTransport(KeyTransport):
         if (peer := self._peers.get(incoming)) is not None:
             size = 0 if answer is None else len(answer.payload)
             act = partial(question.receive, peer.outgoing, answer)
-            peer.outgoing.send(_Call(peer.outgoing, size, _DATA, act))
+            peer.outgoing.send(Call(peer.outgoing, size, _DATA, act))
 
     def _appear(self, token: str) -> None:
         if self._matches("/" + token):

@@ -14,7 +14,6 @@ from actors import Child, Intensity, Node, Supervisor, Topic, every, publishes, 
 from actors.bag import FlightRecorder
 from actors.interfaces.std_msgs.msg import Int32
 from actors.logs import LogRecord
-from actors.processes.simulated import SimulatedProcess
 from actors.testing import Rig
 from tests.actors.supervision.kit import virtual
 
@@ -32,7 +31,7 @@ TREE = Supervisor("top", intensity=Intensity(3, within=60.0), children=[Child(Co
 
 async def test_what_the_life_of_a_child_says_once_more_in_its_process_is_reported_here(rig: Rig) -> None:
     system = await rig.start(TREE)
-    process = cast("SimulatedProcess[Any]", cast("Any", system.runtime.processes).running["top", "counter"])
+    process = cast("Any", cast("Any", system.runtime.processes).running["top", "counter"])
     supervisor = process.hosted.system.supervisor
     task = supervisor.incarnation(("counter",))
 

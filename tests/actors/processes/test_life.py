@@ -10,7 +10,7 @@ import pytest
 
 from actors import Skip, Stop
 from actors.errors import ProcessDied
-from actors.processes.life import LAST_SECONDS, TERMINATION_SECONDS, UNMET_STOP_SECONDS, Parent, ProcessLife
+from actors.processes.life import LAST_SECONDS, TERMINATION_SECONDS, UNMET_STOP_SECONDS, ProcessLife
 from actors.processes.messages import Event, Order, Over, Ready, Request, StopAsked
 from actors.supervision import Failed, Stopped
 from tests.actors.supervision.kit import settle, virtual
@@ -54,7 +54,7 @@ class Stage:
         self.doomed = False
         self.unmet: Exception | None = None
         self.started = 0
-        self.life = ProcessLife(cast("Parent", self), self._launch)
+        self.life = ProcessLife(cast("Any", self), self._launch)
         self.task = asyncio.create_task(self.life.run(self._begun))
 
     async def _launch(self, order: Order, take: Callable[[Event], None]) -> Any:

@@ -24,16 +24,6 @@ from actors.transport.format.buffers import (
 )
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, Waiting, parse_extension, write_extension
-from actors.transport.format.history import (
-    HistoryQuery,
-    Presence,
-    parse_heartbeat,
-    parse_history_query,
-    parse_presence,
-    write_heartbeat,
-    write_history_query,
-    write_presence,
-)
 from actors.transport.format.keys import DataKey
 from actors.transport.format.replies import parse_reply_error, write_reply_error
 from actors.transport.format.types import NO_TYPE_HASH
@@ -169,58 +159,6 @@ def test_the_keys_of_buffers_stand_below_the_data_key() -> None:
     assert write_buffer_key(BufferKey(KEY, GID)) == f"{WRITTEN_KEY}/_buf/{GID.hex()}"
     with pytest.raises(WireFormatError, match="GID"):
         write_buffer_key(BufferKey(KEY, b""))
-
-
-@pytest.mark.parametrize(
-    "below",
-    [
-        "",
-        "/@adv/pub",
-        f"/@adv/pub/{SESSION}/6",
-        f"/@adv/pub/{SESSION}/x/_",
-        f"/@adv/hub/{SESSION}/6/_",
-        f"/@adv/pub/{SESSION}/6/_/_",
-    ],
-)
-def test_what_is_no_presence_is_refused(below: str) -> None:
-    with pytest.raises(WireFormatError):
-        parse_presence(WRITTEN_KEY + below)
-
-
-@pytest.mark.parametrize(
-    "below", ["", "/@adv/**", "/@adv/**?_max=x;_anyke", "/@adv/**?_max=1", f"/@adv/sub/{SESSION}/6/_?_max=1;_anyke"]
-)
-def test_what_is_no_query_for_history_is_refused(below: str) -> None:
-    with pytest.raises(WireFormatError):
-        parse_history_query(WRITTEN_KEY + below)
-
-
-def test_the_keys_of_history_stand_below_the_data_key() -> None:
-    publisher = Presence(KEY, "pub", SESSION, 6)
-    written = f"{WRITTEN_KEY}/@adv/pub/{SESSION}/6/_"
-
-    assert write_presence(publisher) == written
-    assert parse_presence(written) == publisher
-    assert parse_presence(written.replace("/pub/", "/sub/")).role == "sub"
-    for query, selector in (
-        (HistoryQuery(KEY, 1), f"{WRITTEN_KEY}/@adv/**?_max=1;_anyke"),
-        (HistoryQuery(KEY, 20, publisher), f"{written}?_max=20;_anyke"),
-    ):
-        assert write_history_query(query) == selector
-        assert parse_history_query(selector) == query
-
-
-def test_only_a_publisher_of_the_topic_is_asked_for_its_history() -> None:
-    for publisher in (Presence(KEY, "sub", SESSION, 6), Presence(KEY._replace(name="/other"), "pub", SESSION, 6)):
-        with pytest.raises(WireFormatError, match="no publisher of that topic"):
-            write_history_query(HistoryQuery(KEY, 1, publisher))
-
-
-def test_a_heartbeat_has_32_bits() -> None:
-    assert parse_heartbeat(write_heartbeat(2**32 - 1)) == 2**32 - 1
-    assert write_heartbeat(1) == b"\x01\x00\x00\x00"
-    for refused in (lambda: write_heartbeat(-1), lambda: write_heartbeat(2**32), lambda: parse_heartbeat(b"")):
-        check_refused(refused)
 
 
 def check_refused(call: Callable[[], Any]) -> None:
