@@ -128,10 +128,11 @@ class Endpoints:
     def _add(self, publisher: Publisher[Any]) -> None:
         """Let `publisher` join its topic. It is kept until it is closed."""
         self.publishers.append(publisher)
-        publisher.on_close = self._publisher_closed
+        publisher.owner = self
         publisher.entry.add_publisher(publisher)
 
-    def _publisher_closed(self, publisher: Publisher[Any]) -> None:
+    def publisher_closed(self, publisher: Publisher[Any], /) -> None:
+        """Forget a publisher that has been closed."""
         self.publishers.remove(publisher)
         self._life.record.note((publisher.entry,))
 

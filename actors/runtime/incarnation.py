@@ -127,6 +127,7 @@ class Incarnation:
                 await self._start()
                 self.phase = "running"
                 started()
+                del started  # the coroutine would keep it as long as the node lives
                 self.runtime.ready(self)
                 if self.asked is not None:
                     self.request_stop(self.asked)

@@ -312,7 +312,7 @@ class Timers:
         self._life = life
         self._source: TickSource = life.runtime.ticker
         self._time: Callable[[], float] | None = None
-        self.declared: list[NodeTimer] = []
+        self.declared: tuple[NodeTimer, ...] = ()
         """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
         self.made: dict[NodeTimer, None] = {}
         """The timers that the node has made and not canceled."""
@@ -337,7 +337,7 @@ class Timers:
             timer = NodeTimer(life.inbox, handler, hz, declared.late, label, record, self)
             if life.runtime.interceptors:  # `takes_tick` is that of the handler itself
                 timer.handler = life.invoking(label, handler)
-            self.declared.append(timer)
+            self.declared += (timer,)
             self._begin(timer)
 
     def _begin(self, timer: NodeTimer) -> None:
@@ -386,7 +386,7 @@ class Timers:
         """Stop the timers that the class declares."""
         for timer in self.declared:
             timer.stop()
-        self.declared.clear()
+        self.declared = ()
 
     def close(self) -> None:
         """Stop all timers, because the life has ended."""
