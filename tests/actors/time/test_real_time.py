@@ -288,7 +288,7 @@ async def test_lifecycle_a_node_ticks_and_publishes_only_while_it_is_active() ->
         assert await camera.change_state("deactivate")
         count = camera.count
         camera.frames(number(-1))  # discarded
-        assert incarnation_of(camera).timers.declared == []
+        assert incarnation_of(camera).timers.declared == ()
         assert await camera.change_state("activate")
         while (frame := await frames.next(timeout=PATIENCE)).data <= count:
             assert frame.data > 0
