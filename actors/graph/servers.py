@@ -54,7 +54,8 @@ class ServerEntry(Generic[S]):
         """The node that served this name and has stopped for good."""
         self.clients: dict[str, int] = {}
         """The nodes that are clients of this name; for an action, with the number of goals that each has started."""
-        self.waiters = Waiters()
+        self.waiters: Waiters | None = None
+        """The tasks that wait for a server; None until the first one does."""
 
     def open(self, server: S) -> None:
         """Register `server` as the server of this process, and wake the tasks that wait for one."""
@@ -124,6 +125,8 @@ class ServerEntry(Generic[S]):
     async def available(self) -> S:
         """Return the server, waiting until there is one."""
         while self.server is None:
+            if self.waiters is None:
+                self.waiters = Waiters()
             await self.waiters.wait()
         return self.server
 

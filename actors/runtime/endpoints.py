@@ -75,6 +75,8 @@ _EVENT_QOS: Final = {
 class Endpoints:
     """What one life of a node has of topics, services and actions.
 
+    It is used in the thread of the event loop, before the end of the life: `Node` sees to that.
+
     Invariants:
 
     - `publishers`, `streams`, `clients` and `standard` are those of this life only; `close` closes them.
@@ -102,7 +104,6 @@ class Endpoints:
     def publisher(self, topic: Topic[M], qos: QoS) -> Publisher[M]:
         """A publisher, with the quality of service that the node's parameters override."""
         life = self._life
-        life.check_use()
         entry = self._graph.topic(life.identity.topic(topic.name))
         if qos.overriding is not None:
             qos = self._overridden(entry.name, "publisher", qos, qos.overriding)
@@ -129,10 +130,11 @@ class Endpoints:
     def _add(self, publisher: Publisher[M]) -> None:
         """Let `publisher` join its topic. It is kept until it is closed."""
         self.publishers.append(publisher)
-        publisher.on_close = self._publisher_closed
+        publisher.owner = self
         publisher.entry.add_publisher(publisher)
 
-    def _publisher_closed(self, publisher: Publisher[M]) -> None:
+    def publisher_closed(self, publisher: Publisher[M], /) -> None:
+        """Forget a publisher that has been closed."""
         self.publishers.remove(publisher)
         self._life.record.note((publisher.entry,))
 
@@ -151,7 +153,6 @@ class Endpoints:
     ) -> Stream[M]:
         """A stream, with the quality of service that the node's parameters override."""
         life = self._life
-        life.check_use()
         entry = self._graph.topic(life.identity.topic(topic.name))
         if qos.overriding is not None:
             qos = self._overridden(entry.name, "subscription", qos, qos.overriding)
@@ -191,7 +192,6 @@ class Endpoints:
     ) -> None:
         """Subscribe `handler` to `topic`. A subscription of the last life is taken over, with the messages that wait in it."""
         life = self._life
-        life.check_use()
         if life.runtime.interceptors:
             handler = life.invoking(label, handler)
         entry = self._graph.topic(life.identity.topic(topic.name))
@@ -301,7 +301,6 @@ class Endpoints:
     ) -> None:
         """Let `handler` answer the requests of `service`. Raises `DeclarationError` when another node serves it."""
         life = self._life
-        life.check_use()
         entry = self._graph.service(life.identity.service(service.name))
         if entry.local is not None:
             self._refuse_second(entry.name, entry.local, "service", service.type)

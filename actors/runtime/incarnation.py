@@ -127,6 +127,7 @@ class Incarnation:
                 await self._start()
                 self.phase = "running"
                 started()
+                del started  # the coroutine would keep it as long as the node lives
                 self.runtime.ready(self)
                 if self.asked is not None:
                     self.request_stop(self.asked)
@@ -298,7 +299,7 @@ class Incarnation:
     @property
     def child(self) -> ChildTask | None:
         """The supervisor's task of this life; None if it was abandoned, since another one may run in its place."""
-        return None if self.ended or self._child is None or self._child.over else self._child
+        return None if self._child is None or self._child.over else self._child
 
     @property
     def killed(self) -> bool:
@@ -365,7 +366,7 @@ class Incarnation:
             if parameter.name == "use_sim_time":
                 self.ros_time().use(parameter.value is True)
             elif parameter.name in self.declarations.rates:
-                self.timers.retime(parameter.name, parameter.value)
+                self.timers.retime(self.declarations, parameter.name, parameter.value)
             elif parameter.name in INTROSPECTION and self.opened is not None:
                 self.opened.introspect()
         with outside():
@@ -436,13 +437,15 @@ class Incarnation:
     def timers(self) -> Timers:
         """The node's timers; the part is made at its first use."""
         if self._timers is None:
-            self._timers = Timers(self)
+            runtime = self.runtime
+            self._timers = Timers(self, runtime.ticker, runtime.stalls, runtime.interceptors)
         return self._timers
 
     def start_timers(self) -> None:
         """Start the timers that the class declares."""
         if self.declarations.timers:
-            self.timers.start()
+            record = self.record
+            record.timers = self.timers.start(self.node, self.declarations, lambda: self.parameters, record.timers)
 
     # -- errors -------------------------------------------------------------------------------------------------------------
 
@@ -604,6 +607,7 @@ class Incarnation:
     def release(self) -> None:
         """End this incarnation at once, without waiting: close its endpoints, stop its timers, cancel its tasks. Must be called once."""
         self.ended = True
+        self._child = None
         self.runtime.starts.end(self)
         record = self.record
         record.life = None

@@ -158,7 +158,7 @@ class ServiceEvents:
 
         publisher = self._publisher
         if (
-            not self.on or publisher is None or publisher.on_close is None
+            not self.on or publisher is None or publisher.owner is None
         ):  # it is closed, as all are at the end of the node
             return
         gid, number = call_id

@@ -236,7 +236,9 @@ def _written(name: str, hook: _Hook) -> str:
     return f"{'async ' if hook.is_async else ''}def {name}({hook.arguments})"
 
 
-def check_arguments(kind: type[Any], base: type[object], arguments: tuple[object, ...], keywords: Mapping[str, object]) -> None:
+def check_arguments(
+    kind: type[Any], base: type[object], arguments: tuple[object, ...], keywords: Mapping[str, object]
+) -> None:
     """Raise `DeclarationError` unless a class that comes after `base`, which is `Node`, has an ``__init__`` that may take arguments."""
     following = kind.__mro__[kind.__mro__.index(base) + 1 : -1]
     if any("__init__" in vars(each) for each in following):

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from actors.parameters.descriptor import ParameterDescriptor
     from actors.parameters.values import Parameter, SetResult
     from actors.runtime.declarations import Late
+    from actors.runtime.endpoints import Endpoints
     from actors.runtime.incarnation import Incarnation
     from actors.services.peers import Served
     from actors.supervision.reasons import ExitReason
@@ -210,7 +211,7 @@ class Node(Habits):
 
     def publisher(self, topic: Topic[M], *, qos: QoS | int | None = None) -> Publisher[M]:
         """Publish on `topic` from now until the node's end. In a class body, `publishes(TOPIC)` does the same."""
-        return _life_of(self).endpoints.publisher(topic, topic.qos if qos is None else of(qos))
+        return _endpoints_of(self).publisher(topic, topic.qos if qos is None else of(qos))
 
     def subscribe(
         self,
@@ -222,7 +223,7 @@ class Node(Habits):
     ) -> Stream[M]:
         """Listen to `topic` from this moment on: ``async for message in node.subscribe(TOPIC)``. The options are those of `Topic.on`."""
         check_reading(f"{self.fqn}.subscribe", topic, patience, filter)
-        return _life_of(self).endpoints.subscribe(topic, topic.qos if qos is None else of(qos), filter, patience)
+        return _endpoints_of(self).subscribe(topic, topic.qos if qos is None else of(qos), filter, patience)
 
     def subscription(self, topic: Topic[M]) -> HandlerSubscription[M]:
         """What feeds this node's handler of `topic`: its counts, its `status`, its `events()`. Raises `DeclarationError` without one."""
@@ -280,7 +281,7 @@ class Node(Habits):
         check_reading(f"{self.fqn}.on", topic, patience, filter)
         label = f"{self.fqn} {name_of(handler)} on {topic.name}"
         asked = topic.qos if qos is None else of(qos)
-        _life_of(self).endpoints.handle(topic, asked, handler, label, concurrent, patience, filter)
+        _endpoints_of(self).handle(topic, asked, handler, label, concurrent, patience, filter)
 
     def serve(
         self,
@@ -295,7 +296,7 @@ class Node(Habits):
                 f"{self.fqn}.serve({service!r}, {name_of(handler)}): the handler answers by `await`; make it `async def`"
             )
         checked_concurrency(f"{self.fqn}.serve({service!r})", concurrent)
-        _life_of(self).endpoints.serve(service, handler, name_of(handler), concurrent)
+        _endpoints_of(self).serve(service, handler, name_of(handler), concurrent)
 
     # -- work ---------------------------------------------------------------------------------------------------------------
 
@@ -423,6 +424,13 @@ def _life_of(node: Node) -> Incarnation:
             f"{type(node).__name__} has not been started yet: use this in on_start or later, not in __init__"
         )
     return node.__machinery__
+
+
+def _endpoints_of(node: Node) -> Endpoints:
+    """The endpoints of the life of `node`, to add some. Raises `WrongThread` in a foreign thread, and `Ended` after the end of the life."""
+    life = _life_of(node)
+    life.check_use()
+    return life.endpoints
 
 
 Node.declarations = Declarations(Node)

@@ -29,7 +29,9 @@ class Offload:
         self._clock = clock
         self._limiter: CapacityLimiter | None = None
 
-    async def run(self, function: Callable[..., object], arguments: tuple[object, ...], takes: float, *, thread: bool) -> Any:
+    async def run(
+        self, function: Callable[..., object], arguments: tuple[object, ...], takes: float, *, thread: bool
+    ) -> Any:
         """See `Node.offload`."""
         if self._clock.virtual:
             result = asked(function, *arguments)

@@ -9,7 +9,7 @@ from actors.inbox.boundary import BOUNDARY, outside
 from actors.places import awaited_in
 
 if TYPE_CHECKING:
-    from actors.runtime.incarnation import Incarnation
+    from actors.actions.driver import Host
 
 HUNG_SECONDS = 5.0
 """A start phase that lasts for this long, in seconds, is reported once."""
@@ -32,8 +32,8 @@ class StartWatch:
     def __init__(self, loop: asyncio.AbstractEventLoop, *, virtual: bool) -> None:
         self._loop = loop
         self._virtual = virtual
-        self._begun: dict[Incarnation, float] = {}
-        """Life -> when its start phase began, loop time in seconds."""
+        self._begun: dict[Host, float] = {}
+        """Life of a node -> when its start phase began, loop time in seconds."""
         self._held = False
         self._timer: asyncio.TimerHandle | None = None
 
@@ -47,18 +47,18 @@ class StartWatch:
         if self._virtual:
             self._rest()
 
-    def begin(self, life: Incarnation) -> None:
-        """Note that the start phase of `life` begins."""
+    def begin(self, node: Host) -> None:
+        """Note that the start phase of `node` begins."""
         if BOUNDARY.get() is not None:
             with outside():
-                return self.begin(life)
-        self._begun[life] = now = self._loop.time()
+                return self.begin(node)
+        self._begun[node] = now = self._loop.time()
         if self._timer is None:
             self._timer = self._loop.call_at(now + HUNG_SECONDS, self._look)
 
-    def end(self, life: Incarnation) -> None:
+    def end(self, node: Host) -> None:
         """Note that the start phase has ended, in whichever way. Calling it twice is fine."""
-        if self._begun.pop(life, None) is not None and self._virtual:
+        if self._begun.pop(node, None) is not None and self._virtual:
             self._rest()
 
     def close(self) -> None:
@@ -76,13 +76,13 @@ class StartWatch:
     def _look(self) -> None:
         self._timer = None
         soon = self._loop.time() + 1e-6
-        for life, begun in list(self._begun.items()):
+        for node, begun in list(self._begun.items()):
             if begun + HUNG_SECONDS > soon:
                 self._timer = self._loop.call_at(begun + HUNG_SECONDS, self._look)
                 return
-            del self._begun[life]
-            task = life.inbox.task
-            life.warn(
+            del self._begun[node]
+            task = node.inbox.task
+            node.warn(
                 f"still starting after {HUNG_SECONDS:g} s", awaits="" if task is None else awaited_in(task),
                 remedy="what comes after it in its supervisor waits, too: let on_start return, and wait in a @background method or with a "
                 "timeout; a node that it waits for has to come before it",

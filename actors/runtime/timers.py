@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 from array import array
 from collections import deque
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -19,11 +19,14 @@ from actors.inbox.boundary import outside
 from actors.runtime.callables import takes_argument
 
 if TYPE_CHECKING:
+    from actors.actions.driver import Host
     from actors.inbox.inbox import Inbox
-    from actors.runtime.declarations import Late
-    from actors.runtime.incarnation import Incarnation
+    from actors.parameters import ParameterStore
+    from actors.runtime.declarations import Declarations, Late
+    from actors.runtime.interceptor import Interceptor
+    from actors.runtime.stall import StallWatch
     from actors.time.clock import Clock
-    from actors.time.ticker import Ticking, TickSource
+    from actors.time.ticker import Ticker, Ticking, TickSource
 
 KEPT = 65536
 """How many measured values of lateness are kept for each timer."""
@@ -164,7 +167,7 @@ class NodeTimer:
         self.label = label
         self.takes_tick = _takes_argument(handler)
         self.record = record
-        self.loop_time = self.time = inbox.loop.time
+        self.loop_time = self.time = inbox.loop.time if timers is None else timers.now
         self.backlog: deque[tuple[int, float]] | None = deque() if late == "catch_up" else None
         self.handle: Ticking | None = None
         self.pending = False
@@ -188,7 +191,11 @@ class NodeTimer:
 
     def taker(self) -> Ticked:
         """What a ticker is to call: `on_tick`, behind the node's interceptors. Called once for each ticker."""
-        return self.on_tick if self.timers is None else self.timers.taker(self)
+        tick: Ticked = self.on_tick
+        if self.timers is not None:
+            for each in self.timers.interceptors:
+                tick = each.ticking(self, tick)
+        return tick
 
     def stop(self) -> None:
         """End the ticks. Stopping twice is fine."""
@@ -301,44 +308,55 @@ def _arguments(function: Callable[..., object]) -> int:
 class Timers:
     """The timers of one life of a node: those that its class declares by `@every`, and those that it makes while it runs.
 
-    The system's ticker gives the ticks until `use` names another source.
+    `ticker` gives the ticks until `use` names another source; `stalls` hears of those for which the event loop was late.
 
     Invariants: all timers tick by the same source, and show the time of its clock.
     """
 
-    __slots__ = ("_life", "_source", "_time", "declared", "made")
+    __slots__ = ("_host", "_source", "_stalls", "_time", "declared", "interceptors", "made", "now")
 
-    def __init__(self, life: Incarnation) -> None:
-        self._life = life
-        self._source: TickSource = life.runtime.ticker
+    def __init__(
+        self, host: Host, ticker: Ticker, stalls: StallWatch | None, interceptors: tuple[Interceptor, ...]
+    ) -> None:
+        self._host = host
+        self._source: TickSource = ticker
+        self._stalls = stalls
         self._time: Callable[[], float] | None = None
-        self.declared: list[NodeTimer] = []
+        self.now: Callable[[], float] = ticker.now
+        """The event loop's time, seconds: one function for all timers of the system."""
+        self.interceptors = interceptors
+        self.declared: tuple[NodeTimer, ...] = ()
         """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
-        self.made: dict[NodeTimer, None] = {}
-        """The timers that the node has made and not canceled."""
+        self.made: dict[NodeTimer, None] | None = None
+        """The timers that the node has made and not canceled; None before the first."""
 
     def __iter__(self) -> Iterator[NodeTimer]:
         yield from self.declared
-        yield from self.made
+        yield from self.made or ()
 
-    def start(self) -> None:
-        """Start the timers that the class of the node declares. The record of the node keeps their figures over all lives, by the name of the
-        method."""
-        life = self._life
-        declarations = life.declarations
-        records = life.record.timers = dict(life.record.timers)
+    def start(
+        self,
+        node: object,
+        declarations: Declarations,
+        parameters: Callable[[], ParameterStore],
+        kept: Mapping[str, TimerRecord],
+    ) -> dict[str, TimerRecord]:
+        """Start the timers that the class of `node` declares. `kept` holds their figures over all earlier lives, by the name of the
+        method. Returns those over all lives."""
+        records = dict(kept)
         for declared in declarations.timers:
-            hz: float = life.parameters.value(declared.hz) if isinstance(declared.hz, str) else declared.hz
+            hz: float = parameters().value(declared.hz) if isinstance(declared.hz, str) else declared.hz
             record = records.get(declared.attribute)
             if record is None:
                 record = records[declared.attribute] = TimerRecord(hz)
             record.hz = hz
-            handler, label = getattr(life.node, declared.attribute), declarations.labels[declared.attribute]
-            timer = NodeTimer(life.inbox, handler, hz, declared.late, label, record, self)
-            if life.runtime.interceptors:  # `takes_tick` is that of the handler itself
-                timer.handler = life.invoking(label, handler)
-            self.declared.append(timer)
+            handler, label = getattr(node, declared.attribute), declarations.labels[declared.attribute]
+            timer = NodeTimer(self._host.inbox, handler, hz, declared.late, label, record, self)
+            for each in self.interceptors:  # `takes_tick` is that of the handler itself
+                timer.handler = each.invoking(self._host, label, timer.handler)
+            self.declared += (timer,)
             self._begin(timer)
+        return records
 
     def _begin(self, timer: NodeTimer) -> None:
         if self._time is not None:
@@ -347,7 +365,9 @@ class Timers:
 
     def tick(self, hz: float, handler: Callable[..., Awaitable[None] | None], late: Late, label: str) -> NodeTimer:
         """Start a timer that the node makes while it runs. Its figures are its own; the record of the node does not keep them."""
-        timer = NodeTimer(self._life.inbox, handler, hz, late, label, TimerRecord(hz), self)
+        timer = NodeTimer(self._host.inbox, handler, hz, late, label, TimerRecord(hz), self)
+        if self.made is None:
+            self.made = {}
         self.made[timer] = None
         self._begin(timer)
         return timer
@@ -355,26 +375,18 @@ class Timers:
     def end(self, timer: NodeTimer) -> None:
         """End the ticks of a timer that `tick` has started. Ending twice is harmless."""
         timer.stop()
-        self.made.pop(timer, None)
-
-    def taker(self, timer: NodeTimer) -> Ticked:
-        """What a ticker is to call for one of these timers: its `on_tick`, behind the interceptors."""
-        tick: Ticked = timer.on_tick
-        for each in self._life.runtime.interceptors:
-            tick = each.ticking(timer, tick)
-        return tick
+        if self.made:
+            self.made.pop(timer, None)
 
     def came_late(self, timer: NodeTimer, seconds: float, lost: int) -> None:
         """Report to the stall watch that the event loop was late for a tick by a period or more, with which `lost` ticks were lost."""
-        life = self._life
-        if (stalls := life.runtime.stalls) is not None:
+        if self._stalls is not None:
             with outside():
-                stalls.delayed(life.fqn, 1.0 / timer.hz, seconds, lost)
+                self._stalls.delayed(self._host.fqn, 1.0 / timer.hz, seconds, lost)
 
-    def retime(self, parameter: str, hz: float) -> None:
+    def retime(self, declarations: Declarations, parameter: str, hz: float) -> None:
         """Change the rate of the timers that tick by this parameter, which has been set to `hz`."""
-        declared_timers = self._life.declarations.timers
-        for declared, timer in zip(declared_timers, self.declared, strict=False):  # no timers in an inactive node
+        for declared, timer in zip(declarations.timers, self.declared, strict=False):  # no timers in an inactive node
             if declared.hz == parameter and timer.hz != hz:
                 timer.retime(hz, self._source)
 
@@ -386,12 +398,12 @@ class Timers:
         """Stop the timers that the class declares."""
         for timer in self.declared:
             timer.stop()
-        self.declared.clear()
+        self.declared = ()
 
     def close(self) -> None:
         """Stop all timers, because the life has ended."""
         self.stop()
-        for timer in list(self.made):
+        for timer in list(self.made or ()):
             self.end(timer)
 
 

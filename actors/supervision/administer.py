@@ -66,6 +66,8 @@ def _spawn(request: Spawn, children: Children) -> Sequence[Act]:
         numbered += 1
         name = f"{dynamic.template.name}_{numbered}"
     spec = dynamic.instance(name, request.args, request.parameters)
+    if not (request.args or request.parameters):
+        return _start_new(Add(spec, numbered=numbered), children)
     return _start_new(Add(spec, (request.args, request.parameters), numbered), children)
 
 

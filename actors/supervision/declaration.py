@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import cache
+from operator import attrgetter
 from typing import ClassVar, Self, TypeVar
 
 D = TypeVar("D", bound="Declaration")
@@ -43,10 +45,11 @@ class Declaration(ABC):
 
     def varied(self, **changes: object) -> Self:
         """A copy with these options changed, which are valid: nothing is checked."""
-        copy, put = object.__new__(type(self)), object.__setattr__
-        names: tuple[str, ...] = self.__slots__
-        for name in names:
-            put(copy, name, changes[name] if name in changes else getattr(self, name))
+        copy, (values, setters) = object.__new__(type(self)), _slots(type(self))
+        for put, value in zip(setters, values(self), strict=True):
+            put(copy, value)
+        for name, value in changes.items():
+            object.__setattr__(copy, name, value)
         return copy
 
     def _fields(self) -> dict[str, object]:
@@ -59,6 +62,13 @@ class Declaration(ABC):
     def _set(self, **values: object) -> None:
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+
+@cache
+def _slots(kind: type[Declaration]) -> tuple[Callable[[object], tuple[object, ...]], list[Callable[..., None]]]:
+    """What reads all slots of a declaration, and what sets each of them: a supervisor makes a declaration for each instance of its template."""
+    names: tuple[str, ...] = kind.__slots__
+    return attrgetter(*names), [getattr(kind, name).__set__ for name in names]
 
 
 def _rebuild(kind: type[D], fields: dict[str, object]) -> D:

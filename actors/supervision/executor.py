@@ -187,7 +187,7 @@ class Executor:
         assert life is not None
         life.ready = True
         entry.intent, entry.fresh, entry.ready_at = "", False, self.loop.time()
-        self._report("progress", life)
+        self._report("progress", life, entry.ready_at)
         if answer := entry.take_answer():
             answer.set_result(life.ref)
         self._step_done(entry)
@@ -337,9 +337,10 @@ class Executor:
 
     # ------------------------------------------------------------------ telling the system
 
-    def _report(self, context: Context, life: ChildTask, reason: ExitReason | None = None, note: str = "") -> None:
-        restart = life.entry.spec.restart
-        report = Report(context, self._children.path, life.ref, restart, self.loop.time(), reason, note)
+    def _report(
+        self, context: Context, life: ChildTask, at: float, reason: ExitReason | None = None, note: str = ""
+    ) -> None:
+        report = Report(context, self._children.path, life.ref, life.entry.spec.restart, at, reason, note)
         self._guard("report()", self._runtime.report, report)
 
     def _tell_gone(self, act: acts.Gone) -> None:
@@ -367,7 +368,7 @@ class Executor:
             acts.Drop: self._drop,
             acts.Forget: lambda act: children.entries.pop(act.child),
             acts.Gone: self._tell_gone,
-            acts.Tell: lambda act: self._report(act.context, act.life, act.reason, act.note),
+            acts.Tell: lambda act: self._report(act.context, act.life, self.loop.time(), act.reason, act.note),
             acts.Restart: self._restart,
             acts.RestartGroup: self._restart_group,
             acts.EndHold: lambda act: self._end_hold(),

@@ -10,7 +10,7 @@ from actors.supervision.policy import Kind
 from actors.supervision.reasons import ExitReason, Gone
 
 
-class ChildRef(msgspec.Struct, frozen=True):
+class ChildRef(msgspec.Struct, frozen=True, gc=False):
     """A reference to one incarnation of one child. It equals only references to the same incarnation, even if the id is used again.
 
     `path` leads from the root of the tree to the child, whose id is its last part.

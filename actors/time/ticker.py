@@ -94,6 +94,8 @@ class Ticker:
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
+        self.now = loop.time
+        """The loop's time, in seconds."""
         self._heap: list[_Entry] = []
         self._added = 0
         self._canceled = 0  # canceled ticks in the heap; they are removed when they are due or when they are too many
@@ -121,10 +123,6 @@ class Ticker:
         heappush(self._heap, self._entry(tick))
         self._arm()
         return tick
-
-    def now(self) -> float:
-        """The loop's time, in seconds."""
-        return self._loop.time()
 
     def remove(self, tick: TickHandle) -> None:
         """Cancel a tick. Does nothing for a tick of another ticker."""

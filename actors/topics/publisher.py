@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from threading import get_ident
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from actors.checks import NoPublicConstructor, create
 from actors.errors import Ended, WrongThread, WrongType, described
@@ -24,6 +24,14 @@ if TYPE_CHECKING:
     from actors.qos.events import PublisherEvent, PublisherStatus
     from actors.qos.policies import QoS
     from actors.topics.peers import Participant, SubscriptionPeer, Target, TopicRegistry
+
+
+class PublisherOwner(Protocol):
+    """Keeps publishers until they are closed."""
+
+    def publisher_closed(self, publisher: Publisher[Any], /) -> None:
+        """Forget a publisher that has been closed."""
+        ...
 
 
 class _Closed:
@@ -48,7 +56,7 @@ class Publisher(Endpoint, Generic[M], metaclass=NoPublicConstructor):
     # * `history` is None exactly if the publisher is volatile.
 
     __slots__ = (
-        "_expects", "_outdated", "_thread", "attached", "count", "gated", "history", "matched", "on_assert", "on_close", "suspended", "taps", "targets",
+        "_expects", "_outdated", "_thread", "attached", "count", "gated", "history", "matched", "on_assert", "owner", "suspended", "taps", "targets",
         "type",
     )  # fmt: skip
 
@@ -59,8 +67,8 @@ class Publisher(Endpoint, Generic[M], metaclass=NoPublicConstructor):
         self.suspended = False
         self.gated = True
         """Whether the state of a lifecycle node suspends this publisher."""
-        self.on_close: Callable[[Publisher[M]], object] | None = None
-        """Is called once, when the publisher is closed."""
+        self.owner: PublisherOwner | None = None
+        """Is told once, when the publisher is closed; None from then on."""
         self.on_assert: Callable[[], object] | None = None
         """Is called with each `assert_liveliness`."""
         self.matched: dict[SubscriptionPeer, None] = {}
@@ -261,9 +269,9 @@ class Publisher(Endpoint, Generic[M], metaclass=NoPublicConstructor):
         self._expects = _Closed
         self.end_events()
         self.entry.remove_publisher(self)
-        on_close, self.on_close = self.on_close, None
-        if on_close is not None:
-            on_close(self)
+        owner, self.owner = self.owner, None
+        if owner is not None:
+            owner.publisher_closed(self)
 
     def _refuse(self, message: object) -> None:
         if get_ident() != self._thread:

@@ -167,7 +167,7 @@ async def test_a_server_comes_pauses_and_goes_and_who_waits_is_told() -> None:
     await asyncio.sleep(0)
     waiting[0].cancel()
     await asyncio.sleep(0)
-    assert len(entry.waiters) == 2
+    assert entry.waiters is not None and len(entry.waiters) == 2
     waiting[1].cancel()
     entry.open(server)  # in the very moment of the cancellation
     await asyncio.wait(waiting)

@@ -280,7 +280,7 @@ class Camera(LifecycleNode):
 async def test_lifecycle_a_node_ticks_and_publishes_only_while_it_is_active() -> None:
     async with quiet(Child(Camera)) as system, open_node("viewer") as me:
         camera, frames = living(system, "camera"), me.subscribe(NUMBERS)
-        assert (camera.state, incarnation_of(camera).timers.declared) == (LifecycleState.UNCONFIGURED, [])
+        assert (camera.state, incarnation_of(camera).timers.declared) == (LifecycleState.UNCONFIGURED, ())
         await bring_up(system)
         assert camera.state is LifecycleState.ACTIVE
         for n in range(1, 6):
@@ -288,7 +288,7 @@ async def test_lifecycle_a_node_ticks_and_publishes_only_while_it_is_active() ->
         assert await camera.change_state("deactivate")
         count = camera.count
         camera.frames(number(-1))  # discarded
-        assert incarnation_of(camera).timers.declared == []
+        assert incarnation_of(camera).timers.declared == ()
         assert await camera.change_state("activate")
         while (frame := await frames.next(timeout=PATIENCE)).data <= count:
             assert frame.data > 0
