@@ -183,9 +183,9 @@ class BaseBody(Simulated):
     def truth(self) -> Truth: ...
 
     @property
+    @abstractmethod
     def power(self) -> float:
         """Electrical motor power now, W."""
-        return self.truth().power
 
     @abstractmethod
     def _integrate(self, until: float) -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from math import cos, hypot, sin
 
 import numpy as np
 
-from robot.geometry.planar import turned_back
 from robot.geometry.vectors import Floats
 from robot.scenes.scene import Box, Cylinder, Obstacle, Pit
 from robot.scenes.terrain import Ramp
+
+AT_ONCE = 8192
+"""Distances that are computed at once: few calls of numpy, and what they write stays in the processor's cache."""
 
 
 def sight(
@@ -28,17 +31,36 @@ def sight(
     eye = eye.T  # its rows are x, y and z, whether of one eye or of many
     with np.errstate(divide="ignore", invalid="ignore"):
         met = _floor(pits, eye, rays)
-        for one in obstacles:
-            if np.min(np.hypot(one.x - eye[0], one.y - eye[1])) - _reach(one) < farthest:
-                np.fmin(met, _box(one, eye, rays) if isinstance(one, Box) else _cylinder(one, eye, rays), out=met)
+        for kind, meet in ((Box, _boxes), (Cylinder, _cylinders)):
+            columns = _near(_columns(tuple(obstacles), kind), eye, farthest)
+            at_once = max(1, AT_ONCE // max(1, len(rays)))
+            for first in range(0, len(columns), at_once):
+                np.fmin(met, meet(columns[first : first + at_once], eye, rays).min(axis=0), out=met)
         for piece in terrain:
             np.fmin(met, _ramp(piece, eye, rays), out=met)
     met[met > farthest] = np.inf
     return met
 
 
-def _reach(obstacle: Obstacle) -> float:
-    return obstacle.radius if isinstance(obstacle, Cylinder) else hypot(obstacle.length, obstacle.width) / 2
+@lru_cache(maxsize=64)
+def _columns(obstacles: tuple[Obstacle, ...], kind: type[Obstacle]) -> Floats:
+    """The obstacles of a kind, one a row: x, y, how far it reaches from there, underside, top, then what else the kind has."""
+    rows = [
+        (one.x, one.y, hypot(one.length, one.width) / 2, one.bottom, one.height, cos(one.yaw), sin(one.yaw), one.length / 2, one.width / 2)
+        if isinstance(one, Box)
+        else (one.x, one.y, one.radius, one.bottom, one.height)
+        for one in obstacles
+        if isinstance(one, kind)
+    ]  # fmt: skip
+    return np.array(rows, dtype=np.float64)
+
+
+def _near(columns: Floats, eye: Floats, farthest: float) -> Floats:
+    """Those of which a part is near enough to be seen."""
+    if not len(columns):
+        return columns
+    x, y, reach = (column[:, None] for column in columns.T[:3])
+    return columns[(np.hypot(x - eye[0], y - eye[1]) - reach).min(axis=1) < farthest]
 
 
 def _floor(pits: Sequence[Pit], eye: Floats, rays: Floats) -> Floats:
@@ -56,10 +78,13 @@ def _floor(pits: Sequence[Pit], eye: Floats, rays: Floats) -> Floats:
     return met
 
 
-def _box(box: Box, eye: Floats, rays: Floats) -> Floats:
-    start = (*turned_back(box.yaw, eye[0] - box.x, eye[1] - box.y), eye[2] - (box.bottom + box.height) / 2)
-    along = (*turned_back(box.yaw, rays[:, 0], rays[:, 1]), rays[:, 2])
-    return _between_faces(start, along, (box.length / 2, box.width / 2, (box.height - box.bottom) / 2))
+def _boxes(columns: Floats, eye: Floats, rays: Floats) -> Floats:
+    """How far each ray is from each box, a row for each box."""
+    x, y, _, bottom, top, c, s, half_length, half_width = (column[:, None] for column in columns.T)
+    dx, dy, (ux, uy, uz) = eye[0] - x, eye[1] - y, rays.T
+    start = (c * dx + s * dy, c * dy - s * dx, eye[2] - (bottom + top) / 2)
+    along = (c * ux + s * uy, c * uy - s * ux, uz)
+    return _between_faces(start, along, (half_length, half_width, (top - bottom) / 2))
 
 
 def _ramp(ramp: Ramp, eye: Floats, rays: Floats) -> Floats:
@@ -70,28 +95,27 @@ def _ramp(ramp: Ramp, eye: Floats, rays: Floats) -> Floats:
     return _between_faces(axes @ (eye.T - np.array(middle)).T, axes @ rays.T, half)
 
 
-def _between_faces(
-    start: Sequence[float] | Floats, along: Sequence[Floats] | Floats, halves: Sequence[float]
-) -> Floats:
+def _between_faces(start: Iterable[Floats], along: Iterable[Floats], halves: Iterable[Floats | float]) -> Floats:
     """The slab method in a box's own axes. A ray along two faces gives both as infinitely far, on different sides only if it runs between
     them; one in the very plane of a face, NaN for that one, meets nothing.
     """
-    enter, leave = np.full(len(along[0]), -np.inf), np.full(len(along[0]), np.inf)
+    enter, leave = np.array(-np.inf), np.array(np.inf)
     for p, u, h in zip(start, along, halves, strict=True):
         inverse = 1.0 / u
         one, other = (-h - p) * inverse, (h - p) * inverse
-        np.fmax(enter, np.fmin(one, other), out=enter)
-        np.fmin(leave, np.fmax(one, other), out=leave)
+        enter, leave = np.fmax(enter, np.fmin(one, other)), np.fmin(leave, np.fmax(one, other))
     return np.where((leave >= enter) & (enter >= 0.0), enter, np.inf)
 
 
-def _cylinder(cylinder: Cylinder, eye: Floats, rays: Floats) -> Floats:
-    dx, dy = eye[0] - cylinder.x, eye[1] - cylinder.y
-    flat = rays[:, 0] ** 2 + rays[:, 1] ** 2
-    along = dx * rays[:, 0] + dy * rays[:, 1]
-    under = along**2 - flat * (dx * dx + dy * dy - cylinder.radius**2)
+def _cylinders(columns: Floats, eye: Floats, rays: Floats) -> Floats:
+    """How far each ray is from each cylinder, a row for each cylinder."""
+    x, y, radius, bottom, top = (column[:, None] for column in columns.T)
+    dx, dy, (ux, uy, uz) = eye[0] - x, eye[1] - y, rays.T
+    flat = ux**2 + uy**2
+    along = dx * ux + dy * uy
+    under = along**2 - flat * (dx * dx + dy * dy - radius**2)
     root = np.sqrt(np.maximum(under, 0.0))
-    level = np.sort(np.stack([(edge - eye[2]) / rays[:, 2] for edge in (cylinder.bottom, cylinder.height)]), axis=0)
-    enter = np.fmax((-along - root) / flat, level[0])
-    leave = np.fmin((-along + root) / flat, level[1])
+    one, other = (bottom - eye[2]) / uz, (top - eye[2]) / uz
+    enter = np.fmax((-along - root) / flat, np.fmin(one, other))
+    leave = np.fmin((-along + root) / flat, np.fmax(one, other))
     return np.where((under > 0.0) & (leave >= enter) & (enter >= 0.0), enter, np.inf)

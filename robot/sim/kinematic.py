@@ -197,8 +197,21 @@ class KinematicBody(BaseBody):
             fallen=False,
             lying=False,
             touching=self._outline.touching(self._pose.x, self._pose.y, self._pose.yaw),
-            power=self._power(),
+            power=self.power,
         )
+
+    @property
+    def power(self) -> float:
+        """Typical motor power, W: walking by speed, standing by height, nothing when it lies or no one commands."""
+        if not self._powered:
+            return 0.0
+        if self._stepping:
+            return typical_motor_power(
+                self._twist.vx, self._twist.vy, self._twist.wz, walking=True, model=self._figures
+            )
+        low, high = self._figures.sit_height, self._figures.stand_height
+        standing = typical_motor_power(0.0, 0.0, 0.0, walking=False, model=self._figures)
+        return standing * min(1.0, max(0.0, (self._height - low) / (high - low)))
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.1) -> None:
         """Shove the body sideways for `duration` seconds (the vertical part is ignored); a new push replaces an old
@@ -392,18 +405,6 @@ class KinematicBody(BaseBody):
             if stands:
                 effort[3 * leg : 3 * leg + 3] += torques(now.jacobians[leg], 0.0, 0.0, share)
         return effort
-
-    def _power(self) -> float:
-        """Typical motor power, W: walking by speed, standing by height, nothing when it lies or no one commands."""
-        if not self._powered:
-            return 0.0
-        if self._stepping:
-            return typical_motor_power(
-                self._twist.vx, self._twist.vy, self._twist.wz, walking=True, model=self._figures
-            )
-        low, high = self._figures.sit_height, self._figures.stand_height
-        standing = typical_motor_power(0.0, 0.0, 0.0, walking=False, model=self._figures)
-        return standing * min(1.0, max(0.0, (self._height - low) / (high - low)))
 
     def _to_world(self, x: float, y: float) -> tuple[float, float]:
         return placed(self._pose, x, y)
