@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 from actors.actions.goals import GoalRecord, GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, Outcome
 from actors.checks import create
-from actors.contracts.contracts import Aborted, Action, Done, F, G, R
+from actors.contracts.contracts import Aborted, Action, Done
 from actors.errors import Reject, WrongType, described
 from actors.inbox.control import NodeExit, blame
+from actors.interfaces.message import F, G, R
 from actors.services.peers import Caller
 
 if TYPE_CHECKING:

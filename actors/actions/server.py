@@ -14,9 +14,10 @@ from actors.actions.driver import GoalDriver, GoalHandlers, Host
 from actors.actions.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
 from actors.actions.peers import GoalFollower, Outcome
 from actors.checks import create, is_flag
-from actors.contracts.contracts import Action, ArrivalPolicy, F, G, R
+from actors.contracts.contracts import Action, ArrivalPolicy
 from actors.errors import Reject, described
 from actors.inbox.control import blame
+from actors.interfaces.message import F, G, R
 
 if TYPE_CHECKING:
     from actors.interfaces.message import Message

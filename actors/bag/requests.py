@@ -17,7 +17,7 @@ from actors.interfaces.lookup import get_action, get_service
 
 if TYPE_CHECKING:
     from actors.bag.options import PlayOptions
-    from actors.contracts.contracts import F, G, R, Req, Resp
+    from actors.interfaces.message import F, G, R, Req, Resp
     from actors.runtime.node import Node
 
 SENT, RECEIVED = 0, 1

@@ -18,10 +18,9 @@ if TYPE_CHECKING:
     from actors.actions.client import SentGoals
     from actors.actions.peers import ActionPeer, GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
-    from actors.contracts.contracts import Req, Resp
     from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
     from actors.inbox.inbox import Inbox
-    from actors.interfaces.message import Message
+    from actors.interfaces.message import Message, Req, Resp
     from actors.runtime.incarnation import Incarnation
     from actors.runtime.timers import NodeTimer, Ticked
     from actors.services.client import Client

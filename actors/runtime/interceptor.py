@@ -10,8 +10,8 @@ from actors.graph.interceptor import TopicInterceptor
 if TYPE_CHECKING:
     from actors.actions.client import SentGoals
     from actors.actions.server import ActionServer, ServedGoals
-    from actors.contracts.contracts import Req, Resp
     from actors.graph.servers import ActionEntry
+    from actors.interfaces.message import Req, Resp
     from actors.runtime.timers import NodeTimer, Ticked
     from actors.services.client import Client
     from actors.services.peers import Caller, Submit

@@ -24,9 +24,8 @@ if TYPE_CHECKING:
     from actors.actions.goals import GoalRecord
     from actors.actions.peers import GoalFollower, Outcome
     from actors.actions.server import ActionServer, GoalRequest, ServedGoals
-    from actors.contracts.contracts import Req, Resp
     from actors.interfaces.derived import ServiceClass
-    from actors.interfaces.message import Message
+    from actors.interfaces.message import Message, Req, Resp
     from actors.services.client import Client
     from actors.services.peers import Caller, CallId, ServiceCall, ServicePeer, Submit
     from actors.services.server import Handle, Request, Server

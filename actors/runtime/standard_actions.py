@@ -11,12 +11,11 @@ from actors.time.values import nanoseconds_of, stamp_of
 if TYPE_CHECKING:
     from actors.actions.goals import GoalRecord
     from actors.actions.server import ActionServer
-    from actors.contracts.contracts import Req, Resp
     from actors.graph.graph import TopicEntry
     from actors.graph.servers import ServiceEntry
     from actors.interfaces.action_msgs.msg import GoalInfo
     from actors.interfaces.action_msgs.srv import CancelGoal_Request, CancelGoal_Response
-    from actors.interfaces.message import Message, ServiceType
+    from actors.interfaces.message import Message, Req, Resp, ServiceType
     from actors.runtime.incarnation import Incarnation
     from actors.services.peers import Served
     from actors.topics.publisher import Publisher

@@ -22,8 +22,7 @@ from actors.services.peers import Caller, CallId, Registration, Requester
 from actors.time.deadlines import FEW
 
 if TYPE_CHECKING:
-    from actors.contracts.contracts import Req, Resp
-    from actors.interfaces.message import Message, ServiceType
+    from actors.interfaces.message import Message, Req, Resp, ServiceType
 
 LONG = 1.0
 """A request that takes more seconds than this should be a goal of an action."""

@@ -36,7 +36,9 @@ class Declaration(ABC):
         shown = [f"{name}={value!r}" for name, value in fields.items() if value != plain.get(name, value)]
         return f"{type(self).__name__}({', '.join([*self._positional(), *shown])})"
 
-    def __reduce__(self) -> tuple[Callable[[type[Self], dict[str, object]], Self], tuple[type[Self], dict[str, object]]]:
+    def __reduce__(
+        self,
+    ) -> tuple[Callable[[type[Self], dict[str, object]], Self], tuple[type[Self], dict[str, object]]]:
         return _rebuild, (type(self), self._fields())
 
     def replace(self, **changes: object) -> Self:

@@ -106,7 +106,7 @@ class TimedPublisher(Publisher[M]):
             instants.append(events.lease.due())
         return min((instant for instant in instants if instant is not None), default=None)
 
-    def add_tap(self, tap: Callable[[Message], None]) -> None:
+    def add_tap(self, tap: Callable[[M], None]) -> None:
         super().add_tap(tap if self._lifespan_ns is None else lambda expiring: tap(expiring.message))
 
     def replay(self, target: Target, depth: int) -> None:

@@ -60,7 +60,8 @@ def _near(columns: Floats, eye: Floats, farthest: float) -> Floats:
     if not len(columns):
         return columns
     x, y, reach = (column[:, None] for column in columns.T[:3])
-    return columns[(np.hypot(x - eye[0], y - eye[1]) - reach).min(axis=1) < farthest]
+    near: Floats = columns[(np.hypot(x - eye[0], y - eye[1]) - reach).min(axis=1) < farthest]
+    return near
 
 
 def _floor(pits: Sequence[Pit], eye: Floats, rays: Floats) -> Floats:

@@ -19,9 +19,8 @@ from actors.testing.simulation.steps import Death, Delay, Steps, Watched
 if TYPE_CHECKING:
     from actors.actions.client import SentGoals
     from actors.actions.peers import ActionPeer, GoalFollower
-    from actors.contracts.contracts import Req, Resp
     from actors.graph.servers import ActionEntry
-    from actors.interfaces.message import Message
+    from actors.interfaces.message import Message, Req, Resp
     from actors.runtime.incarnation import Incarnation
     from actors.services.client import Client
     from actors.services.peers import Caller, OpenCall, ServiceCall, ServicePeer, Submit
