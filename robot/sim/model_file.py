@@ -213,10 +213,7 @@ class _Reader:
 
     def _straighten(self, chains: Sequence[_Chain]) -> None:
         """Turn the trunk level, and each leg straight down: there all of our angles are zero."""
-        self._data.qpos[:] = self._model.qpos0
-        for chain in chains:
-            for joint in chain:
-                self._data.qpos[self._model.jnt_qposadr[joint]] = 0.0
+        self._data.qpos[:] = self._model.qpos0  # not zero: where a file has `ref`, that is a pose that it does not draw
         self._mujoco.mj_forward(self._model, self._data)
         self._turn(chains)
         for chain in chains:

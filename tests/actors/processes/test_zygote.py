@@ -65,6 +65,19 @@ async def test_the_processes_of_a_tree_and_their_next_lives_are_forked_by_one_zy
     assert not alive(zygote)
 
 
+async def test_the_lives_of_a_process_leave_no_descriptor_open(diary: Diary) -> None:
+    def opened() -> list[int]:
+        return [len(os.listdir(f"/proc/{pid}/fd")) for pid in (os.getpid(), zygote)]
+
+    async with running(Supervisor("tree", children=in_order(diary, "a"))) as system:
+        zygote = parent_of(process(system, "a"))
+        before = opened()
+        for life in (2, 3):
+            system.kill_process("a")
+            await until(lambda life=life: diary.lines("ready").count("ready a") == life)  # type: ignore[misc]
+        await until(lambda: opened() == before, "descriptors are closed")
+
+
 async def test_a_zygote_that_is_killed_takes_nobody_with_it_and_the_next_lives_have_interpreters(diary: Diary) -> None:
     lines: list[LogRecord] = []
     async with running(Supervisor("tree", children=in_order(diary, "a", "b")), lines) as system:

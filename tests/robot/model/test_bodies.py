@@ -1,4 +1,4 @@
-"""The robots that come with the package weigh, and turn as heavily, as their makers' descriptions say."""
+"""The robots that come with the package have the figures of their makers' descriptions."""
 
 from __future__ import annotations
 
@@ -45,3 +45,34 @@ def test_a_link_has_the_published_mass_and_inertia(name: str, link: str) -> None
     # Their axes are other ones than ours. What all axes have in common is the sum; the legs of one robot differ by less than 0.5 %.
     assert sum(inertia) == pytest.approx(sum(moments), rel=5e-3)
     assert min(moments) * 0.99 <= min(inertia) and max(inertia) <= max(moments) * 1.01
+
+
+@pytest.mark.parametrize(
+    ("name", "lengths", "torques", "hip", "shoulder", "knee"),
+    [
+        ("go2", (0.213, 0.213), (23.7, 45.43), (-1.0472, 1.0472), (-1.5708, 3.4907), (-2.7227, -0.83776)),
+        ("a2", (0.275, 0.275), (120.0, 180.0), (-1.01, 1.01), (-2.34, 3.15), (-2.77, -0.54)),
+        ("b2", (0.35, 0.35), (200.0, 300.0), (-0.87, 0.87), (-0.94, 4.69), (-2.82, -0.43)),
+    ],
+)
+def test_legs_are_as_long_as_strong_and_as_free_as_published(
+    name: str,
+    lengths: tuple[float, float],
+    torques: tuple[float, float],
+    hip: tuple[float, float],
+    shoulder: tuple[float, float],
+    knee: tuple[float, float],
+) -> None:
+    model = BODIES[name]
+    assert (model.thigh, model.calf) == pytest.approx(lengths, abs=1e-3)
+    assert (model.torque_limit, *(torque for _, torque in model.knee_torque)) == (torques[0], torques[1], torques[1])
+    assert (model.hip_limits, model.shoulder_limits) == (hip, shoulder)
+    assert model.knee_limits == pytest.approx(knee, abs=0.01)  # the Go2's foot is not quite below its calf
+
+
+def test_the_hind_legs_of_anymal_are_its_front_legs_turned_round() -> None:
+    model = BODIES["anymal_c"]
+    for front, rear in (
+        (model.knee_limits, model.knee_rear_limits), (model.shoulder_limits, model.shoulder_rear_limits),
+    ):  # fmt: skip
+        assert rear == (-front[1], -front[0])

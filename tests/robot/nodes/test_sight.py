@@ -88,6 +88,7 @@ async def test_nobody_renders_pictures_for_which_nobody_listens(rig: Rig, monkey
     rig.probe(DEPTH_POINTS)
     await rig.advance(1.0)
     assert len(asked) == pytest.approx(10, abs=1)
+    assert asked[-1] == pytest.approx(rig.now, abs=0.11), "pictures are of the present"
 
 
 # -- elevation --------------------------------------------------------------------------------------------------------------------

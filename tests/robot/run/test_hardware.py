@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO
 
 import pytest
 
+from robot.hardware.body import Sample
+from robot.hardware.unitree import Go2
 from robot.run.command import main
 from robot.run.hardware import OFF, ON
 
@@ -32,21 +37,40 @@ def test_without_dds_one_line_says_what_to_install() -> None:
     assert ended.stderr.count("\n") == 1
 
 
-def test_its_motors_are_off_until_they_are_enabled(capfd: pytest.CaptureFixture[str]) -> None:
-    bench = subprocess.Popen(
-        [sys.executable, "-m", "tests.robot.hardware.go2", "--domain", "203"], stdout=subprocess.PIPE, text=True
-    )
-    words = ["--hardware", "unitree", "--interface", "lo", "--domain", "203", "--no-web", "--duration", "1"]
+@contextmanager
+def bench_of(domain: int) -> Iterator[tuple[IO[str], list[str]]]:
+    """What a simulated Go2 in another process prints once a second, and the words that a run needs for it."""
+    module = "tests.robot.hardware.go2"
+    bench = subprocess.Popen([sys.executable, "-m", module, "--domain", str(domain)], stdout=subprocess.PIPE, text=True)
     try:
         assert bench.stdout is not None
         bench.stdout.readline()
-        assert main(words) == 0
-        off = capfd.readouterr().err
-        assert OFF in off and "walking service" not in off
-        assert " 0 commands" in bench.stdout.readline()
-        assert main([*words, "--enable"]) == 0
-        on = capfd.readouterr().err
-        assert ON in on and "'normal' is switched off" in on and "'normal' is switched on again" in on
+        yield bench.stdout, ["--hardware", "unitree", "--interface", "lo", "--domain", str(domain), "--no-web"]
     finally:
         bench.kill()
         bench.communicate()
+
+
+def test_its_motors_are_off_until_they_are_enabled(capfd: pytest.CaptureFixture[str]) -> None:
+    with bench_of(203) as (printed, words):
+        words += ["--duration", "1"]
+        assert main(words) == 0
+        off = capfd.readouterr().err
+        assert OFF in off and "walking service" not in off
+        assert " 0 commands" in printed.readline()
+        assert main([*words, "--enable"]) == 0
+        on = capfd.readouterr().err
+        assert ON in on and "'normal' is switched off" in on and "'normal' is switched on again" in on
+
+
+def test_a_fault_that_restarts_do_not_mend_ends_the_run_with_one_line_that_names_it(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def faulty(driver: Go2) -> Sample | None:
+        raise ZeroDivisionError("a fault of its driver")
+
+    monkeypatch.setattr(Go2, "next_sample", faulty)
+    with bench_of(204) as (_, words):
+        assert main(words) == 3
+    last = capfd.readouterr().err.splitlines()[-1]
+    assert last.startswith("robot run: ") and "proprioception" in last and "a fault of its driver" in last

@@ -61,6 +61,16 @@ def test_a_robot_that_was_written_as_urdf_is_read_back_with_its_torques(tmp_path
     assert read.name == "made"
 
 
+@pytest.mark.parametrize("turn", [-1.2, 0.5, 2.5])
+def test_a_file_may_call_the_pose_that_it_draws_any_angle(tmp_path: Path, turn: float) -> None:
+    def counted_from(joint: re.Match[str]) -> str:
+        return f'axis="0 1 0" ref="{turn}" range="{float(joint[1]) + turn} {float(joint[2]) + turn}"'
+
+    text = re.sub(r'axis="0 1 0" range="(\S+) (\S+)"', counted_from, mjcf())
+    assert text.count(" ref=") == 8
+    check(read_model(stored(tmp_path, text)), SPOT, DRIVES)
+
+
 def test_names_order_signs_and_zero_angles_of_joints_are_the_files(tmp_path: Path) -> None:
     text = mjcf()
     text = text.replace(
