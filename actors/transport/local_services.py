@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from actors.errors import CallCycle, NodeRestarting, NotRunning, ServiceFailed
 from actors.interfaces.cdr import decode, encode
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from actors.transport.protocol import EndpointHere, RemoteEndpoint, Request
 
 
+_NOTHING: Final = Extension()
+
+
 class Asked:
     """A request that has come from another process.
 
@@ -43,7 +46,7 @@ class Asked:
         self._reads_errors = extension is not None
         self.gid = request.gid
         self.number = request.number
-        self.extension = extension or Extension()
+        self.extension = extension or _NOTHING
         self.payload = request.payload
 
     def reply(self, server: str, response: Message, reason: str = "") -> None:
@@ -163,7 +166,8 @@ class Services:
         if cycle is not None:
             asked.fail(shown.node, cycle)
             return
-        caller = RemoteCaller(self.caller_of(asked.gid), self._side.runtime.deadlines, chain, (asked.gid, asked.number))
+        gid = asked.gid
+        caller = RemoteCaller(self.caller_of(gid), self._side.runtime.deadlines, chain, (gid, asked.number))
         request = server.submit(message, caller, math.inf)
 
         def respond(future: asyncio.Future[Any]) -> None:

@@ -11,6 +11,7 @@ from actors.errors import CallTimeout, NotRunning, ServiceFailed
 from actors.interfaces import registry
 from actors.interfaces.cdr import decode, encode
 from actors.interfaces.errors import CdrError
+from actors.transport.chains import chain_of
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension
 from actors.transport.format.replies import TIMED_OUT, parse_reply_error
@@ -89,13 +90,14 @@ class RemoteServer:
         """Send a request. Raises CdrError for a message that cannot be encoded."""
         payload = encode(message)
         client = self._clients.of(caller.fqn, self._endpoint)
-        chain = self._clients.cycles.chain_of(caller)
-        call = RemoteCall(self, asyncio.get_running_loop().create_future(), client.next)
+        chain = chain_of(self._clients.cycles, caller)
+        call = RemoteCall(self, caller.inbox.loop.create_future(), client.next)
         caller.deadlines.watch(call, timeout)
         self.calls += 1
         self._open[call] = None
         forgotten = None if timeout == math.inf else timeout + _LATER
-        call.sent(client.ask(payload, call.done, Extension(chain=chain) if chain else None, forgotten))
+        call.question = client.ask(payload, call.done, Extension(chain=chain) if chain else None, forgotten)
+        call.future.add_done_callback(call.over)
         return call
 
     def ended(self, call: RemoteCall) -> None:
@@ -109,6 +111,8 @@ class RemoteCall:
     Invariant: `future` is completed once, by `done`, by the deadline (`late`) or by the caller, which cancels it when it gives up; then the
     question is closed.
     """
+
+    question: Handle
 
     def __init__(self, server: RemoteServer, future: asyncio.Future[Any], call_id: tuple[bytes, int]) -> None:
         self.server = server
@@ -128,14 +132,10 @@ class RemoteCall:
             f"{self.server.host} did not answer {self.server.name} in time: give the call more time, or make it an action"
         )
 
-    def sent(self, question: Handle) -> None:
-        """Close the question as soon as the call is over."""
-
-        def over(future: object) -> None:
-            question.close()
-            self.server.ended(self)
-
-        self.future.add_done_callback(over)
+    def over(self, future: object) -> None:
+        """Close the question: the call has its answer, or its caller has given up."""
+        self.question.close()
+        self.server.ended(self)
 
     def done(self, answer: Answer) -> None:
         """Give the caller what has come."""

@@ -44,12 +44,17 @@ class Attachment(NamedTuple):
 
 def write_attachment(attachment: Attachment) -> bytes:
     """Write an attachment as bytes. Raises WireFormatError."""
-    number, time, gid, extension = attachment
+    return attachment_of(*attachment)
+
+
+def attachment_of(sequence_number: int, source_time: int, gid: bytes, extension: bytes = b"") -> bytes:
+    """What `write_attachment` writes, from the parts. Raises WireFormatError."""
     _check(gid)
     try:
-        return _LAYOUT.pack(number, time, GID_SIZE, gid) + extension
+        return _LAYOUT.pack(sequence_number, source_time, GID_SIZE, gid) + extension
     except struct.error as error:
-        raise refuse(attachment, "an attachment", f"its numbers have 64 bits ({error})") from None
+        refused = Attachment(sequence_number, source_time, gid, extension)
+        raise refuse(refused, "an attachment", f"its numbers have 64 bits ({error})") from None
 
 
 def attacher(gid: bytes) -> Callable[[int, int], bytes]:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from actors.transport import protocol
 from actors.transport.format.attachments import (
     ATTACHMENT_SIZE,
-    Attachment,
     attached,
     attacher,
     attaching,
+    attachment_of,
     in_order,
-    parse_attachment,
-    write_attachment,
 )
 from actors.transport.format.buffers import CPU, Backend, BufferKey, write_buffer_key
 from actors.transport.format.errors import WireFormatError
@@ -82,6 +81,10 @@ class Known:
 
 _TOLD: Final = 5.0
 """Seconds within which another process takes what it is told; what it answers is of no interest."""
+
+
+_replied: Final[Callable[[tuple[bytes, bytes]], protocol.Replied]] = partial(tuple.__new__, protocol.Replied)  # pyright: ignore[reportUnknownMemberType]
+"""Makes a `Replied` in half the time that its class takes."""
 
 
 def _delivery_of(qos: QoS, type: TypeInfo, patience: float = 0.0) -> Delivery:
@@ -267,7 +270,8 @@ class _Client:
     ) -> Handle:
         def answered(answer: keyed.Answer) -> None:
             if isinstance(answer, Replied):
-                done(protocol.Replied(answer.payload, answer.attachment[ATTACHMENT_SIZE:]))
+                payload, attachment = answer
+                done(_replied((payload, attachment[ATTACHMENT_SIZE:])))
             else:
                 done(answer)
 
@@ -282,19 +286,17 @@ class _Client:
 class _Request:
     """A request of another process."""
 
-    def __init__(self, query: Query, sent: Attachment) -> None:
+    def __init__(self, query: Query, number: int, gid: bytes, extension: bytes) -> None:
         self._query = query
-        self._sent = sent
         self.payload = query.payload
-        self.gid = sent.gid
-        self.number = sent.sequence_number
-        self.extension = sent.extension
+        self.gid = gid
+        self.number = number
+        self.extension = extension
         self.fail = query.fail
         self.drop = query.drop
 
     def reply(self, payload: bytes, source_time: int, extension: bytes) -> None:
-        sent = Attachment(self.number, source_time, self.gid, extension)
-        self._query.reply(payload, write_attachment(sent))
+        self._query.reply(payload, attachment_of(self.number, source_time, self.gid, extension))
 
 
 class KeyedParticipant:
@@ -406,13 +408,14 @@ class KeyedParticipant:
         endpoint = self._endpoint(node, EndpointKind.SERVER, name, type, qos)
 
         def arrived(query: Query) -> None:
+            attachment = query.attachment
             try:
-                sent = parse_attachment(query.attachment)
+                number, _, gid = attached(attachment)
             except WireFormatError as error:
                 query.drop()  # as in ROS 2
                 self._events.unreadable("a request has no attachment that can be read", name, error, service=name)
             else:
-                take(_Request(query, sent))
+                take(_Request(query, number, gid, attachment[ATTACHMENT_SIZE:]))
 
         serving = self._keys.serve(write_key(endpoint.token.key), arrived)
         endpoint.show()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Final
+from functools import partial
+from typing import Any, Final
 
 from actors.transport.format.replies import TIMED_OUT
 from actors.transport.keyed.protocol import Answer, Replied
@@ -12,10 +13,13 @@ from actors.transport.protocol import Failed, NoAnswer
 from actors.transport.wakeup import Wakeup
 from actors.transport.worker import Worker
 from actors.transport.zenoh import objects
-from actors.transport.zenoh.library import direct, import_zenoh
+from actors.transport.zenoh.library import bare, import_zenoh, keep_thread_state
 
 _FOREVER: Final = 1.8e16
 """Seconds; Zenoh knows no infinite time. It keeps some hundred bytes of every question until its time is over, also of those that have ended."""
+
+_made: Final[Callable[[tuple[bytes, bytes]], Replied]] = partial(tuple.__new__, Replied)  # pyright: ignore[reportUnknownMemberType]
+"""Makes a `Replied` in half the time that its class takes."""
 
 
 class Prepared:
@@ -71,34 +75,35 @@ class Question:
         unanswered: Callable[[Question], None],
     ) -> None:
         """Ask it. `unanswered` is called on the loop when all who were asked have ended without an answer; it calls `end`, soon."""
+        self._post, self._unanswered = wakeup.post, unanswered
+        handler = bare(self._on_reply, self._on_end)
+        worker.do(partial(self._get, session, handler, payload, attachment))
+
+    def _get(self, session: objects.Session, handler: Any, payload: bytes, attachment: bytes) -> None:
         library = import_zenoh()
+        with suppress(library.ZError):  # the session has been closed; the end is told nevertheless
+            session.get(
+                self.key,
+                handler,
+                payload=payload,
+                attachment=attachment,
+                target=library.QueryTarget.ALL_COMPLETE,
+                consolidation=library.ConsolidationMode.NONE,
+                timeout=self._timeout,
+                allowed_destination=library.Locality.REMOTE,
+                cancellation_token=self._cancellation,
+            )
 
-        def replied(reply: objects.Reply) -> None:
-            self._answered = True
-            wakeup.post(self._replied, reply)
+    def _on_reply(self, reply: objects.Reply) -> None:
+        keep_thread_state()
+        self._answered = True
+        self._post(self._replied, reply)
 
-        def ended() -> None:
-            self._ended = True
-            if not self._answered:
-                wakeup.post(unanswered, self)
-
-        handler = direct(replied, ended)
-
-        def get() -> None:
-            with suppress(library.ZError):  # the session has been closed; the end is told nevertheless
-                session.get(
-                    self.key,
-                    handler,
-                    payload=payload,
-                    attachment=attachment,
-                    target=library.QueryTarget.ALL_COMPLETE,
-                    consolidation=library.ConsolidationMode.NONE,
-                    timeout=self._timeout,
-                    allowed_destination=library.Locality.REMOTE,
-                    cancellation_token=self._cancellation,
-                )
-
-        worker.do(get)
+    def _on_end(self) -> None:
+        keep_thread_state()
+        self._ended = True
+        if not self._answered:
+            self._post(self._unanswered, self)
 
     def end(self, answer: Answer) -> None:
         """End it with an answer, unless it has ended."""
@@ -132,4 +137,4 @@ class Question:
             self.end(NoAnswer(timed_out=True) if error == TIMED_OUT else Failed(error))
             return
         attached = sample.attachment
-        self.end(Replied(sample.payload.to_bytes(), b"" if attached is None else attached.to_bytes()))
+        self.end(_made((sample.payload.to_bytes(), b"" if attached is None else attached.to_bytes())))

@@ -377,7 +377,7 @@ async def test_questions_of_a_session_that_was_closed_end() -> None:
 async def test_the_first_answer_to_a_question_counts_and_it_lingers_until_it_is_ended(
     reply: FakeReply, answer: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("actors.transport.zenoh.outgoing_queries.direct", lambda *calls: calls)
+    monkeypatch.setattr("actors.transport.zenoh.outgoing_queries.bare", lambda *calls: calls)
     session, worker, loop = FakeSession(), Worker("test"), asyncio.get_running_loop()
     answers: list[object] = []
     question = Question("7/a/T/H", None, answers.append, lambda one: None)
