@@ -191,11 +191,16 @@ class ConcurrentSubscription(HandlerSubscription[M]):
 
     __slots__ = ("_create_task", "active")
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self._open()
-        self.active = 0
-        self._create_task: CreateTask | None = None
+    active: int
+    _create_task: CreateTask | None
+
+    if not TYPE_CHECKING:  # for type checkers, it takes what `HandlerSubscription` takes
+
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            self._open()
+            self.active = 0
+            self._create_task = None
 
     def deliver(self, message: M) -> None:
         self.received += 1

@@ -110,7 +110,7 @@ class RemoteCall:
     question is closed.
     """
 
-    def __init__(self, server: RemoteServer, future: asyncio.Future[Any], call_id: tuple[bytes, int]) -> None:
+    def __init__(self, server: RemoteServer, future: asyncio.Future[object], call_id: tuple[bytes, int]) -> None:
         self.server = server
         self.future = future
         self.call_id = call_id
