@@ -77,7 +77,7 @@ def safe_loader() -> Any:
             except (ValueError, OverflowError) as error:
                 raise library.scanner.ScannerError(None, None, str(error), self.get_mark()) from None
 
-        def construct_object(self, node: Any, deep: bool = False) -> Any:
+        def construct_object(self, node: Any, deep: bool = False) -> object:
             try:
                 return base.construct_object(self, node, deep)
             except (ValueError, OverflowError, LookupError, AttributeError):

@@ -55,7 +55,7 @@ class GoalRequest:
         """Whether the server has answered or the client has given up."""
         return self.future.done()
 
-    def run(self) -> Coroutine[Any, Any, None]:
+    def run(self) -> Coroutine[object, None, None]:
         return self.server.consider(self)
 
     def fail(self, error: Exception) -> None:
@@ -84,7 +84,7 @@ class CancelRequest:
     def label(self) -> str:
         return f"{self.server.label} (cancel check)"
 
-    def run(self) -> Coroutine[Any, Any, None]:
+    def run(self) -> Coroutine[object, None, None]:
         return self.server.consider_cancel(self)
 
     def answer(self, agreed: bool) -> None:
@@ -104,7 +104,7 @@ class ServedGoals(NamedTuple):
     """Takes in a request; see `ActionServer.submit`."""
     cancel: Callable[[bytes, str], Awaitable[bool]]
     """Takes in a cancellation; see `ActionServer.cancel`."""
-    run: Callable[[GoalRecord], Coroutine[Any, Any, None]]
+    run: Callable[[GoalRecord], Coroutine[object, None, None]]
     """Runs a goal, in a task of its own."""
     ended: Callable[[GoalRecord, Outcome], None]
     """Tells the client, and all who wait for it, that a goal has ended."""

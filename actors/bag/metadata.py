@@ -192,7 +192,7 @@ def _metadata(values: Mapping[str, Any]) -> BagMetadata:
     )
 
 
-def _texts(values: Mapping[Any, Any]) -> dict[str, str]:
+def _texts(values: Mapping[Any, object]) -> dict[str, str]:
     return {str(name): str(value) for name, value in values.items()}
 
 

@@ -71,7 +71,7 @@ def parse_qos_profiles(text: str) -> tuple[QoS, ...]:
     return tuple(qos_from_mapping(one) for one in listed)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
 
 
-def qos_from_mapping(profile: Mapping[str, Any]) -> QoS:
+def qos_from_mapping(profile: Mapping[str, object]) -> QoS:
     """One profile, from its policies by name; what is left out is as in `QoS`. Raises `InvalidQoS`."""
     if not isinstance(profile, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]  # it comes from a file
         raise InvalidQoS(f"a profile is a mapping of policies, not {profile!r:.60}")

@@ -177,7 +177,7 @@ class BlockingNode(metaclass=NoPublicConstructor):
         self._life = life
         self._publishers: dict[Topic[Any], Publisher[Any]] = {}
         self._streams: dict[Topic[Any], Stream[Any]] = {}
-        self._open: dict[Future[Any], Coroutine[Any, Any, Any]] = {}
+        self._open: dict[Future[Any], Coroutine[object, None, object]] = {}
         life.add_done_callback(self._ended)
 
     def __repr__(self) -> str:
@@ -309,7 +309,7 @@ class BlockingNode(metaclass=NoPublicConstructor):
             raise
         return self._finish(future)
 
-    def run(self, work: Callable[[Node], Coroutine[Any, Any, T]]) -> T:
+    def run(self, work: Callable[[Node], Coroutine[object, None, T]]) -> T:
         """Run a coroutine function in the node's event loop and return its result: for all that has no method here.
 
         ``node.run(lambda node: node.wait_for(ADD, timeout=5.0))``
@@ -325,7 +325,7 @@ class BlockingNode(metaclass=NoPublicConstructor):
     def _do(self, work: Callable[[Node], Coroutine[object, None, T]], remedy: str) -> T:
         return self._finish(self._begin(work, remedy))
 
-    def _begin(self, work: Callable[[Node], Coroutine[Any, Any, T]], remedy: str) -> Future[T]:
+    def _begin(self, work: Callable[[Node], Coroutine[object, None, T]], remedy: str) -> Future[T]:
         _refuse_in_loop(f"{self!r}", remedy)
         if self._life.done():
             raise self._over()

@@ -32,12 +32,12 @@ TURN = 256
 """After this many items without a pause the inbox yields to the event loop, so that a flood in one node cannot starve the others."""
 
 
-class _Nothing(deque[object]):
+class _Nothing(deque[Any]):
     """An empty queue that stays empty."""
 
     __slots__ = ()
 
-    def append(self, item: object, /) -> None:
+    def append(self, item: Any, /) -> None:
         raise RuntimeError(f"{item!r:.60} was put into a queue that has not been made")
 
 
@@ -113,7 +113,7 @@ class Inbox:
         self.items: deque[Item] = NOTHING
         self.control: list[Item] = []  # rarely more than one, and an empty list is a tenth of a deque
         self.waiter: asyncio.Future[None] | None = None
-        self.task: asyncio.Task[Any] | None = None
+        self.task: asyncio.Task[object] | None = None
         self.current: Item | None = None
         self.handled = 0
         self.watch: asyncio.TimerHandle | None = None

@@ -39,14 +39,14 @@ def read_class(
     return fields, constants
 
 
-def read_annotation(where: str, annotation: Any) -> tuple[FieldType, Any]:
+def read_annotation(where: str, annotation: Any) -> tuple[FieldType, object]:
     """The field type that an annotation means, and the message class if it is a nested one.
 
     Raises:
         BadDeclaration: the annotation is nothing that a ROS message can hold.
     """
     bare = annotation
-    marks: tuple[Any, ...] = ()
+    marks: tuple[object, ...] = ()
     if hasattr(annotation, "__metadata__"):
         bare, marks = annotation.__origin__, annotation.__metadata__
     kind: FieldType | None = None
@@ -78,7 +78,7 @@ def plain_default(kind: FieldType, written: object) -> Any:
     return None if not kind.is_array and repr(value) in {"0", "0.0", "False", "''"} else value
 
 
-def _bare(where: str, annotation: object) -> tuple[FieldType, Any]:
+def _bare(where: str, annotation: object) -> tuple[FieldType, object]:
     builtin = BUILTINS.get(annotation) if isinstance(annotation, type) else None
     if builtin is not None:
         return FieldType(builtin), None

@@ -131,7 +131,7 @@ def _from_array(where: str, kind: FieldType, value: Array, dtype: DType) -> Arra
 
 def _from_items(where: str, kind: FieldType, items: list[Any], dtype: DType) -> Array:
     accepted = _accepted(kind.base)
-    kinds: set[type[Any]] = {type(item) for item in items}
+    kinds: set[type[object]] = {type(item) for item in items}
     for wrong in kinds:
         if not issubclass(wrong, accepted) or (wrong is bool and kind.base != "bool"):
             index = next(i for i, item in enumerate(items) if type(item) is wrong)

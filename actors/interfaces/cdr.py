@@ -114,7 +114,7 @@ def _decoder(cls: type[Message], wstrings: WStrings, order: str) -> Decoder:
     return decoder
 
 
-def _check_class(cls: Any) -> None:
+def _check_class(cls: object) -> None:
     if not (isinstance(cls, type) and issubclass(cls, Message)):
         raise TypeError(f"{cls!r} is not a message class; for a service or action take one of its parts")
 

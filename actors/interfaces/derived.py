@@ -69,7 +69,7 @@ def _message(ros_type: str, annotations: dict[str, object]) -> type[Message]:
     return make_message(name, body)
 
 
-def _service(ros_type: str, request: dict[str, object], response: dict[str, Any]) -> ServiceClass:
+def _service(ros_type: str, request: dict[str, object], response: dict[str, object]) -> ServiceClass:
     known: ServiceClass | None = registry.known(ros_type)
     if known is not None:
         return known

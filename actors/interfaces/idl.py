@@ -271,7 +271,7 @@ class _Reader:
             raise self._error(f"{token.text!r} is not a positive number", token)
         return value
 
-    def _value(self, token: _Token) -> Any:
+    def _value(self, token: _Token) -> object:
         """What a literal stands for, or the constant of this name; another word stands for itself."""
         if token.kind == "text":
             text = _unquoted(token.text)
@@ -351,7 +351,7 @@ class _Reader:
         return DefinitionError("invalid_field_definition", reason, line, self._file)
 
 
-def _default(kind: FieldType, notes: dict[str, dict[str, Any]]) -> Any:
+def _default(kind: FieldType, notes: dict[str, dict[str, object]]) -> Any:
     """The default that an annotation gives, as plain data; those of arrays are left out, as the hash of a type does."""
     value = notes.get("default", {}).get("value")
     if value is None or kind.is_array or kind.is_message:

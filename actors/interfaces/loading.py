@@ -145,7 +145,7 @@ def _message_class(
 
 
 def class_body(
-    definition: MessageDefinition, find: Callable[[str], type[Any] | None], file: str | None
+    definition: MessageDefinition, find: Callable[[str], type[object] | None], file: str | None
 ) -> dict[str, object]:
     """The body of the class of a definition. `find` gives the classes of nested messages by their full names.
 
@@ -175,7 +175,7 @@ def _doc(definition: MessageDefinition, name: str) -> str:
     return "\n".join([f"{name}", "", *definition.comment]).rstrip() if definition.comment else name
 
 
-def _annotation(kind: FieldType, line: int, file: str | None, find: Callable[[str], type[Any] | None]) -> object:
+def _annotation(kind: FieldType, line: int, file: str | None, find: Callable[[str], type[object] | None]) -> object:
     if kind.base in {"time", "duration"}:
         better = f"builtin_interfaces/{kind.base.capitalize()}"
         raise DefinitionError("invalid_type_name", f"{kind.base!r} is a type of ROS 1; write {better}", line, file)

@@ -73,7 +73,7 @@ def find(name: str) -> type[Any] | None:
     return found if found is not None else _derived(name)
 
 
-def _derived(name: str) -> type[Any] | None:
+def _derived(name: str) -> type[object] | None:
     """The type of this full name that ROS 2 derives from a service or an action, or None where it is not the name of one."""
     from actors.interfaces.derived import event_message, feedback_message, get_result_service, send_goal_service
 

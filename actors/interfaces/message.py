@@ -224,7 +224,7 @@ def _shared(make: Callable[[], object]) -> Callable[[], object]:
     return get
 
 
-def _check_later(name: str, fields: tuple[Field, ...], invariant: Callable[[Any], None] | None) -> Any:
+def _check_later(name: str, fields: tuple[Field, ...], invariant: Callable[[Any], None] | None) -> object:
     """A `__post_init__` that compiles itself at its first call, so that importing types costs nothing.
 
     It swaps its own code object: msgspec keeps the function it found when the class was made.
@@ -312,7 +312,7 @@ class ServiceType(Generic[Req, Resp]):
     def __init_subclass__(cls) -> None:
         _tie(cls, ServiceType, ("Request", "Response"))
 
-    def __new__(cls, *args: object, **fields: Any) -> Any:
+    def __new__(cls, *args: object, **fields: object) -> Any:
         raise TypeError(f"{cls.__name__} is a service type; build {cls.__name__}.Request(...) or .Response(...)")
 
 
@@ -332,7 +332,7 @@ class ActionType(Generic[G, R, F]):
     def __init_subclass__(cls) -> None:
         _tie(cls, ActionType, ("Goal", "Result", "Feedback"))
 
-    def __new__(cls, *args: object, **fields: Any) -> Any:
+    def __new__(cls, *args: object, **fields: object) -> Any:
         raise TypeError(
             f"{cls.__name__} is an action type; build {cls.__name__}.Goal(...), .Result(...) or .Feedback(...)"
         )

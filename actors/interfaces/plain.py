@@ -23,7 +23,7 @@ def to_plain(message: Message, array: Callable[[FieldType, Any], object] | None 
     }
 
 
-def _plain(value: Any, kind: FieldType, array: Callable[[FieldType, Any], Any]) -> Any:
+def _plain(value: Any, kind: FieldType, array: Callable[[FieldType, Any], object]) -> object:
     if isinstance(value, Message):
         return to_plain(value, array)
     if isinstance(value, tuple):
@@ -52,9 +52,9 @@ def _build(cls: type[M], mapping: Any, where: str) -> M:
         mapping = {}
     if not isinstance(mapping, Mapping):
         raise MessageTypeError(f"{where}: expected the fields of {cls.__ros_type__}, got {mapping!r}")
-    given: Mapping[Any, Any] = mapping  # pyright: ignore[reportUnknownVariableType]
+    given: Mapping[Any, object] = mapping  # pyright: ignore[reportUnknownVariableType]
     fields = {field.name: field for field in cls.__ros_fields__}
-    values: dict[str, Any] = {}
+    values: dict[str, object] = {}
     for name, value in given.items():
         field = fields.get(name)
         if field is None:

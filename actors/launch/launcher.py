@@ -123,7 +123,7 @@ class Launcher(Node):
                 case _:
                     self.log.error(f"{item.what}: {item.why}")
 
-    def _later(self, work: Coroutine[Any, Any, None], name: str) -> None:
+    def _later(self, work: Coroutine[object, None, None], name: str) -> None:
         """Do something that takes time; an error is logged, and the launch goes on."""
 
         async def done() -> None:

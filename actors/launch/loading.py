@@ -144,7 +144,7 @@ def _is_xml(path: Path) -> bool:
 def load_python(path: Path) -> LaunchDescription:
     """What ``generate_launch_description()`` of a Python file returns, inside of `shim`. Raises `LaunchError`."""
     module = load_module(path)
-    make: Callable[[], Any] | None = next((getattr(module, n) for n in MAKERS if hasattr(module, n)), None)
+    make: Callable[[], object] | None = next((getattr(module, n) for n in MAKERS if hasattr(module, n)), None)
     if make is None:
         functions = [name for name, value in vars(module).items() if callable(value)]
         near = did_you_mean(MAKERS[0], functions)

@@ -8,8 +8,8 @@ that was last requested of the node.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, Final, Literal, TypeAlias
+from collections.abc import Callable, Coroutine, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
 
 from actors.errors import NotRunning, ProgramExit, described
 from actors.inbox.control import blame
@@ -26,7 +26,7 @@ from actors.runtime.incarnation import Incarnation, incarnation_of
 from actors.runtime.node import Node
 
 if TYPE_CHECKING:
-    from actors.services.peers import Served
+    from actors.interfaces.message import Message, ServiceType
     from actors.system import System
 
 PrimaryState: TypeAlias = Literal["unconfigured", "inactive", "active"]
@@ -162,7 +162,9 @@ class LifecycleNode(Node):
 
     __standard_services__ = tuple(SERVICES)
 
-    def __standard_service__(self, name: str) -> Served | None:
+    def __standard_service__(
+        self, name: str
+    ) -> tuple[type[ServiceType[Any, Any]], Callable[[Any], Coroutine[object, None, Message]]] | None:
         """The type and the handler of one of the five services of a lifecycle node, or None."""
         return SERVICES[name](self) if name in SERVICES else None
 

@@ -159,19 +159,19 @@ class NodeLog(metaclass=NoPublicConstructor):
 
     def debug(
         self, event: str, /, *args: object, once: bool = False, skip_first: bool = False, throttle_duration_sec: float = 0.0,
-        **fields: Any,
+        **fields: object,
     ) -> None:  # fmt: skip
         self._say(DEBUG, event, args, fields, (once, skip_first, throttle_duration_sec))
 
     def info(
         self, event: str, /, *args: object, once: bool = False, skip_first: bool = False, throttle_duration_sec: float = 0.0,
-        **fields: Any,
+        **fields: object,
     ) -> None:  # fmt: skip
         self._say(INFO, event, args, fields, (once, skip_first, throttle_duration_sec))
 
     def warning(
         self, event: str, /, *args: object, once: bool = False, skip_first: bool = False, throttle_duration_sec: float = 0.0,
-        **fields: Any,
+        **fields: object,
     ) -> None:  # fmt: skip
         self._say(WARN, event, args, fields, (once, skip_first, throttle_duration_sec))
 
@@ -179,19 +179,19 @@ class NodeLog(metaclass=NoPublicConstructor):
 
     def error(
         self, event: str, /, *args: object, once: bool = False, skip_first: bool = False, throttle_duration_sec: float = 0.0,
-        **fields: Any,
+        **fields: object,
     ) -> None:  # fmt: skip
         self._say(ERROR, event, args, fields, (once, skip_first, throttle_duration_sec))
 
     def fatal(
         self, event: str, /, *args: object, once: bool = False, skip_first: bool = False, throttle_duration_sec: float = 0.0,
-        **fields: Any,
+        **fields: object,
     ) -> None:  # fmt: skip
         self._say(FATAL, event, args, fields, (once, skip_first, throttle_duration_sec))
 
     def exception(
         self, event: str, /, *args: object, once: bool = False, skip_first: bool = False, throttle_duration_sec: float = 0.0,
-        **fields: Any,
+        **fields: object,
     ) -> None:  # fmt: skip
         """Write an error line with the exception being handled and its traceback. Use it in an ``except`` block."""
         error = sys.exception()

@@ -266,7 +266,7 @@ def open_node(
     name: str,
     *,
     namespace: str = "",
-    parameters: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, object] | None = None,
     remap: Mapping[str, str] | None = None,
     system: System | None = None,
     seed: int = 0,

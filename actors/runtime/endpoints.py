@@ -203,8 +203,9 @@ class Endpoints:
                 subscription.take_over(life, handler, filter)
                 return
         qos = resolve_subscription(qos, map(_QOS, entry.writers))
-        kind = ConcurrentSubscription if concurrent else HandlerSubscription
-        subscription = kind(life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter)
+        subscription = (ConcurrentSubscription if concurrent else HandlerSubscription)(
+            life, entry, topic.type, qos, life.inbox, label, handler, concurrent, patience, filter
+        )
         if isinstance(subscription, ConcurrentSubscription) and life.serving:
             subscription.start(life.create_task)
         life.record.subscriptions = (*life.record.subscriptions, subscription)

@@ -36,13 +36,13 @@ if TYPE_CHECKING:
     from actors.actions.client import Goal
     from actors.contracts.content_filter import ContentFilter
     from actors.contracts.contracts import Action, Service, Topic
+    from actors.interfaces.message import Message, ServiceType
     from actors.logs import NodeLog
     from actors.parameters.descriptor import ParameterDescriptor
     from actors.parameters.values import Parameter, SetResult
     from actors.runtime.declarations import Late
     from actors.runtime.endpoints import Endpoints
     from actors.runtime.incarnation import Incarnation
-    from actors.services.peers import Served
     from actors.supervision.reasons import ExitReason
     from actors.time.clock import Clock
     from actors.time.ros_clock import JumpHandle, JumpThreshold, TimeJump
@@ -142,7 +142,9 @@ class Node(Habits):
     __standard_services__: ClassVar[tuple[str, ...]] = ()
     """The names that `__standard_service__` knows."""
 
-    def __standard_service__(self, name: str) -> Served | None:
+    def __standard_service__(
+        self, name: str
+    ) -> tuple[type[ServiceType[Any, Any]], Callable[[Any], Coroutine[object, None, Message]]] | None:
         """Type and handler of the service ``<node>/name`` if every node of this kind has it, besides what all nodes have; else None."""
         return None
 

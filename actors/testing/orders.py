@@ -11,7 +11,7 @@ import asyncio
 from collections import deque
 from heapq import heappop, heappush
 from random import Random
-from typing import Any, Protocol
+from typing import Protocol
 from weakref import WeakKeyDictionary
 
 from actors.time.handles import owner
@@ -36,7 +36,7 @@ class Order(Protocol):
         """The number of steps that are ready but held back here."""
         ...
 
-    def arrange(self, ready: deque[Any]) -> None:
+    def arrange(self, ready: deque[asyncio.Handle]) -> None:
         """Leave in `ready`, in order, what runs in this turn of the loop. Hold back the rest, and put back steps that were held back
         before.
 
@@ -56,20 +56,20 @@ class Shuffled:
 
     def __init__(self, rng: Random) -> None:
         self._rng = rng
-        self._held: list[object] = []
+        self._held: list[asyncio.Handle] = []
 
     @property
     def held(self) -> int:
         return len(self._held)
 
-    def arrange(self, ready: deque[Any]) -> None:
+    def arrange(self, ready: deque[asyncio.Handle]) -> None:
         ready.extend(self._held)
         self._held.clear()
         if sum(map(_is_step, ready)) < 2:
             return
         rng = self._rng
-        queue: list[Any] = []
-        waiting: list[object] = []
+        queue: list[asyncio.Handle] = []
+        waiting: list[asyncio.Handle] = []
         for handle in ready:
             if _is_step(handle):
                 waiting.append(handle)
@@ -107,7 +107,7 @@ class ByPriority:
         """The share of steps at which priorities change."""
         # Weak, so that a task that the program has dropped is not kept alive.
         self._priorities: WeakKeyDictionary[object, float] = WeakKeyDictionary()
-        self._waiting: dict[int, tuple[int, object]] = {}
+        self._waiting: dict[int, tuple[int, asyncio.Handle]] = {}
         """Number -> (the turn in which the step arrived, the step), oldest first."""
         self._ranks: list[tuple[float, int]] = []
         """A heap of (minus the priority, number)."""
@@ -119,7 +119,7 @@ class ByPriority:
     def held(self) -> int:
         return len(self._waiting)
 
-    def arrange(self, ready: deque[Any]) -> None:
+    def arrange(self, ready: deque[asyncio.Handle]) -> None:
         come = [handle for handle in ready if _is_step(handle)]
         if not self._waiting and len(come) < 2:
             self._last = None
@@ -135,19 +135,19 @@ class ByPriority:
         ready.clear()
         ready.extend(queue)
 
-    def _put(self, handle: object) -> None:
+    def _put(self, handle: asyncio.Handle) -> None:
         self._number += 1
         self._waiting[self._number] = self._turn, handle
         heappush(self._ranks, (-self._priority(handle), self._number))
 
-    def _priority(self, handle: object) -> float:
+    def _priority(self, handle: asyncio.Handle) -> float:
         task = owner(handle)
         priority = self._priorities.get(task)
         if priority is None:
             priority = self._priorities[task] = self._rng.random()
         return priority
 
-    def _choose(self) -> object:
+    def _choose(self) -> asyncio.Handle:
         """Take the next step from those held back."""
         oldest = next(iter(self._waiting))
         if self._turn - self._waiting[oldest][0] > LONGEST_WAIT:
@@ -164,7 +164,7 @@ class ByPriority:
         self._last = task
         return handle
 
-    def _highest(self) -> object:
+    def _highest(self) -> asyncio.Handle:
         while (number := heappop(self._ranks)[1]) not in self._waiting:
             pass
         return self._waiting.pop(number)[1]

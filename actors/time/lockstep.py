@@ -103,7 +103,7 @@ class Lockstep:
             self.now = self._due = self._present(monotonic())
         self._world = world
 
-    def select(self, select: Callable[[float | None], list[Any]], timeout: float | None) -> list[Any]:
+    def select(self, select: Callable[[float | None], list[Any]], timeout: float | None) -> list[object]:
         """Let the loop's selector wait by `select`; then time goes on."""
         if timeout is not None and timeout <= 0.0:
             ready = select(0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
+from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
 from actors.inbox.control import blame
 from actors.inbox.expiring import ExpiringMessage, TimedMessage
@@ -191,11 +191,16 @@ class ConcurrentSubscription(HandlerSubscription[M]):
 
     __slots__ = ("_create_task", "active")
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self._open()
-        self.active = 0
-        self._create_task: CreateTask | None = None
+    active: int
+    _create_task: CreateTask | None
+
+    if not TYPE_CHECKING:  # for type checkers, it takes what `HandlerSubscription` takes
+
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            self._open()
+            self.active = 0
+            self._create_task = None
 
     def deliver(self, message: M) -> None:
         self.received += 1

@@ -28,9 +28,9 @@ A publisher with a lifespan passes each message as an `actors.inbox.expiring.Exp
 class DeliversAll(Protocol):
     """A subscription to which several messages can be delivered at once."""
 
-    def deliver(self, message: Any) -> None: ...
+    def deliver(self, message: object) -> None: ...
 
-    def deliver_all(self, messages: list[Any]) -> None:
+    def deliver_all(self, messages: list[object]) -> None:
         """Do what `deliver` does with each of them."""
         ...
 

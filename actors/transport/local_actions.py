@@ -54,7 +54,7 @@ class _Followed:
     def on_status(self, status: GoalStatus) -> None:
         """Do nothing: the topic of the action carries it."""
 
-    def on_feedback(self, feedback: Any) -> None:
+    def on_feedback(self, feedback: object) -> None:
         """Do nothing: the topic of the action carries it."""
 
     def on_result(self, outcome: Outcome) -> None:

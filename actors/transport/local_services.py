@@ -121,7 +121,7 @@ class Services:
             self._shown.pop(name).close()
 
     def promise(
-        self, node: str, name: str, type: Any, qos: QoS, take: Callable[[Shown, str, Asked], None] | None = None
+        self, node: str, name: str, type: object, qos: QoS, take: Callable[[Shown, str, Asked], None] | None = None
     ) -> None:
         """Show a standard service of a node, until `forget`. Requests go to `take`, or open the service."""
         if name not in self._promised:
@@ -132,7 +132,7 @@ class Services:
         for name in [name for name, shown in self._promised.items() if shown.node == node]:
             self._promised.pop(name).close()
 
-    def show(self, node: str, name: str, type: Any, qos: QoS, take: Callable[[Shown, str, Asked], None]) -> Shown:
+    def show(self, node: str, name: str, type: object, qos: QoS, take: Callable[[Shown, str, Asked], None]) -> Shown:
         def arrived(request: Request) -> None:
             try:
                 extension = parse_extension(request.extension)

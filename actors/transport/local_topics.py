@@ -157,10 +157,10 @@ class Topics:
         endpoint.show()
         sender.listen(endpoint.wanted)
 
-    def _endpoint(self, node: str, name: str, type: Any, qos: QoS) -> PublisherHere:
+    def _endpoint(self, node: str, name: str, type: object, qos: QoS) -> PublisherHere:
         return self._side.participant.publisher(self._side.node(node), name, type_info(type), qos)
 
-    def promise(self, node: str, name: str, type: Any, qos: QoS) -> None:
+    def promise(self, node: str, name: str, type: object, qos: QoS) -> None:
         """Show a standard publisher of a node, which is opened when somebody subscribes. Raises WireFormatError."""
         opened = any((each.node.fqn, each.entry.name) == (node, name) for each in self._senders)
         if not opened and (node, name) not in self._promised:

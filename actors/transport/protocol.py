@@ -159,10 +159,10 @@ class TakesTogether(Protocol):
     """A `Take` that can take many messages in less time than one after the other."""
 
     def __call__(
-        self, takers: tuple[Any, ...], gid: bytes, number: int, source_time: int, payload: bytes, since: float | None
+        self, takers: tuple[object, ...], gid: bytes, number: int, source_time: int, payload: bytes, since: float | None
     ) -> Wait | None: ...
 
-    def together(self, takers: tuple[Any, ...], gid: bytes, number: int, payloads: list[bytes]) -> bool:
+    def together(self, takers: tuple[object, ...], gid: bytes, number: int, payloads: list[bytes]) -> bool:
         """Take messages of one publisher, numbered from `number` on. Whether it has: if not, they are to be given one by one."""
         ...
 

@@ -252,7 +252,7 @@ class RemoteGoal:
         goal_id: bytes,
         client: GoalFollower,
         acceptance: type[object],
-        result: type[Any],
+        result: type[object],
     ) -> None:
         self.server = server
         self.client = client

@@ -66,7 +66,7 @@ def test_the_page_is_the_same_wherever_it_is_written(text: str) -> None:
 
 def test_an_entry_has_signature_and_text(text: str) -> None:
     assert (
-        "#### Node.call\n\n```py\ncall(service: Service[Req, Resp], request: Req, *, timeout: float = 1.0) -> Coroutine[Any, Any, Resp]\n"
+        "#### Node.call\n\n```py\ncall(service: Service[Req, Resp], request: Req, *, timeout: float = 1.0) -> Coroutine[object, None, Resp]\n"
         "```\n\nAsk a service and wait for its answer, `timeout` seconds at most"
     ) in text
     assert "[Steps](#steps)" in text

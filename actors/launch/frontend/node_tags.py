@@ -50,7 +50,7 @@ class Joined(Substitution):
 
 def _process_options(element: Element) -> dict[str, Any]:
     """The options that all tags have which start something."""
-    options: dict[str, Any] = {}
+    options: dict[str, object] = {}
     for attribute, option in (
         ("launch-prefix", "prefix"),
         ("cwd", "cwd"),
@@ -168,7 +168,7 @@ def _parameter(element: Element) -> Any:
     name = element.word("name")
     nested = element.parts("param")
     if nested:
-        values: dict[Any, object] = {}
+        values: dict[object, object] = {}
         for one in nested:
             values |= _parameter(one)
         element.done()

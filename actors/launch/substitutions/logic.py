@@ -70,7 +70,7 @@ class EqualsSubstitution(Substitution):
 
     equal = True
 
-    def __init__(self, left: Any, right: object) -> None:
+    def __init__(self, left: object, right: object) -> None:
         self.left, self.right = normalized(_plain(left)), normalized(_plain(right))
 
     def perform(self, context: LaunchContext) -> str:

@@ -97,7 +97,7 @@ class LaunchTest(metaclass=NoPublicConstructor):
         self,
         path: Path,
         module: ModuleType,
-        make: Callable[..., Any],
+        make: Callable[..., object],
         parameters: Mapping[str, object],
         context: LaunchContext,
     ) -> None:

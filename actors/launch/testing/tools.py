@@ -145,7 +145,7 @@ def expect_output(
     return _lines_match(whole.splitlines(), expected_lines, strict)
 
 
-def _lines_match(lines: Sequence[str], expected: Sequence[Any], strict: bool) -> bool:
+def _lines_match(lines: Sequence[str], expected: Sequence[object], strict: bool) -> bool:
     """Whether neighbouring lines match: each contains its text or matches its pattern; with `strict` they are all lines."""
 
     def fits(line: str, wanted: Any) -> bool:

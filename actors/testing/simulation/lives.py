@@ -100,11 +100,11 @@ class Simulation(Interceptor):
             return handler
         handled, slow = self.profile.handled, self.faults_of("slow-handler", node.fqn)
 
-        def invoked(*arguments: Any) -> Awaitable[Any] | None:
+        def invoked(*arguments: Any) -> Awaitable[object] | None:
             count = handled[node.fqn] = handled.get(node.fqn, 0) + 1
             fault = slow.get(count)
             if fault is None or cast("VirtualLoop", self.system.loop).stands_still:
-                result: Awaitable[Any] | None = handler(*arguments)
+                result: Awaitable[object] | None = handler(*arguments)
                 return result
             return _late(handler, arguments, fault.by)
 
@@ -119,7 +119,7 @@ class Simulation(Interceptor):
         return submitted
 
     def sending_goals(self, node: Caller, entry: ActionEntry, ways: SentGoals) -> SentGoals:
-        def submit(server: ActionPeer, goal_id: bytes, message: Any, client: GoalFollower) -> OpenCall:
+        def submit(server: ActionPeer, goal_id: bytes, message: Message, client: GoalFollower) -> OpenCall:
             request = ways.submit(server, goal_id, message, client)
             request.future.add_done_callback(self._answered)
             return request
@@ -129,7 +129,7 @@ class Simulation(Interceptor):
     def delivering(self, publisher: PublisherPeer, subscription: SubscriptionPeer, target: Target) -> Target:
         return self._links.delivering(publisher, subscription, target)
 
-    def _answered(self, future: asyncio.Future[Any]) -> None:
+    def _answered(self, future: asyncio.Future[object]) -> None:
         if not future.cancelled() and isinstance(error := future.exception(), CallCycle):
             self.note(error)
 
@@ -243,7 +243,7 @@ def _place(suspended: object) -> str:
     return f"{frames[-1].f_code.co_filename}:{frames[-1].f_lineno} in {frames[-1].f_code.co_qualname}" if frames else ""
 
 
-async def _late(handler: Callable[..., Any], arguments: tuple[Any, ...], seconds: float) -> Any:
+async def _late(handler: Callable[..., Any], arguments: tuple[object, ...], seconds: float) -> object:
     await asyncio.sleep(seconds)
     pending = handler(*arguments)
     return None if pending is None else await pending
