@@ -63,9 +63,9 @@ async def test_what_another_process_publishes_is_recorded_until_ctrl_c(
     process = await start("bag", "record", "--all", "-o", str(bag), cwd=tmp_path)
     assert await process.stderr.readline() == f"Recording into {bag}; Ctrl-C ends it\n".encode()
     talker = system.node(Talker).chatter
-    enough = talker.count + 125
+    enough = talker.count + 40
     while talker.count < enough:
-        await asyncio.sleep(0.05)
+        await asyncio.sleep(0.01)
     process.send_signal(signal.SIGINT)
     ended = (await asyncio.wait_for(process.stderr.read(), 10.0)).decode()
     assert await process.wait() == 0
@@ -168,7 +168,7 @@ async def test_on_a_full_disk_the_command_ends_with_the_reason(system: System, s
     say = system.node(Talker).publisher(SAID)
     while process.returncode is None:
         say(String(data="x" * 1000))
-        await asyncio.sleep(0.01)
+        await asyncio.sleep(0.005)
     ended = (await process.stderr.read()).decode()
     assert process.returncode == 1
     assert "recording has ended: the bag cannot be written" in ended

@@ -156,8 +156,7 @@ async def test_a_running_program_is_seen_from_a_second_terminal(robot: Command, 
     program = await start("-c", PROGRAM)
     async with asyncio.timeout(30):
         assert await program.stdout.readline() == b"running\n"
-    seen = await robot("top", "--once")
-    told = await robot("top", "--once", "--json")
+    seen, told = await asyncio.gather(robot("top", "--once"), robot("top", "--once", "--json"))
 
     assert (seen.code, seen.err) == (0, "")
     lines = seen.out.splitlines()
