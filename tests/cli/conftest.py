@@ -9,11 +9,13 @@ import os
 import socket
 import threading
 from collections.abc import AsyncGenerator, Awaitable, Callable
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
+import pytest_asyncio
 
 from actors import Child, Node, Supervisor, System, run
 from actors.transport import transport_from_environment
@@ -32,6 +34,7 @@ class Finished:
 
 
 Command = Callable[..., Awaitable[Finished]]
+Start = Callable[..., Awaitable[warm.Process]]
 SystemOf = Callable[..., AbstractAsyncContextManager[System]]
 
 
@@ -74,6 +77,19 @@ def robot(environment: dict[str, str]) -> Command:
         return Finished(done.returncode, done.stdout, done.stderr)
 
     return run_it
+
+
+@pytest_asyncio.fixture
+async def start(environment: dict[str, str]) -> AsyncGenerator[Start]:
+    """``await start("topic", "echo", "/chatter")``: a command in a process of its own that runs beside the test. It is killed after the test."""
+    async with AsyncExitStack() as stack:
+
+        async def one(*words: str, cwd: Path | None = None) -> warm.Process:
+            process = await warm.start(*words, env=environment, cwd=cwd)
+            stack.push_async_callback(process.close)
+            return process
+
+        yield one
 
 
 @pytest.fixture

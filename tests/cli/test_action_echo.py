@@ -5,15 +5,15 @@ from __future__ import annotations
 import asyncio
 import json
 import signal
-import sys
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
 from typing import Any
 
 from actors import Child, Node, System
 from actors.interfaces.example_interfaces.action import Fibonacci
-from tests.cli.conftest import Command, SystemOf
+from tests.cli.conftest import Command, Start, SystemOf
 from tests.cli.stage import COUNT, Counter
+from tests.warm import Process
 from tests.wires import wire as wire
 
 TOLD = {"action_server_configure_introspection": "contents"}
@@ -26,32 +26,22 @@ class Client(Node):
 
 
 @asynccontextmanager
-async def echoing(
-    system: System, environment: dict[str, str], *words: str, topics: int
-) -> AsyncGenerator[asyncio.subprocess.Process]:
+async def echoing(system: System, start: Start, *words: str, topics: int) -> AsyncGenerator[Process]:
     """An `action echo` of /count that has subscribed to so many topics."""
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "robot", "action", "echo", "/count", *words, env=environment, stdout=-1, stderr=-1
-    )
-    try:
-        async with asyncio.timeout(30):
-            while sum(_heard_elsewhere(entry) for entry in system.graph.topics.values()) < topics:
-                assert process.returncode is None
-                await asyncio.sleep(0.01)
-            yield process
-    finally:
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
+    process = await start("action", "echo", "/count", *words)
+    async with asyncio.timeout(30):
+        while sum(_heard_elsewhere(entry) for entry in system.graph.topics.values()) < topics:
+            assert process.returncode is None
+            await asyncio.sleep(0.01)
+        yield process
 
 
 def _heard_elsewhere(entry: Any) -> bool:
     return "/_action/" in entry.name and any(not one.here for one in entry.subscriptions)
 
 
-async def lines(process: asyncio.subprocess.Process, last: str, feedback: int = 0) -> list[str]:
+async def lines(process: Process, last: str, feedback: int = 0) -> list[str]:
     """What it prints, until a line begins so and there was so much feedback: topics are not in order with each other."""
-    assert process.stdout is not None
     found: list[str] = []
     ended = False
     while not ended or sum("FEEDBACK_TOPIC" in line for line in found) < feedback:
@@ -61,15 +51,15 @@ async def lines(process: asyncio.subprocess.Process, last: str, feedback: int = 
     return found
 
 
-async def ended(process: asyncio.subprocess.Process) -> tuple[int | None, str]:
+async def ended(process: Process) -> tuple[int | None, str]:
     process.send_signal(signal.SIGINT)
     _, error = await process.communicate()
     return process.returncode, error.decode()
 
 
-async def test_feedback_and_status_are_printed_as_they_come(system_of: SystemOf, environment: dict[str, str]) -> None:
+async def test_feedback_and_status_are_printed_as_they_come(system_of: SystemOf, start: Start) -> None:
     async with system_of(Counter, Client) as system:
-        async with echoing(system, environment, "-i", "FEEDBACK_TOPIC | status_topic", topics=2) as process:
+        async with echoing(system, start, "-i", "FEEDBACK_TOPIC | status_topic", topics=2) as process:
             await system.node(Client).ask(3)
             found = await lines(process, "  status: 4", feedback=2)
             assert await ended(process) == (130, "")
@@ -83,10 +73,10 @@ async def test_feedback_and_status_are_printed_as_they_come(system_of: SystemOf,
 
 
 async def test_the_calls_of_an_action_are_told_by_name_if_its_server_tells_them(
-    system_of: SystemOf, environment: dict[str, str]
+    system_of: SystemOf, start: Start
 ) -> None:
     async with system_of(Child(Counter, parameters=TOLD), Client) as system:
-        async with echoing(system, environment, "--json", topics=4) as process:
+        async with echoing(system, start, "--json", topics=4) as process:
             await system.node(Client).ask(3)
             found = [json.loads(line) for line in await lines(process, '{"interface":"RESULT_SERVICE"', feedback=2)]
             code, error = await ended(process)
@@ -103,11 +93,9 @@ async def test_the_calls_of_an_action_are_told_by_name_if_its_server_tells_them(
     assert feedback == [[0, 1, 1], [0, 1, 1, 2]]
 
 
-async def test_echo_of_an_action_prints_columns_and_cuts_arrays(
-    system_of: SystemOf, environment: dict[str, str]
-) -> None:
+async def test_echo_of_an_action_prints_columns_and_cuts_arrays(system_of: SystemOf, start: Start) -> None:
     async with system_of(Counter, Client) as system:
-        async with echoing(system, environment, "-i", "FEEDBACK_TOPIC", "--csv", "-l", "2", topics=1) as process:
+        async with echoing(system, start, "-i", "FEEDBACK_TOPIC", "--csv", "-l", "2", topics=1) as process:
             await system.node(Client).ask(2)
             name, columns = await lines(process, "") + await lines(process, "")
             await ended(process)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import signal
 import socket
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +12,7 @@ import pytest
 from cli.command import CommandFailed, UsageError
 from cli.verbs import agent
 from tests.actors.transport.security.fleet import Fleet
+from tests.cli.conftest import Start
 
 
 @pytest.fixture
@@ -65,15 +65,15 @@ def test_an_address_that_is_taken_is_named(fleet: Fleet) -> None:
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_an_agent_waits_until_it_is_asked_to_end(fleet: Fleet, number: signal.Signals, code: int) -> None:
+async def test_an_agent_waits_until_it_is_asked_to_end(
+    fleet: Fleet, number: signal.Signals, code: int, start: Start
+) -> None:
     words = ("--owner", "robot", "--owner", "desk", "--security", str(fleet.file("base")), "--at", "127.0.0.1:0")
-    with subprocess.Popen(
-        [sys.executable, "-m", "robot", "agent", *words], stdout=subprocess.PIPE, text=True
-    ) as program:
-        assert program.stdout is not None
-        line = program.stdout.readline()
+    program = await start("agent", *words)
+    async with asyncio.timeout(60):
+        line = (await program.stdout.readline()).decode()
         program.send_signal(number)
-        program.wait(60.0)
+        await program.wait()
 
     assert line.startswith("the agent waits at 127.0.0.1:")
     assert line.endswith(" for trees of robot, desk; Ctrl-C ends it\n")

@@ -7,7 +7,6 @@ import json
 import re
 import shutil
 import signal
-import sys
 from collections.abc import AsyncGenerator
 from contextlib import suppress
 from pathlib import Path
@@ -22,7 +21,7 @@ from actors.interfaces.std_msgs.msg import Int32, String
 from actors.transport import transport_from_environment
 from cli.verbs.bag.keys import press
 from tests.actors.bag.bags import BEGIN, MS, WORDS, by_rosbags, foreign_bag, text, words_of, write
-from tests.cli.conftest import ROOT, Command
+from tests.cli.conftest import ROOT, Command, Start
 from tests.wires import BOTH
 
 CHATTER = Topic(String, "chatter", 10)
@@ -58,28 +57,15 @@ async def system(environment: dict[str, str], monkeypatch: pytest.MonkeyPatch) -
 
 @BOTH
 async def test_what_another_process_publishes_is_recorded_until_ctrl_c(
-    system: System, environment: dict[str, str], tmp_path: Path
+    system: System, start: Start, tmp_path: Path
 ) -> None:
     bag = tmp_path / "walk"
-    process = await asyncio.create_subprocess_exec(
-        sys.executable,
-        "-m",
-        "robot",
-        "bag",
-        "record",
-        "--all",
-        "-o",
-        str(bag),
-        env=environment,
-        stderr=-1,
-        cwd=tmp_path,
-    )
-    assert process.stderr is not None
+    process = await start("bag", "record", "--all", "-o", str(bag), cwd=tmp_path)
     assert await process.stderr.readline() == f"Recording into {bag}; Ctrl-C ends it\n".encode()
     talker = system.node(Talker).chatter
-    enough = talker.count + 125
+    enough = talker.count + 40
     while talker.count < enough:
-        await asyncio.sleep(0.05)
+        await asyncio.sleep(0.01)
     process.send_signal(signal.SIGINT)
     ended = (await asyncio.wait_for(process.stderr.read(), 10.0)).decode()
     assert await process.wait() == 0
@@ -153,13 +139,10 @@ async def test_recording_wants_to_be_told_what(robot: Command, tmp_path: Path) -
 
 
 async def test_a_recorder_of_a_topic_that_nobody_publishes_tells_so(
-    system: System, environment: dict[str, str], tmp_path: Path
+    system: System, start: Start, tmp_path: Path
 ) -> None:
     words = ("bag", "record", "chater", "/chatter", "-o", str(tmp_path / "walk"), "--start-paused")
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "robot", *words, env=environment, stderr=-1, cwd=tmp_path
-    )
-    assert process.stderr is not None
+    process = await start(*words, cwd=tmp_path)
     await process.stderr.readline()
     await asyncio.sleep(1.0)
     process.send_signal(signal.SIGINT)
@@ -175,20 +158,17 @@ async def test_a_folder_that_cannot_be_made_is_told_once(robot: Command, tmp_pat
     assert refused.err == f"{tmp_path}/file/walk cannot be made: Not a directory\n"
 
 
-async def test_on_a_full_disk_the_command_ends_with_the_reason(
-    system: System, environment: dict[str, str], tmp_path: Path
-) -> None:
+async def test_on_a_full_disk_the_command_ends_with_the_reason(system: System, start: Start, tmp_path: Path) -> None:
     limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000)); "
     limited += "from cli.entry import main; sys.exit(main(sys.argv[1:]))"
     bag = tmp_path / "walk"
     words = ("bag", "record", "--topics", "/words", "-o", str(bag), "--compression-mode", "none")
-    process = await asyncio.create_subprocess_exec(sys.executable, "-c", limited, *words, env=environment, stderr=-1)
-    assert process.stderr is not None
+    process = await start("-c", limited, *words)
     await process.stderr.readline()
     say = system.node(Talker).publisher(SAID)
     while process.returncode is None:
         say(String(data="x" * 1000))
-        await asyncio.sleep(0.01)
+        await asyncio.sleep(0.005)
     ended = (await process.stderr.read()).decode()
     assert process.returncode == 1
     assert "recording has ended: the bag cannot be written" in ended
@@ -198,7 +178,7 @@ async def test_on_a_full_disk_the_command_ends_with_the_reason(
 
 
 async def test_a_recorder_that_fails_ends_the_command_with_the_count_and_the_reason(
-    system: System, environment: dict[str, str], tmp_path: Path
+    system: System, start: Start, tmp_path: Path
 ) -> None:
     failing = (
         "import sys, actors.bag.recorder as r; take = r.WriteQueue.take\n"
@@ -207,8 +187,7 @@ async def test_a_recorder_that_fails_ends_the_command_with_the_count_and_the_rea
     )
     bag = tmp_path / "walk"
     words = ("bag", "record", "--topics", "/chatter", "-o", str(bag))
-    process = await asyncio.create_subprocess_exec(sys.executable, "-c", failing, *words, env=environment, stderr=-1)
-    assert process.stderr is not None
+    process = await start("-c", failing, *words)
     ended = (await asyncio.wait_for(process.stderr.read(), 30.0)).decode()
     assert await process.wait() == 1
     said = re.search(r"walk: the recorder has failed: ZeroDivisionError.*; (\d+) messages recorded, \d+ lost", ended)

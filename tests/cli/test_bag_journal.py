@@ -2,63 +2,49 @@
 
 from __future__ import annotations
 
-import asyncio
 import signal
-import sys
-from collections.abc import AsyncGenerator
-from contextlib import asynccontextmanager
 from pathlib import Path
 
 from actors import Child
 from actors.replay import Journal, journals_in, load
 from tests.actors.replay.story import OTHERS, Hero
 from tests.actors.replay.test_subtree import TEAM, Doubler, Source, Summer
-from tests.cli.conftest import Command, SystemOf
+from tests.cli.conftest import Command, Start, SystemOf
+from tests.warm import Process
 
 ABSENT = (
     "no journal of /hero is kept. A journal begins with a life of its node: with --restart the node is restarted now"
 )
 
 
-@asynccontextmanager
-async def walking(environment: dict[str, str], robot: Command) -> AsyncGenerator[None]:
-    """A robot that runs in another process, and can be seen from here."""
-    words = ("run", "--backend", "kinematic", "--log-level", "error")
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "robot", *words, env=environment, stdout=-3, stderr=-3
-    )
-    try:
-        async with asyncio.timeout(60):
-            while "/navigation" not in (await robot("node", "list")).out.split():
-                await asyncio.sleep(0)
-        yield
-    finally:
-        process.terminate()
-        await process.wait()
+async def walking(start: Start) -> Process:
+    """A robot that runs in another process."""
+    process = await start("run", "--backend", "kinematic")
+    while b"robot running" not in (line := await process.stderr.readline()):
+        assert line
+    return process
 
 
 async def test_a_journal_of_a_running_robot_is_begun_from_another_terminal_and_replayed_in_a_third(
-    environment: dict[str, str], robot: Command, tmp_path: Path
+    start: Start, robot: Command, tmp_path: Path
 ) -> None:
     bag = tmp_path / "walk"
-    async with walking(environment, robot):
-        words = ("bag", "record", "--replay", "navigation", "--restart", "-o", str(bag))
-        recording = await asyncio.create_subprocess_exec(
-            sys.executable, "-m", "robot", *words, env=environment, stderr=-1
-        )
-        assert recording.stderr is not None
-        assert await recording.stderr.readline() == b"/navigation is restarted, and its journal begins\n"
-        assert (await recording.stderr.readline()).startswith(b"Recording into")
-        part = await robot("topic", "echo", "--once", "/navigation/_journal", "std_msgs/msg/UInt8MultiArray")
-        assert part.code == 0, part.err
-        for _ in range(2):  # what is published now has been heard by the recorder, which began before
-            heard = await robot("topic", "echo", "--once", "--qos-durability", "volatile", "/navigation/_journal")
-            assert heard.code == 0, heard.err
-        recording.send_signal(signal.SIGINT)
-        assert await recording.wait() == 0
-        refused = await robot("bag", "record", "--replay", "motors", "--restart", "-o", str(tmp_path / "none"))
-        assert refused.code == 1
-        assert "KinematicBody is the robot's hardware" in refused.err
+    walk = await walking(start)
+    words = ("bag", "record", "--replay", "navigation", "--restart", "-o", str(bag))
+    recording = await start(*words)
+    assert await recording.stderr.readline() == b"/navigation is restarted, and its journal begins\n"
+    assert (await recording.stderr.readline()).startswith(b"Recording into")
+    part = await robot("topic", "echo", "--once", "/navigation/_journal", "std_msgs/msg/UInt8MultiArray")
+    assert part.code == 0, part.err
+    for _ in range(2):  # what is published now has been heard by the recorder, which began before
+        heard = await robot("topic", "echo", "--once", "--qos-durability", "volatile", "/navigation/_journal")
+        assert heard.code == 0, heard.err
+    recording.send_signal(signal.SIGINT)
+    assert await recording.wait() == 0
+    refused = await robot("bag", "record", "--replay", "motors", "--restart", "-o", str(tmp_path / "none"))
+    assert refused.code == 1
+    assert "KinematicBody is the robot's hardware" in refused.err
+    await walk.close()
     replayed = await robot("bag", "replay", str(bag), "--node", "navigation")
     assert replayed.code == 0, replayed.out + replayed.err
     assert replayed.out.startswith("/navigation: equal; ")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import signal
-import sys
-from collections.abc import AsyncGenerator
 from pathlib import Path
 
 import pytest
@@ -16,7 +14,7 @@ from actors.interfaces import encode, get_message, load, type_hash
 from actors.interfaces.describing import described
 from actors.interfaces.learning import define, definitions_of
 from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
-from tests.cli.conftest import ROOT, Command
+from tests.cli.conftest import Command, Start
 
 PROGRAM = """
 import asyncio
@@ -58,24 +56,15 @@ DEFINITIONS = {
 
 
 @pytest_asyncio.fixture
-async def garden(tmp_path: Path, environment: dict[str, str]) -> AsyncGenerator[None]:
+async def garden(tmp_path: Path, start: Start) -> None:
     """A process whose types nobody else knows."""
     for name, text in DEFINITIONS.items():
         path = tmp_path / "garden_msgs" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text.replace("\\n", "\n"))
-    (tmp_path / "garden.py").write_text(PROGRAM)
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, "garden.py", cwd=tmp_path, env={**environment, "PYTHONPATH": str(ROOT)}, stdout=-1
-    )
-    assert process.stdout is not None
-    try:
-        async with asyncio.timeout(30):
-            assert await process.stdout.readline() == b"ready\n"
-        yield
-    finally:
-        process.kill()
-        await process.wait()
+    process = await start("-c", PROGRAM, cwd=tmp_path)
+    async with asyncio.timeout(30):
+        assert await process.stdout.readline() == b"ready\n"
 
 
 async def test_a_message_type_that_only_its_publisher_knows_is_fetched_from_it(garden: None, robot: Command) -> None:
@@ -174,22 +163,16 @@ async def test_a_type_that_ships_is_written_when_it_is_asked_for_and_one_that_no
 
 
 async def test_a_recorder_asks_for_the_types_that_it_does_not_know(
-    garden: None, environment: dict[str, str], robot: Command, tmp_path: Path
+    garden: None, start: Start, robot: Command, tmp_path: Path
 ) -> None:
     bag = tmp_path / "walk"
-    words = (sys.executable, "-m", "robot", "bag", "record", "--all", "-o", str(bag))
-    process = await asyncio.create_subprocess_exec(*words, env=environment, stderr=-1)
-    try:
-        async with asyncio.timeout(60):
-            while "Subscription count: 1\n" not in (await robot("topic", "info", "/dig/_action/feedback")).out:
-                assert process.returncode is None
-            dug = await robot("action", "send_goal", "/dig", "garden_msgs/action/Dig", "{depth: 2}")
-            process.send_signal(signal.SIGINT)
-            _, error = await process.communicate()
-    finally:
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
+    process = await start("bag", "record", "--all", "-o", str(bag))
+    async with asyncio.timeout(60):
+        while "Subscription count: 1\n" not in (await robot("topic", "info", "/dig/_action/feedback")).out:
+            assert process.returncode is None
+        dug = await robot("action", "send_goal", "/dig", "garden_msgs/action/Dig", "{depth: 2}")
+        process.send_signal(signal.SIGINT)
+        _, error = await process.communicate()
     assert (dug.code, process.returncode) == (0, 0)
     assert b"not recorded" not in error
     with BagReader(bag) as read:

@@ -10,15 +10,8 @@ import pytest
 
 from cli.command import COMMANDS, Exit, found, run_command
 from cli.verb import Group
-from tests.cli.conftest import Command, SystemOf
+from tests.cli.conftest import Command, Start, SystemOf
 from tests.cli.stage import Talker
-
-
-async def lines_until(process: asyncio.subprocess.Process, wanted: bytes) -> None:
-    assert process.stdout is not None
-    async with asyncio.timeout(30):
-        while wanted not in await process.stdout.readline():
-            pass
 
 
 @pytest.mark.parametrize(
@@ -32,13 +25,13 @@ async def lines_until(process: asyncio.subprocess.Process, wanted: bytes) -> Non
     ],
 )
 async def test_a_signal_ends_a_command_in_order_and_without_a_word(
-    number: int, words: tuple[str, ...], code: int, system_of: SystemOf, environment: dict[str, str]
+    number: int, words: tuple[str, ...], code: int, system_of: SystemOf, start: Start
 ) -> None:
     async with system_of(Talker) as system:
-        process = await asyncio.create_subprocess_exec(
-            sys.executable, "-m", "robot", "topic", "echo", "/chatter", *words, env=environment, stdout=-1, stderr=-1
-        )
-        await lines_until(process, b"hello")
+        process = await start("topic", "echo", "/chatter", *words)
+        async with asyncio.timeout(30):
+            while b"hello" not in await process.stdout.readline():
+                pass
         process.send_signal(number)
         process.send_signal(number)  # as `timeout` does
         async with asyncio.timeout(30):

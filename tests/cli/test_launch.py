@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from cli.command import run_command
+from tests import warm
 from tests.actors.launch.files import python, written, xml
-from tests.cli.conftest import ROOT
 from tests.wires import BOTH
 
 
@@ -340,14 +340,8 @@ def test_a_copy_of_a_file_that_a_substitution_makes_ends_with_the_program(tmp_pa
         "    return LaunchDescription([LogInfo(msg=RewrittenYaml('p.yaml', {'a': '2'}))])\n"
     )
     (tmp_path / "tmp").mkdir()
-    start = "from cli.entry import console; console()"
-    done = subprocess.run(
-        [sys.executable, "-c", start, "launch", "copy.launch.py"],
-        cwd=tmp_path,
-        env=os.environ | {"TMPDIR": str(tmp_path / "tmp"), "PYTHONPATH": str(ROOT), "RMW_IMPLEMENTATION": "in_process"},
-        capture_output=True,
-        text=True,
-    )
+    environment = os.environ | {"TMPDIR": str(tmp_path / "tmp"), "RMW_IMPLEMENTATION": "in_process"}
+    done = warm.run("launch", "copy.launch.py", cwd=tmp_path, env=environment)
     assert done.returncode == 0, done.stderr
     assert str(tmp_path / "tmp") in done.stdout
     assert list((tmp_path / "tmp").iterdir()) == []

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-import sys
-from collections.abc import AsyncIterator
 from pathlib import Path
 
 import numpy as np
@@ -13,23 +10,16 @@ import pytest
 from robot.nodes.map_files import read_map
 from robot.planning.grid import Grid
 from robot.scenes.worlds import get_world
-from tests.cli.conftest import Command
+from tests.cli.conftest import Command, Start
 
 
 @pytest.fixture
-async def map_server(environment: dict[str, str]) -> AsyncIterator[None]:
+async def map_server(start: Start) -> None:
     """The robot's map server alone, in another process."""
     words = ("run", "--backend", "kinematic", "--world", "corridor", "--only", "map_server", "--no-web")
-    process = await asyncio.create_subprocess_exec(sys.executable, "-m", "robot", *words, env=environment, stderr=-1)
-    assert process.stderr is not None
-    try:
-        while b"robot running" not in (line := await process.stderr.readline()):
-            assert line
-        yield
-    finally:
-        if process.returncode is None:
-            process.terminate()
-        await process.wait()
+    process = await start(*words)
+    while b"robot running" not in (line := await process.stderr.readline()):
+        assert line
 
 
 async def test_the_map_of_a_running_robot_is_saved_and_read_back(

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
-import sys
 from pathlib import Path
 
 import pytest
@@ -23,6 +21,7 @@ from actors.interfaces.composition_interfaces.srv import (
 )
 from actors.parameters.messages import from_parameter
 from cli.verbs.completion import candidates
+from tests import warm
 from tests.cli.conftest import Command, SystemOf
 from tests.cli.stage import Adder, Base, Motor, Talker
 from tests.wires import BOTH
@@ -172,8 +171,8 @@ async def test_a_new_python_package_has_a_node_that_runs(
         in (folder / "setup.py").read_text()
     )
     check = "from garden.gnome_node import GnomeNode; from actors import Node; assert issubclass(GnomeNode, Node)"
-    process = await asyncio.create_subprocess_exec(sys.executable, "-c", check, cwd=folder, env=environment)
-    assert await process.wait() == 0
+    done = warm.run("-c", check, cwd=folder, env=environment)
+    assert done.returncode == 0, done.stderr
     again = await command("pkg", "create", "garden", *words)
     assert again.code == 1
     assert "The directory already exists: " in again.err

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import signal
-import sys
 
 import pytest
 
 from actors import Node, Topic, every, publishes, run
 from actors.interfaces.std_msgs.msg import String
 from actors.transport.zenoh import ZenohConfig, ZenohTransport
-from tests.cli.conftest import Command
+from tests.cli.conftest import Command, Start
 
 CHATTER = Topic(String, "chatter", 10)
 
@@ -25,31 +24,23 @@ class Talker(Node):
 
 
 async def test_programs_meet_through_a_router_until_it_is_interrupted(
-    port: int, environment: dict[str, str], robot: Command, monkeypatch: pytest.MonkeyPatch
+    port: int, environment: dict[str, str], robot: Command, start: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     endpoint = f"tcp/127.0.0.1:{port}"
     environment["ROBACTOR_GOSSIP_PORT"] = "0"  # as on another machine: nobody is met without the router
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "robot", "router", "--listen", endpoint, env=environment, stdout=-1, stderr=-1
-    )
-    assert process.stdout is not None
-    try:
-        async with asyncio.timeout(30):
-            said = (await process.stdout.readline()).decode()
-        assert said.endswith(f" listens at {endpoint}; Ctrl-C ends it\n")
-        monkeypatch.setenv("ROS_DOMAIN_ID", "7")
-        transport = ZenohTransport(ZenohConfig(gossip_port=0, connect=(endpoint,)))
-        async with run(Talker, transport=transport, signals=False, sinks=()):
-            heard = await robot("topic", "echo", "/chatter", "std_msgs/msg/String", "--once", "--connect", endpoint)
-        assert (heard.code, heard.out) == (0, "data: hello\n---\n")
-        process.send_signal(signal.SIGINT)
-        async with asyncio.timeout(30):
-            _, error = await process.communicate()
-        assert (process.returncode, error.decode()) == (130, "")
-    finally:
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
+    process = await start("router", "--listen", endpoint)
+    async with asyncio.timeout(30):
+        said = (await process.stdout.readline()).decode()
+    assert said.endswith(f" listens at {endpoint}; Ctrl-C ends it\n")
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+    transport = ZenohTransport(ZenohConfig(gossip_port=0, connect=(endpoint,)))
+    async with run(Talker, transport=transport, signals=False, sinks=()):
+        heard = await robot("topic", "echo", "/chatter", "std_msgs/msg/String", "--once", "--connect", endpoint)
+    assert (heard.code, heard.out) == (0, "data: hello\n---\n")
+    process.send_signal(signal.SIGINT)
+    async with asyncio.timeout(30):
+        _, error = await process.communicate()
+    assert (process.returncode, error.decode()) == (130, "")
 
 
 async def test_a_port_in_use_is_one_line(port: int, robot: Command) -> None:

@@ -6,13 +6,12 @@ from __future__ import annotations
 import asyncio
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from cli.verbs.run import _run_process as run_process
-from tests.cli.conftest import ROOT, Command, Finished
+from tests.cli.conftest import ROOT, Command, Finished, Start
 
 MODULE = """
 import asyncio
@@ -105,23 +104,16 @@ async def test_what_is_not_installed_is_answered_with_what_there_is(here: Path, 
     )
 
 
-async def test_ros_arguments_rename_and_set(here: Path, environment: dict[str, str], robot: Command) -> None:
+async def test_ros_arguments_rename_and_set(here: Path, start: Start, robot: Command) -> None:
     words = ("--ros-args", "-r", "greeting:=/news", "-r", "__node:=ann", "-r", "__ns:=/left", "-p", "text:=good day")
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "robot", "run", "garden:Greeter", *words, env=environment, stdout=-1, stderr=-1
-    )
-    try:
-        heard = await robot("topic", "echo", "/news", "std_msgs/msg/String", "--once")
-        assert (heard.code, heard.out) == (0, "data: good day\n---\n")
-        assert (await robot("node", "list")).out == "/left/ann\n"
-        process.send_signal(signal.SIGINT)
-        async with asyncio.timeout(30):
-            _, error = await process.communicate()
-        assert (process.returncode, error) == (130, b"")
-    finally:
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
+    process = await start("run", "garden:Greeter", *words)
+    heard = await robot("topic", "echo", "/news", "std_msgs/msg/String", "--once")
+    assert (heard.code, heard.out) == (0, "data: good day\n---\n")
+    assert (await robot("node", "list")).out == "/left/ann\n"
+    process.send_signal(signal.SIGINT)
+    async with asyncio.timeout(30):
+        _, error = await process.communicate()
+    assert (process.returncode, error) == (130, b"")
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,11 @@ import asyncio
 import json
 import re
 import signal
-import sys
 
 import pytest
 
 from actors import Child
-from tests.cli.conftest import Command, SystemOf
+from tests.cli.conftest import Command, Start, SystemOf
 from tests.cli.stage import Adder, Counter
 from tests.wires import wire as wire
 
@@ -69,11 +68,9 @@ async def test_a_call_that_fails_is_one_line_with_the_reason_and_ends_with_1(
 
 
 async def test_a_call_of_a_name_that_nobody_serves_says_so_and_names_the_nearest_when_that_has_come(
-    system_of: SystemOf, environment: dict[str, str]
+    system_of: SystemOf, start: Start
 ) -> None:
-    words = ("-m", "robot", "service", "call", "/add_two_int", ADD[3], "{a: 1}")
-    process = await asyncio.create_subprocess_exec(sys.executable, *words, env=environment, stdout=-1, stderr=-1)
-    assert process.stderr is not None
+    process = await start("service", "call", "/add_two_int", ADD[3], "{a: 1}")
     async with asyncio.timeout(60):
         alone = (await process.stderr.readline()).decode()
         async with system_of(Adder):
@@ -88,24 +85,9 @@ async def test_a_call_of_a_name_that_nobody_serves_says_so_and_names_the_nearest
         assert line.startswith(b"nobody serves /add_two_int now")
 
 
-async def test_calls_can_be_repeated_at_a_rate_until_the_reader_goes(
-    system_of: SystemOf, environment: dict[str, str]
-) -> None:
+async def test_calls_can_be_repeated_at_a_rate_until_the_reader_goes(system_of: SystemOf, start: Start) -> None:
     async with system_of(Adder):
-        process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-m",
-            "robot",
-            *ADD,
-            "{a: 2, b: 2}",
-            "-r",
-            "50",
-            "--json",
-            env=environment,
-            stdout=-1,
-            stderr=-1,
-        )
-        assert process.stdout is not None
+        process = await start(*ADD, "{a: 2, b: 2}", "-r", "50", "--json")
         async with asyncio.timeout(30):
             lines = [await process.stdout.readline() for _ in range(3)]
             process.send_signal(signal.SIGTERM)
@@ -114,12 +96,9 @@ async def test_calls_can_be_repeated_at_a_rate_until_the_reader_goes(
     assert (process.returncode, error) == (143, b"")
 
 
-async def test_service_echo_says_that_nobody_tells_of_calls(system_of: SystemOf, environment: dict[str, str]) -> None:
+async def test_service_echo_says_that_nobody_tells_of_calls(system_of: SystemOf, start: Start) -> None:
     async with system_of(Adder):
-        process = await asyncio.create_subprocess_exec(
-            sys.executable, "-m", "robot", "service", "echo", "/add_two_ints", env=environment, stdout=-1, stderr=-1
-        )
-        assert process.stderr is not None
+        process = await start("service", "echo", "/add_two_ints")
         async with asyncio.timeout(30):
             said = await process.stderr.readline()
             process.send_signal(signal.SIGINT)
@@ -190,12 +169,9 @@ async def test_a_goal_without_success_ends_with_1_and_with_0_as_ros_2_has_it(
     assert ours.err == theirs.err == reason
 
 
-async def test_ctrl_c_cancels_the_goal(system_of: SystemOf, environment: dict[str, str]) -> None:
+async def test_ctrl_c_cancels_the_goal(system_of: SystemOf, start: Start) -> None:
     async with system_of(Counter) as system:
-        process = await asyncio.create_subprocess_exec(
-            sys.executable, "-m", "robot", *COUNT, "{order: 6}", "-f", env=environment, stdout=-1, stderr=-1
-        )
-        assert process.stdout is not None
+        process = await start(*COUNT, "{order: 6}", "-f")
         async with asyncio.timeout(30):
             while b"Feedback" not in await process.stdout.readline():
                 pass

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import json
-import sys
-from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
 
 from cli.command import CommandFailed
 from cli.verbs.view_frames import _write
-from tests.cli.conftest import Command
+from tests.cli.conftest import Command, Start
 
 LAMP = ("--x", "1.5", "--yaw", "1.5707963267948966", "--frame-id", "map", "--child-frame-id", "lamp")
 
@@ -31,19 +29,12 @@ At time 0.000000000
 
 
 @pytest.fixture
-async def lamp(environment: dict[str, str]) -> AsyncIterator[None]:
+async def lamp(start: Start) -> None:
     """Somebody who tells where the lamp is, in another process."""
     words = ("run", "tf2_ros", "static_transform_publisher", *LAMP, "--ros-args", "-r", "__node:=lamp_mount")
-    process = await asyncio.create_subprocess_exec(sys.executable, "-m", "robot", *words, env=environment, stdout=-1)
-    assert process.stdout is not None
-    try:
-        while b"Spinning until stopped" not in await process.stdout.readline():
-            assert process.returncode is None
-        yield
-    finally:
-        if process.returncode is None:
-            process.terminate()
-        await process.wait()
+    process = await start(*words)
+    while b"Spinning until stopped" not in (line := await process.stdout.readline()):
+        assert line
 
 
 async def test_tf2_echo_prints_the_transform_in_the_form_of_tf2_ros(lamp: None, robot: Command) -> None:
@@ -53,14 +44,15 @@ async def test_tf2_echo_prints_the_transform_in_the_form_of_tf2_ros(lamp: None, 
     assert same.out == ECHOED
 
 
-async def test_tf2_echo_says_why_there_is_none_and_gives_up_when_told_to(lamp: None, robot: Command) -> None:
-    waiting = await robot("tf2_echo", "map", "lmap", "--timeout", "3")
+async def test_without_a_transform_tf2_echo_says_why_in_the_time_that_view_frames_takes_to_write_the_graph(
+    lamp: None, robot: Command, tmp_path: Path
+) -> None:
+    waiting, viewed = await asyncio.gather(
+        robot("tf2_echo", "map", "lmap", "--timeout", "3"),
+        robot("view_frames", "--wait-time", "3", "--output", str(tmp_path / "tree"), "--json"),
+    )
     assert waiting.code == 1
     assert "no transform map -> lmap: there is no frame 'lmap'; did you mean" in waiting.err
-
-
-async def test_view_frames_writes_the_graph(lamp: None, robot: Command, tmp_path: Path) -> None:
-    viewed = await robot("view_frames", "--wait-time", "3", "--output", str(tmp_path / "tree"), "--json")
     assert viewed.code == 0, viewed.err
     frame = json.loads(viewed.out)["lamp"]
     assert (frame["parent"], frame["static"]) == ("map", True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import sys
 from typing import Any
 
 import pytest
@@ -12,7 +11,7 @@ import pytest
 from actors.transport.figures import LeaseFigures, NodeFigures, ProcessFigures
 from actors.typing import NodeView
 from cli.verbs.top import Watch, table
-from tests.cli.conftest import Command
+from tests.cli.conftest import Command, Start
 
 LONG = "/a_namespace_that_does_not_end/and_a_node_whose_name_is_long_too"
 
@@ -153,19 +152,11 @@ asyncio.run(main())
 """
 
 
-async def test_a_running_program_is_seen_from_a_second_terminal(robot: Command, environment: dict[str, str]) -> None:
-    program = await asyncio.create_subprocess_exec(
-        sys.executable, "-c", PROGRAM, env=environment, stdout=-1, stderr=asyncio.subprocess.DEVNULL
-    )
-    assert program.stdout is not None
-    try:
-        async with asyncio.timeout(30):
-            assert await program.stdout.readline() == b"running\n"
-        seen = await robot("top", "--once")
-        told = await robot("top", "--once", "--json")
-    finally:
-        program.terminate()
-        await program.wait()
+async def test_a_running_program_is_seen_from_a_second_terminal(robot: Command, start: Start) -> None:
+    program = await start("-c", PROGRAM)
+    async with asyncio.timeout(30):
+        assert await program.stdout.readline() == b"running\n"
+    seen, told = await asyncio.gather(robot("top", "--once"), robot("top", "--once", "--json"))
 
     assert (seen.code, seen.err) == (0, "")
     lines = seen.out.splitlines()

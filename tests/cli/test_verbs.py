@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +9,7 @@ import pytest
 from cli.command import COMMANDS, added, found
 from cli.parsing import actions_of
 from cli.verb import Group, Verb
+from tests import warm
 from tests.cli.conftest import Command
 
 ROOT = Path(__file__).parents[2]
@@ -109,13 +108,7 @@ def package(tmp_path: Path) -> Path:
 
 def test_another_package_adds_a_command(package: Path) -> None:
     def robactor(*words: str) -> tuple[int, str, str]:
-        done = subprocess.run(
-            [sys.executable, "-m", "robot", *words],
-            env={"PYTHONPATH": f"{package}:{ROOT}"},
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
+        done = warm.run(*words, env={"PYTHONPATH": f"{package}:{ROOT}"})
         return done.returncode, done.stdout, done.stderr
 
     assert robactor("greet") == (0, "hello robot\n", "")

@@ -76,25 +76,26 @@ def _reason(values: Any) -> str:
     return f"{values}"[:1000] if values else "the client that serves it gives no reason"
 
 
-class _Served(NamedTuple):
-    """A service that this client serves."""
+class _Request(NamedTuple):
+    """A request that the client has to answer."""
 
-    node: JoinedNode
+    service: str
     type: Any
+    answer: asyncio.Future[Any]
 
 
 class ServicesServed:
     """The services of one client.
 
-    Invariant: `_open` holds the requests that the client has not answered, by their ids, each with the type of the answer.
+    Invariant: `_open` holds the requests that the client has not answered, by their ids.
     """
 
     def __init__(self, hub: Hub, say: Say) -> None:
         self._hub = hub
         self._say = say
         self._numbers = count(1)
-        self._served: dict[str, _Served] = {}
-        self._open: dict[str, tuple[Any, asyncio.Future[Any]]] = {}
+        self._served: dict[str, JoinedNode] = {}
+        self._open: dict[str, _Request] = {}
 
     async def advertise(self, request: dict[str, Any]) -> None:
         """Serve a service from now on. Raises `Refused`."""
@@ -111,48 +112,49 @@ class ServicesServed:
         async def answer(message: Any) -> Any:
             return await self._ask(name, kind, message)
 
-        node = await self._hub.client_nodes.join(service_node(Service(kind, name), answer))
-        self._served[name] = _Served(node, kind)
+        self._served[name] = await self._hub.client_nodes.join(service_node(Service(kind, name), answer))
 
     async def unadvertise(self, request: dict[str, Any]) -> None:
-        """Serve it no more. Raises `Refused` if it is not served."""
+        """Serve it no more; requests that are open fail. Raises `Refused` if it is not served."""
         name = absolute(text(request, "service"))
-        served = self._served.pop(name, None)
-        if served is None:
+        node = self._served.pop(name, None)
+        if node is None:
             raise Refused(f"this client does not serve {name}")
-        await self._hub.client_nodes.leave(served.node)
+        self._fail(f"the client serves {name} no more", name)
+        await self._hub.client_nodes.leave(node)
 
     async def respond(self, request: dict[str, Any]) -> None:
         """The client's answer to a request. Raises `BadRequest` if there is no such request."""
-        kind, waiting = self._open.get(text(request, "id"), (None, None))
-        if waiting is None or kind is None:
+        asked = self._open.get(text(request, "id"))
+        if asked is None:
             raise BadRequest(f"there is no open request {request.get('id')!r:.60}")
-        if waiting.done():
-            return
         values = request.get("values")
         if request.get("result") is not True:
-            waiting.set_exception(BrowserFailed(_reason(values)))
+            _settle(asked.answer, BrowserFailed(_reason(values)))
             return
         try:
-            answer = await self._hub.conversions.message(kind.Response, values)
+            answer = await self._hub.conversions.message(asked.type.Response, values)
         except Refused as error:
-            _settle(waiting, BrowserFailed(str(error)))
+            _settle(asked.answer, BrowserFailed(str(error)))
             raise
-        _settle(waiting, answer)
+        _settle(asked.answer, answer)
 
     async def close(self) -> None:
         """Serve nothing any more; requests that are open fail."""
-        for _, waiting in self._open.values():
-            if not waiting.done():
-                waiting.set_exception(BrowserFailed("the client that serves it has gone"))
+        self._fail("the client that serves it has gone")
         served, self._served = list(self._served.values()), {}
-        for one in served:
-            await self._hub.client_nodes.leave(one.node)
+        for node in served:
+            await self._hub.client_nodes.leave(node)
+
+    def _fail(self, reason: str, service: str | None = None) -> None:
+        for asked in self._open.values():
+            if service in (None, asked.service):
+                _settle(asked.answer, BrowserFailed(reason))
 
     async def _ask(self, name: str, kind: Any, message: Any) -> Any:
         id = f"service_request:{name}:{next(self._numbers)}"
         waiting: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
-        self._open[id] = (kind, waiting)
+        self._open[id] = _Request(name, kind, waiting)
         self._say("call_service", id=id, service=name, type=kind.__ros_type__, args=plain(message))
         try:
             async with asyncio.timeout(PATIENCE):
@@ -166,6 +168,7 @@ class ServicesServed:
 class _Execution(NamedTuple):
     """A goal that the client carries out."""
 
+    action: str
     type: Any
     steps: asyncio.Queue[Any]
 
@@ -198,11 +201,12 @@ class ActionsServed:
         self._served[name] = await self._hub.client_nodes.join(node)
 
     async def unadvertise(self, request: dict[str, Any]) -> None:
-        """Carry out no more of them. Raises `Refused` if it is not served."""
+        """Carry out no more of them; goals that run are aborted. Raises `Refused` if it is not served."""
         name = absolute(text(request, "action"))
         node = self._served.pop(name, None)
         if node is None:
             raise Refused(f"this client does not serve {name}")
+        self._abort(f"the client serves {name} no more", name)
         await self._hub.client_nodes.leave(node)
 
     async def feedback(self, request: dict[str, Any]) -> None:
@@ -222,11 +226,15 @@ class ActionsServed:
 
     async def close(self) -> None:
         """Carry out nothing any more; goals that run are aborted."""
-        for goal in self._open.values():
-            goal.steps.put_nowait(Aborted(goal.type.Result(), "the client that serves it has gone"))
+        self._abort("the client that serves it has gone")
         served, self._served = list(self._served.values()), {}
         for node in served:
             await self._hub.client_nodes.leave(node)
+
+    def _abort(self, reason: str, action: str | None = None) -> None:
+        for goal in self._open.values():
+            if action in (None, goal.action):
+                goal.steps.put_nowait(Aborted(goal.type.Result(), reason))
 
     def _goal(self, request: dict[str, Any]) -> _Execution:
         goal = self._open.get(text(request, "id"))
@@ -237,7 +245,7 @@ class ActionsServed:
     async def _carry_out(self, name: str, kind: Any, goal: Any) -> AsyncGenerator[Any, None]:
         id = f"action_goal:{name}:{next(self._numbers)}"
         steps: asyncio.Queue[Any] = asyncio.Queue()
-        self._open[id] = _Execution(kind, steps)
+        self._open[id] = _Execution(name, kind, steps)
         self._say(
             "send_action_goal", id=id, action=name, action_type=kind.__ros_type__, args=plain(goal), feedback=True
         )

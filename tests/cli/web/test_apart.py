@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Generator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -15,10 +15,30 @@ from websockets.asyncio.client import connect
 from actors import Child, Node, Supervisor, System, Topic, every, publishes, run
 from actors.interfaces.std_msgs.msg import String
 from actors.logs import LogRecord
+from actors.processes import forked
+from actors.processes.preparation import preparation
 from actors.transport import Transport
 from actors.transport.dds import DdsConfig, DdsTransport
 from cli.web.beside import NAME, serve_beside
 from tests.cli.web.stage import Foxglove, Talker, Worker, request
+
+
+@pytest.fixture(scope="module")
+def zygote() -> Generator[forked.Zygote | None]:
+    """As `robot run` has one for its processes: what they need is imported once."""
+    if not forked.can_fork():
+        yield None
+        return
+    zygote = forked.started(
+        "the tests", preparation(main=False, modules=(*forked.MODULES, "cli.web.server.server", __name__))
+    )
+    yield zygote
+    zygote.close()
+
+
+@pytest.fixture(autouse=True)
+def _processes_are_forks_of(zygote: forked.Zygote | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(forked, "_here", zygote)
 
 
 @dataclass

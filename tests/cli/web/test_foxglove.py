@@ -234,7 +234,10 @@ async def test_the_time_is_that_of_the_clock_topic_while_there_is_one_and_the_vi
         assert "time" not in (await client.find("serverInfo"))["capabilities"]
 
 
-async def test_what_the_doctor_finds_is_told_as_it_arises_and_no_more_when_nobody_asks() -> None:
+async def test_what_the_doctor_finds_is_told_as_it_arises_and_no_more_when_nobody_asks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("cli.web.server.audience.LOOK_EVERY", 0.1)
     async with serving() as stage, stage.foxglove() as client:
         await client.say("robactor.subscribeFindings")
         assert (await client.find("robactor.findings"))["findings"] == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import json
 import math
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from actors import Action, Service, Topic
+from actors import Action, GoalAborted, Service, ServiceFailed, Topic
 from actors.interfaces import encode
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
@@ -253,6 +254,27 @@ async def test_the_browser_is_asked_to_cancel_a_goal() -> None:
         assert canceled["id"] == request["id"]
         await client.say("action_result", id=request["id"], action="/browser_count", values={}, status=5, result=True)
         assert (await goal.ended()).status == 5
+
+
+async def test_what_the_browser_serves_no_more_fails_at_once_and_the_connection_goes_on() -> None:
+    """It used to stand still until the nodes that serve it were given up: they waited for answers that were not read meanwhile."""
+    add, count = Service(AddTwoInts, "/browser_add"), Action(Fibonacci, "/browser_count")
+    async with serving() as stage, stage.rosbridge() as client:
+        await client.say("advertise_service", service=add.name, type="example_interfaces/AddTwoInts")
+        await client.say("advertise_action", action=count.name, type="example_interfaces/Fibonacci")
+        await client.call("/rosapi/get_time")
+        goal = stage.talker.send_goal(count, Fibonacci.Goal(order=2))
+        await goal.send()
+        await client.find("send_action_goal")
+        call = asyncio.ensure_future(stage.talker.call(add, AddTwoInts.Request(a=4, b=5), timeout=10))
+        await client.find("call_service")
+        await client.say("unadvertise_service", service=add.name)
+        await client.say("unadvertise_action", action=count.name)
+        await client.call("/rosapi/get_time")
+        with pytest.raises(ServiceFailed, match="the client serves /browser_add no more"):
+            await call
+        with pytest.raises(GoalAborted, match="the client serves /browser_count no more"):
+            await goal
 
 
 async def test_fragments_are_put_together_and_long_answers_are_cut_as_asked() -> None:
