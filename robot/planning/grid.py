@@ -56,8 +56,14 @@ def distance_to(occupied: NDArray[np.bool_], resolution: float, reach: float = _
     lies farther says at least that.
     """
     cells = max(min(math.ceil(reach / resolution), max(_MOST_CELLS, math.ceil(_NEEDED / resolution))), 1)
-    outside, inside = _distances(occupied, cells), _distances(~occupied, cells)
-    return np.where(occupied, 0.5 - inside, outside - 0.5) * resolution
+    distance = (_distances(occupied, cells) - 0.5) * resolution
+    rows, columns = np.flatnonzero(occupied.any(axis=1)), np.flatnonzero(occupied.any(axis=0))
+    if len(rows):
+        # Of the free cells, those just outside of the rectangle about all that is occupied are nearer to it than any farther out.
+        part = slice(max(rows[0] - 1, 0), rows[-1] + 2), slice(max(columns[0] - 1, 0), columns[-1] + 2)
+        solid = occupied[part]
+        distance[part] = np.where(solid, (0.5 - _distances(~solid, cells)) * resolution, distance[part])
+    return distance
 
 
 _MOST_CELLS = 180

@@ -61,7 +61,7 @@ from robot.scenes.worlds import get_world
 from robot.sim.battery import Pack
 from robot.sim.devices import SimulatedLidar
 from robot.sim.kinematic import KinematicBody
-from robot.sim.simulation import Simulation
+from robot.sim.simulation import Simulation, Truth
 from robot.tree import robot_tree
 
 T = TypeVar("T")
@@ -179,11 +179,12 @@ class Legs(Node):
     def step(self) -> None:
         body, now = self._body, self.clock.now()
         body.advance(now)
-        self.touched.update(body.truth().touching)
+        truth = body.truth()
+        self.touched.update(truth.touching)
         told = self._command if now - self._heard < 0.5 else Twist()
         height = SIT_HEIGHT if self._mode == Mode.SIT else STAND_HEIGHT
         body.drive(told.linear.x, told.linear.y, told.angular.z, height, self._mode)
-        self.odometry(_odometry(body, self.clock.stamp()))
+        self.odometry(_odometry(truth, body.scene.start, self.clock.stamp()))
         self.status(GaitStatus(stamp=self.clock.stamp(), mode=self._mode, goal=self._mode))
 
     @every(hz=2)
@@ -209,15 +210,15 @@ class Legs(Node):
         return Trigger_Response(success=True)
 
 
-def _odometry(body: KinematicBody, stamp: Time) -> Odometry:
+def _odometry(truth: Truth, start: Pose2, stamp: Time) -> Odometry:
     """Without drift: the true way from the start, and the true velocity in the body's axes."""
-    truth, here = body.truth(), true_pose(body)
+    here = _pose(truth)
     c, s = math.cos(here.yaw), math.sin(here.yaw)
     world_x, world_y, _ = truth.velocity.tolist()
     velocity = twist(c * world_x + s * world_y, c * world_y - s * world_x, wz=float(truth.angular_velocity[2]))
     return Odometry(
         header=Header(stamp=stamp, frame_id="odom"),
-        pose=PoseWithCovariance(pose=to_pose(compose(inverse(body.scene.start), here))),
+        pose=PoseWithCovariance(pose=to_pose(compose(inverse(start), here))),
         twist=TwistWithCovariance(twist=velocity),
     )
 
@@ -235,7 +236,10 @@ class Eyes(Node):
 
 def true_pose(body: Simulation) -> Pose2:
     """Where the body really is."""
-    truth = body.truth()
+    return _pose(body.truth())
+
+
+def _pose(truth: Truth) -> Pose2:
     return Pose2(float(truth.position[0]), float(truth.position[1]), truth.yaw)
 
 

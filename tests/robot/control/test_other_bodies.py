@@ -26,7 +26,10 @@ X_LEGS = replace(SPOT, name="x-legs", knee_rear_limits=(0.247, 2.793), shoulder_
 """Knees that point at each other, as those of an ANYmal or a HyQ."""
 
 
-@pytest.mark.parametrize("model", [GO2, A2, B2, DOG, X_LEGS], ids=lambda model: model.name)
+BETWEEN = [pytest.param(model, marks=pytest.mark.slow("sizes between those of the others")) for model in (A2, DOG)]
+
+
+@pytest.mark.parametrize("model", [GO2, B2, X_LEGS, *BETWEEN], ids=lambda model: model.name)
 def test_it_stands_up_walks_at_froude_0_3_without_a_line_of_code_and_sits_down(model: RobotModel) -> None:
     trial = Trial(7, conditions=REAL, model=model)
     trial.stand_up()

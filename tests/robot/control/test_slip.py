@@ -113,7 +113,7 @@ def test_where_it_can_walk_it_walks_on(friction: float, speed: float) -> None:
     assert (trial.fallen, trial.gait.slips, trial.gait.mode) == (False, 0, Mode.WALK)
 
 
-@pytest.mark.parametrize("seed", [3, 7])
+@pytest.mark.parametrize("seed", [3, pytest.param(7, marks=pytest.mark.slow)])
 def test_on_rubble_feet_slip_off_edges_and_the_robot_walks_on(seed: int) -> None:
     pytest.importorskip("mujoco")
     rubble = Scene("rubble", (-8.0, -8.0, 8.0, 8.0), low_boxes(np.random.default_rng([seed, 61])), HERE, HERE)

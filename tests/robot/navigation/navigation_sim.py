@@ -84,7 +84,7 @@ class VelocityPlant:
             v = self.velocity
             self.velocity = Twist2(
                 *(
-                    now + float(np.clip((wanted - now) / LAG, -slew, slew)) * dt
+                    now + max(-slew, min(slew, (wanted - now) / LAG)) * dt
                     for wanted, now, slew in (
                         (command.vx, v.vx, SLEW),
                         (command.vy, v.vy, SLEW),

@@ -516,7 +516,7 @@ def test_what_the_config_says_is_what_is_done() -> None:
 # --- goals inside of what is seen --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("side", [0.6, 1.0, 3.0])
+@pytest.mark.parametrize("side", [0.6, pytest.param(1.0, marks=pytest.mark.slow), 3.0])
 def test_a_goal_inside_something_unmapped_ends_soon_and_says_so(side: float) -> None:
     world = floor(half=8.0)
     navigator, walker = Navigator(Grid.from_scene(world)), VelocityPlant(world, Pose2(0.0, 0.0))
