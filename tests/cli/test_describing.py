@@ -15,6 +15,7 @@ from actors.interfaces.describing import described
 from actors.interfaces.learning import define, definitions_of
 from actors.interfaces.type_description_interfaces.srv import GetTypeDescription
 from tests.cli.conftest import Command, Start
+from tests.facts import lacks
 
 PROGRAM = """
 import asyncio
@@ -114,7 +115,8 @@ async def test_definitions_are_written_from_what_nodes_know_and_modules_from_the
     assert old.out.endswith(f"is missing or old; run robactor interface generate {share}\n")
     differs = await robot("interface", "generate", "garden_msgs", "--definitions", "--out", str(share))
     path = share / "garden_msgs" / "msg" / "Hat.msg"
-    assert (differs.code, differs.err) == (1, f"{path} is there and differs: move it away first\n")
+    assert differs.code == 1
+    assert lacks(differs.err, f"{path} differs move") == []
 
 
 @pytest.mark.parametrize("sources", [True, False])

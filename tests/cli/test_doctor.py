@@ -20,6 +20,7 @@ from cli.verbs.doctor.services import node_is_there, polling, service_types, ser
 from cli.verbs.doctor.surroundings import domain, leases, packages, processes, security, transport
 from cli.verbs.doctor.topics import best_effort_commands, names, quality, sending, types
 from tests.cli.doctor_stage import end, figures, graph, handler, node, process, queue, served, timer
+from tests.facts import lacks
 
 TWIST = "geometry_msgs/msg/Twist"
 SET_BOOL = "std_srvs/srv/SetBool"
@@ -222,7 +223,7 @@ def test_a_client_that_calls_a_service_more_than_five_times_a_second_polls() -> 
     (found,) = polling(polled(12, 2.0, "/ui"))
     assert found.subject == "/get_battery"
     assert found.cause.startswith("/ui polls it")
-    assert found.measured == "6.0 calls a second by 1 client, more than 5 by one"
+    assert lacks(found.measured, "6.0 second 1 client 5") == []
     assert found.remedy == "let /battery publish it as a topic"
 
 
@@ -243,10 +244,12 @@ def test_two_nodes_of_one_name_are_counted_with_their_processes() -> None:
 
 def test_a_node_that_is_not_there_is_told_with_its_nearest_name_or_its_domain() -> None:
     near = Observation(nodes=(node("/talker"),), asked=("node", "/taker"))
-    assert [one.cause for one in node_is_there(near)] == ["there is no such node; did you mean '/talker'?"]
+    (found,) = node_is_there(near)
+    assert lacks(found.cause, "node '/talker'") == []
     far = Observation(nodes=(node("/talker", domain=3),), asked=("node", "/talker"))
     (found,) = node_is_there(far)
-    assert (found.cause, found.remedy) == ("there is no such node; it is in domain 3", "export ROS_DOMAIN_ID=3")
+    assert lacks(found.cause, "node domain 3") == []
+    assert found.remedy == "export ROS_DOMAIN_ID=3"
     assert list(node_is_there(Observation(nodes=(node("/talker"),), asked=("node", "/talker")))) == []
     hidden = Observation(nodes=(node("/_hidden"),), asked=("node", "/_hidden"))
     assert list(node_is_there(hidden)) == []
@@ -287,9 +290,7 @@ def slow(**more: object) -> Observation:
 def test_a_slow_handler_is_told_with_topic_age_fill_and_its_time() -> None:
     (found,) = ages(slow())
     assert found.subject == "/image"
-    assert found.measured == (
-        "1.93 s from the oldest to the newest that waits, by 30.0 Hz of arrivals; 60 of 60 waiting, Eye.see takes 50 ms, at most 61 ms"
-    )
+    assert lacks(found.measured, "1.93 s 30.0 Hz 60 Eye.see 50 ms 61") == []
     assert "depth 1" in found.remedy
 
 
@@ -310,7 +311,7 @@ def test_the_age_of_what_is_no_message_is_that_of_the_node() -> None:
     told = process([figures("/viewer")], [figures("/viewer", inbox_age=0.5, waiting=1)])
     (found,) = ages(graph(told=(told,)))
     assert found.subject == "/viewer"
-    assert found.measured == "one item has waited 0.50 s; 1 item in the inbox; slowest: no handler is measured"
+    assert lacks(found.measured, "0.50 s 1 inbox no handler") == []
 
 
 def test_lost_messages_are_counted_with_queue_handler_and_the_quality_of_both_ends() -> None:
@@ -350,8 +351,9 @@ def late(fired: int, missed: int, blocked: int) -> Observation:
 
 def test_a_timer_that_loses_ticks_is_told_with_its_rate_and_the_slowest_handler() -> None:
     (found,) = timers(late(40, 10, 0))
-    assert (found.level, found.cause) == ("problem", "the timer step loses ticks: its node is busy when they are due")
-    assert found.measured == "10 ticks lost of 50 in 1.0 s, 50 Hz; slowest: Gait.step 1 ms, at most 200 ms"
+    assert found.level == "problem"
+    assert lacks(found.cause, "timer step ticks node busy") == []
+    assert lacks(found.measured, "10 50 1.0 s Hz Gait.step 1 ms 200") == []
     assert list(timers(late(50, 0, 0))) == []
     (partly,) = timers(late(40, 10, 3))
     assert partly.cause == found.cause, "most of them are not the event loop's"
@@ -364,7 +366,8 @@ def test_a_handler_that_blocks_the_event_loop_is_told_for_its_process() -> None:
     assert found.measured.startswith(
         "10 ticks of 50 of its timers lost by that in 1.0 s; slowest: Gait.step 1 ms, at most 200 ms"
     )
-    assert [one.cause for one in timers(seen)] == ["the timer step loses ticks: the event loop comes too late"]
+    (beside,) = timers(seen)
+    assert lacks(beside.cause, "timer step ticks event loop late") == []
     assert list(blocked(late(40, 10, 0))) == []
 
 
@@ -494,7 +497,7 @@ def test_simulated_time_that_nobody_gives_is_told_with_the_nodes_that_wait_for_i
     (found,) = simulated_time(graph(end("/gait", SUBSCRIPTION, "/clock"), end("/planner", SUBSCRIPTION, "/clock")))
     assert (found.level, found.subject) == ("problem", "/clock")
     assert found.cause.startswith("/gait, /planner: use_sim_time is set, and nobody publishes the time")
-    assert found.measured == "0 publishers of /clock, 2 nodes that take their time from it"
+    assert lacks(found.measured, "0 /clock 2 nodes") == []
     assert "robactor param set /gait use_sim_time false" in found.remedy
 
 
@@ -502,7 +505,8 @@ def test_a_clock_with_two_publishers_and_nodes_that_do_not_use_it_are_told() -> 
     given = end("/simulator", PUBLISHER, "/clock"), end("/gait", SUBSCRIPTION, "/clock")
     assert list(simulated_time(graph(*given))) == []
     (twice,) = simulated_time(graph(*given, end("/player", PUBLISHER, "/clock")))
-    assert (twice.level, twice.cause) == ("problem", "/player, /simulator publish it: the time jumps between theirs")
+    assert twice.level == "problem"
+    assert lacks(twice.cause, "/player /simulator time jumps") == []
     (mixed,) = simulated_time(graph(*given, end("/camera", PUBLISHER, "/image")))
     assert (mixed.level, mixed.cause.split(":")[0]) == ("note", "/camera")
     assert (

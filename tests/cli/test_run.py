@@ -12,6 +12,7 @@ import pytest
 
 from cli.verbs.run import _run_process as run_process
 from tests.cli.conftest import ROOT, Command, Finished, Start
+from tests.facts import lacks
 
 MODULE = """
 import asyncio
@@ -91,7 +92,7 @@ async def test_a_node_that_crashes_is_told_with_its_error_its_name_and_how_often
 async def test_an_import_that_fails_names_the_module_and_the_line(here: Path, robot: Command) -> None:
     refused = await robot("run", "shed:Node")
     assert (refused.code, refused.out) == (1, "")
-    assert refused.err == f"shed cannot be imported: No module named 'ladder' (at {here / 'shed.py'}:1)\n"
+    assert lacks(refused.err, f"shed 'ladder' {here / 'shed.py'}:1") == []
 
 
 async def test_what_is_not_installed_is_answered_with_what_there_is(here: Path, robot: Command) -> None:
@@ -144,10 +145,7 @@ async def test_a_file_that_is_named_as_a_package_is_told_how(
     monkeypatch.chdir(here)
     refused = await robot("run", word)
     assert (refused.code, refused.out) == (1, "")
-    assert refused.err == (
-        "garden.py is a Python file, not a package; did you mean garden:Greeter or garden:Leaver or garden:Broken? "
-        "As a program of its own: python garden.py\n"
-    )
+    assert lacks(refused.err, "garden.py package garden:Greeter garden:Leaver garden:Broken python garden.py") == []
     (here / "half.py").write_text("class Half(")
     assert "did you mean half:NAME" in (await robot("run", "half")).err
 

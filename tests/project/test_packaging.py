@@ -7,7 +7,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -57,10 +57,16 @@ def imported(*folders: str, typing: bool = True) -> set[str]:
     return {name for name in found if name not in sys.stdlib_module_names | OURS}
 
 
-@cache
 def imported_by(file: Path, typing: bool = True) -> frozenset[str]:
     """The modules that a file imports."""
-    return frozenset(names_in(ast.parse(file.read_text(encoding="utf-8")), typing))
+    return _imported_by(file)[typing]
+
+
+@cache
+def _imported_by(file: Path) -> tuple[frozenset[str], frozenset[str]]:
+    """Those that it imports when it runs, and those that type checkers see."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    return frozenset(names_in(tree, False)), frozenset(names_in(tree, True))
 
 
 def importers(*modules: str) -> list[str]:
@@ -70,19 +76,22 @@ def importers(*modules: str) -> list[str]:
     return [path.relative_to(ROOT).as_posix() for path in named if imported_by(path) & {*modules}]
 
 
-def names_in(node: ast.AST, typing: bool) -> Iterator[str]:
+def names_in(tree: ast.AST, typing: bool) -> Iterator[str]:
     """The modules that a piece of code imports, or imports by name."""
-    inner: Iterable[ast.AST] = ast.iter_child_nodes(node)
-    if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING" and not typing:
-        inner = node.orelse
-    elif isinstance(node, ast.Import):
-        yield from (alias.name.partition(".")[0] for alias in node.names)
-    elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module is not None:
-        yield node.module.partition(".")[0]
-    elif isinstance(node, ast.Call):
-        yield from named_in(node)
-    for one in inner:
-        yield from names_in(one, typing)
+    left = [tree]
+    while left:
+        node = left.pop()
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            if node.level == 0 and node.module is not None:
+                yield node.module.partition(".")[0]
+        elif isinstance(node, ast.If) and not typing and getattr(node.test, "id", "") == "TYPE_CHECKING":
+            left += node.orelse
+        else:
+            if isinstance(node, ast.Call):
+                yield from named_in(node)
+            left += ast.iter_child_nodes(node)
 
 
 def named_in(call: ast.Call) -> Iterator[str]:

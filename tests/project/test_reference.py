@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +20,16 @@ from tests.tools import reference
 
 
 @pytest.fixture(scope="module")
-def text() -> str:
-    """The page as it would be written."""
-    return reference.page()
+def text(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The page as the command writes it."""
+    page = tmp_path_factory.mktemp("build") / "reference.md"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reference, "PAGE", page)
+        said = io.StringIO()
+        with redirect_stdout(said):
+            assert reference.main() == 0
+    assert said.getvalue().startswith("written: reference.md, ")
+    return page.read_text(encoding="utf-8")
 
 
 def test_every_public_name_has_an_entry_and_every_link_leads_to_one(text: str) -> None:
@@ -94,12 +103,3 @@ def test_a_new_name_comes_last_until_it_is_put_into_a_group(monkeypatch: pytest.
         "brand_new(one: int, /, *rest: str, two: Callable[[], Any] = print, **more: int) -> None\n"
         "```\n\nDoes something:\n\n    brand_new(1)\n\nIt is new.\n"
     ) in text
-
-
-def test_the_command_writes_the_page(
-    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(reference, "PAGE", tmp_path / "reference.md")
-    assert reference.main() == 0
-    assert (tmp_path / "reference.md").read_text(encoding="utf-8") == text
-    assert capsys.readouterr().out.startswith("written: reference.md, ")

@@ -11,6 +11,7 @@ import pytest
 
 from actors.interfaces import BadDeclaration, registry
 from actors.interfaces.generate import generate, home_of, main
+from tests import warm
 
 FILES = {
     "demo_msgs/msg/Reading.msg": "float64 volts\nstd_msgs/Header header\n",
@@ -35,19 +36,23 @@ def write(folder: Path, files: dict[str, str]) -> None:
         (folder / name).write_text(text)
 
 
-def python(where: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, *arguments], cwd=where, capture_output=True, text=True, timeout=60)
+STRICT = "import warnings; warnings.simplefilter('error'); "
+GENERATE = "import sys; from actors.interfaces.generate import main; sys.exit(main(sys.argv[1:]))"
+
+
+def python(where: Path, code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return warm.run("-c", code, *arguments, cwd=where, timeout=60)
 
 
 def wrote(where: Path, *arguments: str) -> str:
-    done = python(where, "-m", "actors.interfaces.generate", *arguments)
+    done = python(where, GENERATE, *arguments)
     assert (done.returncode, done.stderr) == (0, "")
     return done.stdout
 
 
 def works(path: Path, package: str = "") -> None:
     """Everything that was written can be imported and used by an interpreter that starts in `path`."""
-    done = python(path, "-W", "error", "-c", USE.format(package))
+    done = python(path, STRICT + USE.format(package))
     assert (done.returncode, done.stdout, done.stderr) == (0, "other_msgs/srv/Join\n", "")
 
 
@@ -255,7 +260,7 @@ def test_a_type_that_a_shipped_package_lacks_is_supplied(tmp_path: Path) -> None
             "assert type(Guess().at) is type(Locate.Request().near) is Pose2D; assert type(Poses2D().point) is Point; "
             "assert get_message('geometry_msgs/Pose2D') is Pose2D; print(type_name(Pose2D))"
         )
-        done = python(tmp_path, "-W", "error", "-c", use)
+        done = python(tmp_path, STRICT + use)
         assert (done.stdout, done.stderr) == ("geometry_msgs/msg/Pose2D\n", "")
 
 
@@ -289,7 +294,7 @@ def test_idl_files_are_generated_and_loaded_as_those_of_ros_are(
         "add_folder('defs'); print(Box.SIDES, Box().width, len(Box().corners), Close.Request().box.name, Close.Response().ok);"
         "print(definition_text(Box)); print(show(Close, comments='none'))"
     )
-    done = python(tmp_path, "-W", "error", "-c", use)
+    done = python(tmp_path, STRICT + use)
     assert done.stderr == ""
     first, _, shown = done.stdout.partition("\n")
     assert first == "6 0.5 4 a b False"
@@ -300,10 +305,10 @@ def test_idl_files_are_generated_and_loaded_as_those_of_ros_are(
     assert shown.startswith(box)
     assert "demo_msgs/Box box\n\tint32 SIDES=6\n\tfloat64 width 0.5\n" in shown
     assert shown.endswith("---\nbool ok\n\n")
-    loaded = python(tmp_path, "-c", "from actors.interfaces import load_folder, type_hash, definition_text as t; load_folder('defs');"
+    loaded = python(tmp_path, "from actors.interfaces import load_folder, type_hash, definition_text as t; load_folder('defs');"
                     "print(type_hash('demo_msgs/msg/Box')); print(t('demo_msgs/msg/Box'))")  # fmt: skip
     write(tmp_path / "same/demo_msgs/msg", {"Box.msg": box, "Lid.msg": "uint8 x\n"})
-    same = python(tmp_path, "-c", "from actors.interfaces import load_folder, type_hash, definition_text as t; load_folder('same');"
+    same = python(tmp_path, "from actors.interfaces import load_folder, type_hash, definition_text as t; load_folder('same');"
                   "print(type_hash('demo_msgs/msg/Box')); print(t('demo_msgs/msg/Box'))")  # fmt: skip
     assert (loaded.stdout, loaded.stderr) == (same.stdout, same.stderr)
 
@@ -333,9 +338,10 @@ def test_the_command_of_the_docs_does_what_the_docs_say(tmp_path: Path) -> None:
     assert command is not None
     write(tmp_path, {path: FILES[path.partition("/")[2]] for path in layout[1].split()})
 
-    assert python(tmp_path, *command[1].split()).stderr == ""
+    started = [sys.executable, *command[1].split()]
+    assert subprocess.run(started, cwd=tmp_path, capture_output=True, text=True, timeout=60).stderr == ""
     wrote(tmp_path, "share")
 
     for line in (imported, beside):
-        done = python(tmp_path, "-W", "error", "-c", f"{line}; print(Reading(volts=1.5).volts)")
+        done = python(tmp_path, f"{STRICT}{line}; print(Reading(volts=1.5).volts)")
         assert (done.stdout, done.stderr) == ("1.5\n", "")

@@ -52,6 +52,7 @@ from actors.interfaces.std_msgs.msg import (
     String,
     UInt8MultiArray,
 )
+from tests.facts import lacks
 
 
 def anything(cls: Any) -> Any:
@@ -79,7 +80,7 @@ def test_a_string_survives_plain_data_and_reads_like_ros() -> None:
 def test_a_number_out_of_range_is_refused_with_the_field_and_the_range() -> None:
     with pytest.raises(MessageValueError) as error:
         Int32(data=2**31)
-    assert str(error.value) == "Int32.data: 2147483648 is out of range for int32 (-2147483648..2147483647)"
+    assert lacks(str(error.value), "Int32.data 2147483648 int32 -2147483648 2147483647") == []
     assert Int32(data=2**31 - 1).data == 2**31 - 1
 
 
@@ -187,9 +188,8 @@ def test_a_point_cloud_gives_its_points_back() -> None:
 def test_a_scan_whose_angles_and_ranges_disagree_is_flagged() -> None:
     scan = LaserScan(angle_min=-1.0, angle_max=1.0, angle_increment=0.01, ranges=[1.0] * 201)
     assert flaws(scan) == ()
-    assert flaws(scan.replace(ranges=[1.0] * 100)) == (
-        "LaserScan: the angles make 201 beams, but there are 100 ranges",
-    )
+    (flaw,) = flaws(scan.replace(ranges=[1.0] * 100))
+    assert lacks(flaw, "LaserScan angles 201 100 ranges") == []
 
 
 def test_a_covariance_has_exactly_nine_entries() -> None:
@@ -203,9 +203,8 @@ def test_a_covariance_has_exactly_nine_entries() -> None:
 def test_joint_states_of_unequal_lengths_are_flagged_and_empty_ones_are_not() -> None:
     state = JointState(name=["a", "b"], position=[1.0, 2.0])
     assert flaws(state) == ()
-    assert flaws(state.replace(velocity=[1.0])) == (
-        "JointState: velocity has 1 values for 2 names; it holds none, or one for each",
-    )
+    (flaw,) = flaws(state.replace(velocity=[1.0]))
+    assert lacks(flaw, "JointState velocity 1 2 names") == []
 
 
 def test_a_path_grows_by_replacing_it() -> None:
@@ -223,7 +222,8 @@ def test_the_cells_of_a_grid_lie_row_by_row() -> None:
     grid = OccupancyGrid(info=MapMetaData(width=3, height=2, resolution=0.05), data=[0, 100, -1, 50, 0, 0])
     assert (grid.data[1], grid.data[grid.info.width]) == (100, 50)
     assert flaws(grid) == ()
-    assert flaws(grid.replace(data=[101] * 6)) == ("OccupancyGrid: cells hold -1 (unknown) or 0 to 100 (percent)",)
+    (flaw,) = flaws(grid.replace(data=[101] * 6))
+    assert lacks(flaw, "OccupancyGrid -1 0 100") == []
     assert "3 x 2 cells, but 1 values" in flaws(grid.replace(data=[0]))[0]
 
 
@@ -460,11 +460,9 @@ def test_float_arrays_take_arrays_of_whole_numbers_and_of_narrower_floats() -> N
 
 def test_scans_without_angles_and_clouds_with_missing_rows_are_looked_at_too() -> None:
     assert flaws(LaserScan(ranges=[1.0, 2.0])) == ()
-    assert flaws(LaserScan(ranges=[1.0, 2.0], intensities=[1.0])) == (
-        "LaserScan: 1 intensities for 2 ranges; they are none, or one for each",
-    )
+    (flaw,) = flaws(LaserScan(ranges=[1.0, 2.0], intensities=[1.0]))
+    assert lacks(flaw, "LaserScan 1 intensities 2 ranges") == []
     cloud = PointCloud2(width=2, height=2, point_step=4, row_step=8, data=bytes(16))
     assert flaws(cloud) == ()
-    assert flaws(cloud.replace(data=bytes(12))) == (
-        "PointCloud2: row_step 8 times height 2 is not the 12 bytes of data",
-    )
+    (flaw,) = flaws(cloud.replace(data=bytes(12)))
+    assert lacks(flaw, "PointCloud2 row_step 8 height 2 12 data") == []

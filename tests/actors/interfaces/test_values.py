@@ -11,6 +11,7 @@ import pytest
 from actors import DeclarationError, Node
 from actors.actions import parallel, queue
 from actors.testing import Rig
+from tests.facts import lacks
 from tests.stage import ADD, COUNT, NUMBERS, order
 
 
@@ -19,7 +20,8 @@ from tests.stage import ADD, COUNT, NUMBERS, order
 def test_the_limit_of_an_arrival_policy_is_a_whole_number(policy: Any, size: Any) -> None:
     with pytest.raises(DeclarationError) as refused:
         policy(size)
-    assert str(refused.value) == f"{policy.__name__}({size!r}): the limit must be at least 1, and a whole number"
+    assert str(refused.value).startswith(f"{policy.__name__}({size!r})")
+    assert lacks(str(refused.value), "limit 1 whole") == []
 
 
 @pytest.mark.parametrize("seconds", ["1", None, True, math.nan])

@@ -34,6 +34,7 @@ from actors.runtime.incarnation import incarnation_of
 from actors.supervision import Failed, Killed, Leaked, Stopped
 from actors.supervision.reasons import ExitReason
 from actors.testing import Rig
+from tests.facts import lacks
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, result, step, total, two
 
 
@@ -211,7 +212,7 @@ async def test_a_handler_that_holds_the_inbox_is_reported_once_with_what_it_awai
         rig.publish(NUMBERS, number(value))
     await rig.advance(20.0)
     (report,) = events(rig.logs, "holds the inbox")
-    assert report.event == "handler holds the inbox for more than 0.5 s"
+    assert lacks(report.event, "handler inbox 0.5 s") == []
     assert report.time == 0.5
     assert report.node == "/holder"
     assert report.fields["handler"] == "Holder.take"
@@ -235,7 +236,7 @@ async def test_a_timer_that_holds_the_inbox_is_told_what_a_timer_can_do(rig: Rig
     rig.publish(NUMBERS, number(1))
     await rig.advance(2.0)
     (report,) = events(rig.logs, "holds the inbox")
-    assert report.fields["remedy"] == "run what waits by self.create_task(), or self.offload() its work"
+    assert lacks(report.fields["remedy"], "self.create_task() self.offload()") == []
 
 
 async def test_a_handler_that_outlasts_the_shortest_timer_period_is_reported_with_the_ticks_it_costs(rig: Rig) -> None:
@@ -258,7 +259,7 @@ async def test_a_handler_that_outlasts_the_shortest_timer_period_is_reported_wit
     await rig.advance(0.001)
     await rig.call(ADD, two(0, 0))
     (report,) = events(rig.logs, "holds the inbox")
-    assert report.event == "handler holds the inbox for more than 0.02 s"
+    assert lacks(report.event, "handler inbox 0.02 s") == []
     assert report.fields["handler"] == "Holder.add"
     assert report.fields["ticks_lost"] == 1
     await rig.advance(0.899)

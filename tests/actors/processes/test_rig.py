@@ -50,6 +50,7 @@ from actors.supervision.refs import ChildRef
 from actors.testing import Rig
 from tests.actors.processes.test_life import Stage
 from tests.actors.supervision.kit import virtual
+from tests.facts import lacks
 
 COUNT = Topic(Int32, "count")
 DO = Service(Trigger, "do")
@@ -219,9 +220,8 @@ async def test_a_killed_process_is_restarted_and_its_node_goes_on_from_its_check
         await rig.advance(1.0)
     assert rig.incarnation("counter") == 2
     assert rig.state("counter").process != first
-    assert [why for _, why in rig.state("counter").restarts] == [
-        f"it raised ProcessDied: process {first} has ended: signal SIGKILL"
-    ]
+    ((_, why),) = rig.state("counter").restarts
+    assert lacks(why, f"ProcessDied {first} SIGKILL") == []
     data = [each.data for each in counts.messages]
     assert data[-1] > 15 and data == sorted(data)
     assert lines(rig, "stopping") == []
@@ -558,7 +558,7 @@ async def test_a_simulated_process_that_breaks_has_died() -> None:
             raise OSError("broken")
 
     process = SimulatedProcess(7, lambda tell: cast("Any", Broken()), lambda event: None, lambda: None)
-    assert str(await process.ended) == "process 7 has ended: exit code 1: OSError: broken"
+    assert lacks(str(await process.ended), "7 1 OSError broken") == []
 
 
 class Lost(Node):

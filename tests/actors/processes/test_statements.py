@@ -37,6 +37,9 @@ del test_with_tasks_that_start_eagerly_a_life_is_made_only_when_its_supervisor_k
 del test_a_leaked_child_that_ends_or_says_ready_later_harms_nobody  # noqa: F821
 del test_a_child_that_is_killed_while_it_starts_was_shut_down_and_did_not_fail_to_start  # noqa: F821
 
+# This one makes its lives itself, there as here.
+del test_nothing_is_kept_for_ended_temporary_children  # noqa: F821
+
 # A thousand processes take long.
 del test_a_thousand_children_that_have_ended_leave_nothing_behind  # noqa: F821
 

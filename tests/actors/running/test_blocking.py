@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -47,6 +45,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.system import System, system_of
 from actors.testing import Rig
+from tests import warm
 from tests.stage import ADD, COUNT, NUMBERS, WORDS, number, order, result, step, total, two, word
 
 LATCHED = Topic(Int32, "latched", qos.LATCHED.replace(depth=10))
@@ -511,7 +510,7 @@ KILL = "os.kill(os.getpid(), signal.SIGTERM)"
     ids=["last line", "exit", "exception", "two", "sigterm", "sigterm in a call", "ctrl-c", "a handler of its own"],
 )
 def test_a_program_that_ends_stops_its_nodes_in_order(lines: str, code: int) -> None:
-    done = subprocess.run([sys.executable, "-c", PROGRAM + lines], capture_output=True, text=True, timeout=60)
+    done = warm.run("-c", PROGRAM + lines, timeout=60)
     assert done.stdout.count("motor stopped") == 1, done.stderr
     assert (done.returncode if done.returncode >= 0 else 128 - done.returncode) == code
     assert ("mine" in done.stdout) is ("mine" in lines)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import importlib.util
-import subprocess
-import sys
 import textwrap
 from collections.abc import Callable, Coroutine
 from pathlib import Path
@@ -40,9 +38,8 @@ from actors.supervision.reasons import ExitReason, Leaked
 from actors.system import system_here, system_of
 from actors.testing import Rig
 from actors.time.virtual_loop import VirtualLoop
+from tests import warm
 from tests.stage import ADD, COUNT, NUMBERS, events, number, order, two
-
-ROOT = Path(__file__).parents[3]
 
 Body = Steps[Fibonacci.Feedback, Fibonacci.Result]
 
@@ -657,11 +654,8 @@ both_signals = pytest.mark.parametrize(("name", "code"), SIGNALS)
 
 def program(folder: Path, name: str, body: str, uvloop: bool = False) -> tuple[int, list[str], str]:
     """Run a program in a process of its own: exit code, lines of output, standard error."""
-    file = folder / "program.py"
-    file.write_text(PRELUDE.format(signal=name, uvloop=uvloop) + textwrap.dedent(body), encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, str(file)], capture_output=True, text=True, timeout=60, cwd=ROOT, env={"PYTHONPATH": str(ROOT)}
-    )
+    code = PRELUDE.format(signal=name, uvloop=uvloop) + textwrap.dedent(body)
+    done = warm.run("-c", code, timeout=60, cwd=folder, env={"PYTHONPATH": str(warm.ROOT)})
     return done.returncode, done.stdout.splitlines(), done.stderr
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import signal
-import subprocess
-import sys
 import textwrap
 from pathlib import Path
 from typing import Any, ClassVar
@@ -38,9 +36,8 @@ from actors.running.run import Run
 from actors.runtime.incarnation import incarnation_of
 from actors.supervision.reasons import ExitReason
 from actors.system import system_here, system_of
+from tests import warm
 from tests.stage import NUMBERS, number
-
-ROOT = Path(__file__).parents[3]
 
 
 def silent(_: LogRecord) -> None:
@@ -448,16 +445,8 @@ STUCK = Supervisor("system", children=[Child(Part, name="a"), Child(Stuck, stop=
 
 def script(tmp_path: Path, body: str) -> tuple[int, list[str], str]:
     """Run a program in a process of its own: exit code, lines of output, standard error."""
-    file = tmp_path / "program.py"
-    file.write_text(PRELUDE + textwrap.dedent(body), encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-W", "error", str(file)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        cwd=ROOT,
-        env={"PYTHONPATH": str(ROOT)},
-    )
+    code = "import warnings; warnings.simplefilter('error')\n" + PRELUDE + textwrap.dedent(body)
+    done = warm.run("-c", code, timeout=60, cwd=tmp_path, env={"PYTHONPATH": str(warm.ROOT)})
     return done.returncode, done.stdout.splitlines(), done.stderr
 
 

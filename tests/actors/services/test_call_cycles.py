@@ -13,6 +13,7 @@ from actors.errors import CallCycle
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.testing import Rig
+from tests.facts import lacks
 
 Request, Response = AddTwoInts.Request, AddTwoInts.Response
 OWN, BACK, CONCURRENT, SLOW, RELAY = (Service(AddTwoInts, name) for name in ("own", "back", "concurrent", "slow", "relay"))  # fmt: skip
@@ -102,10 +103,7 @@ ITSELF: dict[str, Callable[[Asker], Awaitable[Any]]] = {
 async def test_a_handler_that_waits_for_its_own_node_through_a_task_is_told_so(rig: Rig, way: str) -> None:
     late = await outcome(rig, ITSELF[way])
     assert isinstance(late, CallTimeout)
-    assert str(late) == (
-        "/asker did not answer /own in time: a cycle of calls: /asker (Asker.go) waits for /own of /asker, which waits for that handler "
-        "to end; declare one of the handlers concurrent=n, or do not call back into a caller"
-    )
+    assert lacks(str(late), "/asker /own cycle Asker.go concurrent=n") == []
 
 
 async def test_wait_for_is_named_at_once_or_when_it_is_late(rig: Rig) -> None:

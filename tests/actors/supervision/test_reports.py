@@ -238,7 +238,7 @@ async def test_nothing_is_kept_for_ended_temporary_children(dynamic: bool) -> No
     template = child("a", restart=temporary)
     tree = DynamicSupervisor("pool", template) if dynamic else Supervisor("root")
     async with running(world, tree) as supervisor:
-        for number in range(10_000):
+        for number in range(1_000):
             load = Cargo()
             cargo.append(weakref.ref(load))
             if dynamic:

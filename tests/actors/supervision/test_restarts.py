@@ -31,6 +31,7 @@ from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
 from actors.runtime.runtime import KEPT_RESTARTS
 from actors.testing import Rig
+from tests.facts import lacks
 from tests.stage import ADD, NUMBERS, WORDS, events, number, total, two, values, word
 
 
@@ -316,9 +317,7 @@ async def test_a_timer_that_faults_ends_its_incarnation_once_not_every_one_that_
     (report,) = [report for report in rig.reports if report.context == "child_terminated"]
     assert report.reason is not None
     assert isinstance(report.reason.error, TickMissed)  # type: ignore[union-attr]
-    assert str(report.reason.error) == (  # type: ignore[union-attr]
-        "Strict.tick: 2 more tick(s) were due before tick 4 had begun, 250.0 ms late"
-    )
+    assert lacks(str(report.reason.error), "Strict.tick 2 4 250.0 ms") == []  # type: ignore[union-attr]
     assert [k for incarnation, k in Strict.ticks if incarnation == 2] == list(range(1, 14))
 
 

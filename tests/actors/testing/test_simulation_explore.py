@@ -21,6 +21,7 @@ from actors.testing.simulation.isolated import Elsewhere, Isolated, in_a_copy
 from actors.testing.simulation.trial import Outcome, Scenario, Trial
 from actors.time.virtual_loop import VirtualLoop
 from tests.actors.testing import buggy_systems, odd_systems
+from tests.facts import lacks
 
 ROOT = str(Path(__file__).parents[3])
 ODD = "tests.actors.testing.odd_systems"
@@ -441,7 +442,7 @@ def test_nor_does_it_where_processes_cannot_be_copied(
     monkeypatch.setattr("actors.bag.flight_recorder.FlightRecorder.dump", fail)
     code, found, _ = explored(capfd, "Blind", "--seeds", "1")
     assert code == 1
-    assert found.splitlines()[-1] == "flight record: none: it could not be written: ValueError: argument out of range"
+    assert lacks(found.splitlines()[-1], "flight record none ValueError argument out of range") == []
 
 
 def test_a_clock_that_is_set_to_before_1970_is_found_and_recorded(capfd: pytest.CaptureFixture[str]) -> None:

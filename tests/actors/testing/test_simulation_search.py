@@ -32,6 +32,7 @@ from actors.testing.simulation.trial import Scenario, Trial
 from actors.topics.publisher import Publisher
 from tests.actors.testing import buggy_systems, odd_systems
 from tests.actors.testing.buggy_systems import TICKS, Listener, Source
+from tests.facts import lacks
 from tests.stage import COUNT, order
 from tests.suites import run_pytest
 
@@ -246,7 +247,7 @@ def test_an_endpoint_that_outlives_its_node_is_a_failure() -> None:
 
     error = Scenario(body).run(0).error
     assert isinstance(error, InvariantBroken)
-    assert str(error) == "<publisher of /left [Int32] in /source: 0 sent> has outlived its node"
+    assert lacks(str(error), "publisher /left /source outlived") == []
 
 
 @pytest.mark.parametrize(("seconds", "fails"), [(3.0, False), (100.0, True)])
@@ -381,7 +382,8 @@ def test_the_error_of_a_body_is_not_hidden_by_what_it_leaves() -> None:
 
     error = Scenario(body).run(0).error
     assert isinstance(error, LookupError)
-    assert error.__notes__ == ["and at the end Leak: left over after the system's end: task forgotten"]
+    (note,) = error.__notes__
+    assert lacks(note, "Leak task forgotten") == []
 
 
 def test_a_task_that_outlives_its_trial_does_not_keep_it_from_ending() -> None:
@@ -400,7 +402,7 @@ def test_a_task_that_outlives_its_trial_does_not_keep_it_from_ending() -> None:
 
     error = Scenario(body).run(0, shuffled=False).error
     assert isinstance(error, InvariantBroken)
-    assert str(error) == "60 s after they were canceled these tasks go on: deaf"
+    assert lacks(str(error), "60 s canceled deaf") == []
     coroutine = left[0].get_coro()
     assert coroutine is not None
     coroutine.close()
@@ -414,7 +416,7 @@ def test_a_trial_that_never_ends_is_ended() -> None:
 
     error = Scenario(body, limit=20.0).run(0, shuffled=False).error
     assert isinstance(error, InvariantBroken)
-    assert str(error) == "t=20.1 s, and no end: no node is on the way to anything"
+    assert lacks(str(error), "t=20.1 end") == []
 
 
 @pytest.mark.parametrize(

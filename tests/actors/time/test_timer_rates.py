@@ -15,6 +15,7 @@ from actors.lifecycle import bring_up
 from actors.runtime.declarations import Late
 from actors.runtime.sim_time import CLOCK
 from actors.testing import Rig
+from tests.facts import lacks
 
 
 class Beat(Node):
@@ -73,10 +74,7 @@ async def test_what_is_no_rate_is_refused_with_a_reason_and_the_timer_goes_on(ri
     beat = rig.node(Beat)
     answer = beat.set_parameter("rate", rate)
     assert not answer.successful
-    assert (
-        answer.reason
-        == f"Beat.beat ticks by rate: the rate must be above 0 and below a million per second, not {rate!r}"
-    )
+    assert lacks(answer.reason, f"Beat.beat rate 0 million {rate!r}") == []
     await rig.advance(1.0)
     assert len(beat.ticks) == 10 and beat.rate == 10.0
 

@@ -9,6 +9,7 @@ from actors.transport.dds import DdsTransport
 from actors.transport.domain_id import domain_from_environment
 from actors.transport.environment import transport_from_environment
 from actors.transport.zenoh import ZenohTransport
+from tests.facts import lacks
 
 
 @pytest.mark.parametrize("value", ["", "rmw_zenoh_cpp"])
@@ -26,10 +27,8 @@ def test_in_process_means_no_other_process_and_no_endpoint() -> None:
 def test_another_implementation_is_refused_with_the_nearest_name() -> None:
     with pytest.raises(WireUnavailable) as refused:
         transport_from_environment({"RMW_IMPLEMENTATION": "rmw_zenoh"})
-    assert str(refused.value) == (
-        "RMW_IMPLEMENTATION is rmw_zenoh: this library speaks rmw_zenoh_cpp, the default, rmw_cyclonedds_cpp and rmw_fastrtps_cpp, "
-        "or stays in_process; did you mean 'rmw_zenoh_cpp'?"
-    )
+    facts = "RMW_IMPLEMENTATION rmw_zenoh rmw_zenoh_cpp rmw_cyclonedds_cpp rmw_fastrtps_cpp in_process 'rmw_zenoh_cpp'"
+    assert lacks(str(refused.value), facts) == []
 
 
 @pytest.mark.parametrize("value", ["rmw_cyclonedds_cpp", "rmw_fastrtps_cpp"])

@@ -18,6 +18,7 @@ from actors.transport.zenoh.library import import_zenoh, one_line
 from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.zenoh.wires import free_port
+from tests.facts import lacks
 
 
 def settings(config: ZenohConfig) -> Any:
@@ -257,9 +258,7 @@ async def test_a_port_in_use_is_said_and_harms_nobody() -> None:
     with pytest.raises(WireUnavailable) as caught:
         await second.open()
 
-    assert (
-        str(caught.value) == f"cannot listen at {config.listen[0]}: another process listens there; choose another port"
-    )
+    assert lacks(str(caught.value), f"{config.listen[0]} another process port") == []
     await first.transport.close()
 
 

@@ -18,6 +18,7 @@ from actors.transport.zenoh.transport import ZenohKeys, ZenohTransport
 from tests.actors.transport.contract.parties import Changes, Party
 from tests.actors.transport.security.fleet import Fleet
 from tests.actors.transport.zenoh.wires import free_port
+from tests.facts import lacks
 
 RULES = [{"peers": ["desk"], "publish": ["/cmd_vel"]}]
 
@@ -104,9 +105,7 @@ async def test_a_client_that_is_refused_is_told_where_that_may_come_from(fleet: 
     config = ZenohConfig(mode="client", connect=(where,), security=security, overrides="connect/timeout_ms=10")
     with pytest.raises(WireUnavailable) as refused:
         await Party(ZenohKeys(config), Changes()).open()
-    assert str(refused.value) == (
-        f"no router answers at {where}, or it does not take what {security.file} says; start one there, or be a peer"
-    )
+    assert lacks(str(refused.value), f"router {where} {security.file} peer") == []
 
 
 # The environment -----------------------------------------------------------------------------------------------------------
