@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from heapq import heappush, heapreplace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from actors.bag.qos_text import qos_profiles_text
 from actors.interfaces.hashes import type_hash
+from actors.interfaces.message import Message
 from actors.interfaces.text import schema_text
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
-    from actors.qos.policies import QoS
+from actors.qos.policies import QoS
 
 
 class BagError(Exception):

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
-    from actors.qos.policies import QoS
+from actors.interfaces.message import Message
+from actors.qos.policies import QoS
 
 
 class Channel:

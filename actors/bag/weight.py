@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
 
 from actors.interfaces.fields import STRINGS
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
+from actors.interfaces.message import Message
 
 OBJECT, SCALAR, TEXT, ARRAY, ELEMENT = 64, 32, 56, 112, 8
 """The bytes of a message object with its place in a recording, a boxed number, an empty text, an empty array, and a place in a tuple."""
