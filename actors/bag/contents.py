@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from heapq import heappush, heapreplace
-from typing import NamedTuple
+from operator import attrgetter
+from typing import Final, NamedTuple
 
 from actors.bag.qos_text import qos_profiles_text
 from actors.interfaces.hashes import type_hash
@@ -55,6 +56,10 @@ class BagMessage(NamedTuple):
 
     published_ns: int
     """When it was sent; the same as `received_ns` if the bag does not tell."""
+
+
+received: Final = attrgetter("received_ns")
+"""When a message was received: the order of a bag."""
 
 
 def topic_of(name: str, type: type[Message], offered: Iterable[QoS] = ()) -> BagTopic:

@@ -22,8 +22,7 @@ from typing import TYPE_CHECKING, Any, Final, Self, cast
 
 from actors.bag.mcap_stream import McapFile
 from actors.bag.offers import known_type
-from actors.bag.ring import Channel, Entry, Ring, Source, placed
-from actors.bag.weight import weight_of
+from actors.bag.ring import Channel, Entry, Ring, Source, placed, weight_of
 from actors.checks import NoPublicConstructor, create
 from actors.errors import NotStarted
 from actors.interfaces.builtin_interfaces.msg import Time

@@ -13,8 +13,7 @@ from actors.bag.capture import Capture, fitting
 from actors.bag.control_services import serve_recorder
 from actors.bag.offers import Offer, RemoteTypes, offers
 from actors.bag.options import RecordOptions
-from actors.bag.ring import Channel, Entry, Ring, Source, placed
-from actors.bag.weight import weight_of
+from actors.bag.ring import Channel, Entry, Ring, Source, placed, weight_of
 from actors.bag.write_queue import Taken, WriteQueue
 from actors.bag.writer import BagWriter, Split
 from actors.contracts.contracts import Topic

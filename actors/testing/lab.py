@@ -32,7 +32,7 @@ from actors.testing.failures import UnexpectedFailure
 from actors.testing.fault_values import OF_NETWORK, ON_LINKS, Fault
 from actors.testing.leaks import Leak
 from actors.testing.rig import Rig, quiet, virtual_loop
-from actors.transport.simulated.conditions import LAN, Conditions
+from actors.transport.simulated.link import LAN, Conditions
 from actors.transport.simulated.network import Network
 
 
