@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, Final, Literal, TypeAlias
+from typing import ClassVar, Final, Literal, TypeAlias
 
 from actors.errors import NotRunning, ProgramExit, described
 from actors.inbox.control import blame
@@ -24,10 +24,8 @@ from actors.lifecycle.machine import (
 from actors.lifecycle.services import SERVICES, transition_event
 from actors.runtime.incarnation import Incarnation, incarnation_of
 from actors.runtime.node import Node
-
-if TYPE_CHECKING:
-    from actors.services.peers import Served
-    from actors.system import System
+from actors.services.peers import Served
+from actors.system import System
 
 PrimaryState: TypeAlias = Literal["unconfigured", "inactive", "active"]
 """The states in which a lifecycle node may stay."""
