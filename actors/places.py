@@ -7,6 +7,7 @@ when it defines a node class. A line of `actors` is shown for a task that waits 
 
 from __future__ import annotations
 
+import asyncio
 import gc
 import os
 import sys
@@ -14,12 +15,9 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from traceback import StackSummary, TracebackException
 from types import AsyncGeneratorType, CodeType, CoroutineType, FrameType, GeneratorType, TracebackType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar, cast
+from typing import Any, Final, NamedTuple, TypeVar, cast
 
 from actors.errors import ActorError, DeclarationError, described
-
-if TYPE_CHECKING:
-    import asyncio
 
 E = TypeVar("E", bound=BaseException)
 

@@ -6,7 +6,7 @@ import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Generator
 from types import TracebackType
-from typing import TYPE_CHECKING, Final, Generic, NamedTuple, Protocol, cast
+from typing import Final, Generic, NamedTuple, Protocol, cast
 
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, ActionPeer, GoalFollower, Outcome
@@ -14,12 +14,9 @@ from actors.checks import NoPublicConstructor
 from actors.contracts.contracts import Action
 from actors.errors import ActionUnavailable, GoalAborted, GoalCanceled, GoalRejected, NotStarted, Reject, WrongType
 from actors.inbox.boundary import asked
-from actors.interfaces.message import F, G, R
+from actors.interfaces.message import F, G, Message, R
 from actors.services.peers import Caller, OpenCall, ServedName, refuse_cycle, refuse_other_type
 from actors.waiting import Waiters
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
 
 FEEDBACK_DEPTH = 10
 """The number of feedbacks that a client keeps. A slow reader loses the oldest, and the loss is counted."""

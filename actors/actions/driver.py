@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncGenerator, Awaitable, Callable
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 from actors.actions.goals import GoalRecord, GoalStatus
 from actors.actions.peers import CLEANUP_SECONDS, Outcome
@@ -19,9 +19,7 @@ from actors.errors import Reject, WrongType, described
 from actors.inbox.control import NodeExit, blame
 from actors.interfaces.message import F, G, R
 from actors.services.peers import Caller
-
-if TYPE_CHECKING:
-    from actors.time.clock import Clock
+from actors.time.clock import Clock
 
 IGNORED: Final = 3
 """The number of errors, cancellations included, thrown into a body that goes on yielding, before it is closed and reported."""

@@ -6,20 +6,17 @@ those of rcl_action. Where its releases differ, a result is kept for `result_tim
 
 from __future__ import annotations
 
+import asyncio
 from collections import deque
 from collections.abc import AsyncGenerator, Callable, Iterable
 from enum import IntEnum
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from actors.actions.peers import GoalFollower
+from actors.contracts.contracts import Aborted, Done
 from actors.errors import ActorError
+from actors.interfaces.message import Message
 from actors.waiting import Waiters
-
-if TYPE_CHECKING:
-    import asyncio
-
-    from actors.actions.peers import GoalFollower
-    from actors.contracts.contracts import Aborted, Done
-    from actors.interfaces.message import Message
 
 DEFAULT_RESULT_TIMEOUT_NS: Final = 10_000_000_000
 """How long a result is kept after its goal has ended, by default: 10 s, as in ROS 2."""

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from heapq import heappush, heapreplace
-from typing import TYPE_CHECKING, NamedTuple
+from operator import attrgetter
+from typing import Final, NamedTuple
 
 from actors.bag.qos_text import qos_profiles_text
 from actors.interfaces.hashes import type_hash
+from actors.interfaces.message import Message
 from actors.interfaces.text import schema_text
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
-    from actors.qos.policies import QoS
+from actors.qos.policies import QoS
 
 
 class BagError(Exception):
@@ -57,6 +56,10 @@ class BagMessage(NamedTuple):
 
     published_ns: int
     """When it was sent; the same as `received_ns` if the bag does not tell."""
+
+
+received: Final = attrgetter("received_ns")
+"""When a message was received: the order of a bag."""
 
 
 def topic_of(name: str, type: type[Message], offered: Iterable[QoS] = ()) -> BagTopic:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from actors.bag.contents import BagError, BagTopic
 from actors.bag.schemas import decoder_of, type_of
 from actors.interfaces.cdr import decode
 from actors.interfaces.fields import FLOATS, INTEGER_RANGES, STRINGS
 from actors.interfaces.lookup import get_message
+from actors.interfaces.message import Field, Message
 from actors.interfaces.schemas import ros_name
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Field, Message
 
 KINDS: Final = {
     **dict.fromkeys(INTEGER_RANGES, "number"),

@@ -18,12 +18,11 @@ from functools import partial
 from heapq import merge
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Self, cast
+from typing import Any, Final, Self, cast
 
 from actors.bag.mcap_stream import McapFile
 from actors.bag.offers import known_type
-from actors.bag.ring import Channel, Entry, Ring, Source, placed
-from actors.bag.weight import weight_of
+from actors.bag.ring import Channel, Entry, Ring, Source, placed, weight_of
 from actors.checks import NoPublicConstructor, create
 from actors.errors import NotStarted
 from actors.interfaces.builtin_interfaces.msg import Time
@@ -34,14 +33,12 @@ from actors.interfaces.types import default, string, uint32
 from actors.logs import LogRecord, log_message, printable
 from actors.qos import DEFAULT
 from actors.qos import ROSOUT as ROSOUT_QOS
+from actors.qos.policies import QoS
 from actors.runtime.standard import ROSOUT
+from actors.supervision.report import Report
+from actors.system import System
 from actors.time.values import stamp_of
-
-if TYPE_CHECKING:
-    from actors.qos.policies import QoS
-    from actors.supervision.report import Report
-    from actors.system import System
-    from actors.topics.peers import PublisherPeer
+from actors.topics.peers import PublisherPeer
 
 SUPERVISOR_EVENTS = "/supervisor_events"
 """The topic of a recording that holds the reports of the supervisors."""

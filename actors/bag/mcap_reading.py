@@ -10,12 +10,11 @@ from collections.abc import Callable, Container, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import zip_longest
-from operator import attrgetter
 from pathlib import Path
 from typing import BinaryIO, Final, NamedTuple
 
 from actors.bag import mcap_records as record
-from actors.bag.contents import BagError, BagMessage, BagTopic, Newest
+from actors.bag.contents import BagError, BagMessage, BagTopic, Newest, received
 from actors.bag.foreign import named
 from actors.bag.mcap_records import Damaged
 from actors.bag.mcap_stream import MAGIC
@@ -29,8 +28,6 @@ ENDINGS: Final = {record.DATA_END: 4, record.FOOTER: FOOTER.size - record.HEAD.s
 
 RUN_BYTES: Final = 1024 * 1024
 """How much of what is outside of chunks is read at once."""
-
-received: Final = attrgetter("received_ns")
 
 
 class _Lacking(Damaged):

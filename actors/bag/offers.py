@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from actors.graph.graph import Graph, TopicEntry
 from actors.interfaces import derived
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.foreign import ForeignType
 from actors.interfaces.lookup import find
 from actors.interfaces.message import Message
+from actors.qos.policies import QoS
+from actors.runtime.node import Node
 from actors.runtime.remote_types import action_parts, fetch
 from actors.runtime.standard import PARAMETER_EVENTS, ROSOUT
-
-if TYPE_CHECKING:
-    from actors.graph.graph import Graph, TopicEntry
-    from actors.qos.policies import QoS
-    from actors.runtime.node import Node
-    from actors.topics.peers import Participant
+from actors.topics.peers import Participant
 
 STANDARD = {ROSOUT: "rcl_interfaces/msg/Log", PARAMETER_EVENTS: "rcl_interfaces/msg/ParameterEvent"}
 """The topics of every system of this process, which have no publisher before the first subscription."""

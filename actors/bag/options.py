@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 from actors.bag.qos_text import qos_from_mapping
 from actors.bag.selection import EVERYTHING, Selection
 from actors.bag.writer import WriterOptions
 from actors.bag.yaml_text import load_yaml
 from actors.qos import InvalidQoS
-
-if TYPE_CHECKING:
-    import os
-
-    from actors.qos.policies import QoS
+from actors.qos.policies import QoS
 
 CACHE_BYTES: Final = 100 * 1024 * 1024
 

@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from actors.bag.contents import BagError, BagMessage, BagTopic
 from actors.bag.control_services import serve_player
@@ -22,16 +22,14 @@ from actors.contracts.contracts import Topic
 from actors.interfaces.errors import InterfaceError
 from actors.interfaces.rosgraph_msgs.msg import Clock as ClockMessage
 from actors.qos import DEFAULT, InvalidQoS
+from actors.qos.policies import QoS
 from actors.runtime.declarations import background
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import Node
 from actors.runtime.sim_time import CLOCK
+from actors.supervision.reasons import ExitReason
 from actors.time.values import stamp_of
-
-if TYPE_CHECKING:
-    from actors.qos.policies import QoS
-    from actors.supervision.reasons import ExitReason
-    from actors.topics.publisher import Publisher
+from actors.topics.publisher import Publisher
 
 MOST_SECONDS: Final = 1e8
 """What is longer, such as a rate of 1e308 makes it, counts as so long: no bag has three years."""

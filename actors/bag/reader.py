@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final
 
-from actors.bag.contents import BagError, BagMessage, BagTopic, Newest
+from actors.bag.contents import BagError, BagMessage, BagTopic, Newest, received
 from actors.bag.foreign import SQLITE, ZSTD, begin_of, named
 from actors.bag.mcap_reading import McapReading
 from actors.bag.mcap_records import LARGEST
@@ -93,7 +93,7 @@ class BagReader:
         if start_ns <= self.metadata.start_ns:
             start_ns = 0  # rosbag2 tells of a later start where a message was received at 0
         passes = [reading.messages(start_ns, topics) for reading in self._readings]
-        for message in passes[0] if len(passes) == 1 else merge(*passes, key=_received):
+        for message in passes[0] if len(passes) == 1 else merge(*passes, key=received):
             yield self._unpack(message)
 
     def before(self, end_ns: int, counts: Mapping[str, int]) -> list[BagMessage]:
@@ -206,10 +206,6 @@ def files_of(folder: Path) -> list[Path]:
 def _number(path: Path) -> tuple[int, str]:
     digits = path.name.partition(".")[0].rpartition("_")[2]
     return int(digits) if digits.isdigit() else 0, path.name
-
-
-def _received(message: BagMessage) -> int:
-    return message.received_ns
 
 
 def _joined(told: BagMetadata | None, noticed: BagMetadata | None, found: BagMetadata, paths: list[str]) -> BagMetadata:

@@ -7,27 +7,24 @@ import os
 from collections.abc import Callable, Iterator
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import Final, TypeVar
 
 from actors.bag.capture import Capture, fitting
 from actors.bag.control_services import serve_recorder
 from actors.bag.offers import Offer, RemoteTypes, offers
 from actors.bag.options import RecordOptions
-from actors.bag.ring import Channel, Entry, Ring, Source, placed
-from actors.bag.weight import weight_of
+from actors.bag.ring import Channel, Entry, Ring, Source, placed, weight_of
 from actors.bag.write_queue import Taken, WriteQueue
 from actors.bag.writer import BagWriter, Split
 from actors.contracts.contracts import Topic
+from actors.interfaces.message import Message
 from actors.interfaces.rosbag2_interfaces.msg import WriteSplitEvent
 from actors.runtime.declarations import background, publishes
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import Node
+from actors.supervision.reasons import ExitReason
 from actors.topics.lazy_message import LazyMessage
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
-    from actors.supervision.reasons import ExitReason
-    from actors.topics.peers import PublisherPeer
+from actors.topics.peers import PublisherPeer
 
 T = TypeVar("T")
 

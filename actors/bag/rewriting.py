@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from heapq import merge
 from pathlib import Path
 
-from actors.bag.contents import BagError, BagMessage, BagTopic
+from actors.bag.contents import BagError, BagTopic, received
 from actors.bag.mcap_reading import Salvage
 from actors.bag.metadata import BagMetadata, noted, read_metadata, write_metadata
 from actors.bag.qos_text import parse_qos_profiles
@@ -51,7 +51,7 @@ def rewrite(
         for topic in known.values():
             writer.add(topic)
         names = {topic.name for topic in into}
-        for message in merge(*(bag.messages(names, start_ns=start_ns) for bag in bags), key=_received):
+        for message in merge(*(bag.messages(names, start_ns=start_ns) for bag in bags), key=received):
             if end_ns is not None and message.received_ns >= end_ns:
                 break
             target_topic = into.get(message.topic)
@@ -62,10 +62,6 @@ def rewrite(
                 if progress is not None and writer.given % 1000 == 0:
                     progress(writer.given)
     return writer.close()
-
-
-def _received(message: BagMessage) -> int:
-    return message.received_ns
 
 
 def _defined(topic: BagTopic) -> BagTopic:

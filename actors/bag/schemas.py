@@ -5,17 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from actors.bag.contents import BagError, BagTopic
 from actors.interfaces.cdr import decode
 from actors.interfaces.errors import CdrError, InterfaceError
 from actors.interfaces.hashes import type_hash
 from actors.interfaces.lookup import find, get_message
+from actors.interfaces.message import Message
 from actors.interfaces.schemas import ENCODINGS, recorded_hash, recorded_type, ros_name
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
 
 HASH: Final = re.compile(r"RIHS01_[0-9a-f]{64}")
 

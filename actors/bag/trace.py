@@ -6,17 +6,15 @@ import re
 import struct
 from collections.abc import Callable, Mapping, Set
 from hashlib import sha256
-from typing import TYPE_CHECKING, Final, Self, cast
+from typing import Final, Self, cast
 
 from actors.interfaces.cdr import encode
 from actors.interfaces.errors import CdrError
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
-    from actors.logs import LogRecord
-    from actors.supervision.report import Report
-    from actors.system import System
-    from actors.topics.peers import PublisherPeer
+from actors.interfaces.message import Message
+from actors.logs import LogRecord
+from actors.supervision.report import Report
+from actors.system import System
+from actors.topics.peers import PublisherPeer
 
 ADDRESS: Final = re.compile(r" at 0x[0-9a-fA-F]+")
 """The address in the default `repr` of an object. It differs between runs."""

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Iterator
 from types import TracebackType
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
+from actors.actions.client import Goal
+from actors.actions.goals import GoalStatus
 from actors.checks import NoPublicConstructor
 from actors.errors import ActorError
 from actors.interfaces.message import F, M, R
-
-if TYPE_CHECKING:
-    from actors.actions.client import Goal
-    from actors.actions.goals import GoalStatus
-    from actors.runtime.node import Node
-    from actors.topics.stream import Stream
+from actors.runtime.node import Node
+from actors.topics.stream import Stream
 
 T = TypeVar("T")
 

@@ -8,22 +8,20 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import msgspec
 
+from actors.contracts.contracts import Topic
 from actors.names.names import lint_name, lint_node_name
 from actors.parameters.declare import OPTIONAL_PARAMETERS
 from actors.qos import compatible
+from actors.qos.policies import QoS
 from actors.runtime.node import Node
 from actors.runtime.options import identity_of
 from actors.suggest import did_you_mean
 from actors.supervision.child import Child
 from actors.supervision.declarations import Spec, Supervisor
-
-if TYPE_CHECKING:
-    from actors.contracts.contracts import Topic
-    from actors.qos.policies import QoS
 
 
 class Finding(msgspec.Struct, frozen=True, order=True):

@@ -6,12 +6,10 @@ import operator
 import re
 from collections.abc import Callable, Sequence
 from functools import lru_cache, reduce
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from actors.errors import InvalidFilter
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
+from actors.interfaces.message import Message
 
 _Value: TypeAlias = Callable[[Any], object]
 _Test: TypeAlias = Callable[[Any], bool]

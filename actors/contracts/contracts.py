@@ -12,11 +12,12 @@ Names are ROS names: a relative name is resolved in the namespace of the node th
 
 from __future__ import annotations
 
+import builtins  # the contract classes have a field `type`, which hides the builtin
 import inspect
 from collections.abc import AsyncGenerator, Callable, Coroutine
 from math import inf
 from types import CodeType
-from typing import TYPE_CHECKING, Any, Final, Generic, Literal, Never, TypeAlias, TypeVar, cast
+from typing import Any, Final, Generic, Literal, Never, TypeAlias, TypeVar, cast
 
 from actors.checks import NoPublicConstructor, create, is_number, is_whole
 from actors.contracts.content_filter import ContentFilter
@@ -24,9 +25,6 @@ from actors.errors import DeclarationError
 from actors.interfaces.message import ActionType, F, G, M, R, Req, Resp, ServiceType
 from actors.qos import DEFAULT, of
 from actors.qos.policies import QoS
-
-if TYPE_CHECKING:
-    import builtins  # the contract classes have a field `type`, which hides the builtin
 
 
 class Declaration:

@@ -5,23 +5,20 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING
 
 import msgspec
 
 from actors.checks import NoPublicConstructor
 from actors.errors import CallTimeout
+from actors.graph.graph import Graph
+from actors.graph.servers import S, ServerEntry
+from actors.graph.snapshot import NodeView, Snapshot
+from actors.names.identity import Identity
 from actors.names.names import expand
 from actors.qos.policies import QoS
 from actors.time.deadlines import check_timeout
+from actors.topics.peers import PublisherPeer, SubscriptionPeer
 from actors.waiting import Waiters
-
-if TYPE_CHECKING:
-    from actors.graph.graph import Graph
-    from actors.graph.servers import S, ServerEntry
-    from actors.graph.snapshot import NodeView, Snapshot
-    from actors.names.identity import Identity
-    from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
 LOOK_EVERY = 0.1
 """How often `wait_for_node` looks, seconds: a node without endpoints does not change the graph."""

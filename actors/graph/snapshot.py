@@ -6,17 +6,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 import msgspec
 
+from actors.graph.graph import Graph, TopicEntry
+from actors.graph.watching import KnownLink, NodeElsewhere
+from actors.inbox.load import Load
+from actors.names.identity import Identity
 from actors.topics.peers import Elsewhere, PublisherPeer, SubscriptionPeer
-
-if TYPE_CHECKING:
-    from actors.graph.graph import Graph, TopicEntry
-    from actors.graph.watching import KnownLink, NodeElsewhere
-    from actors.inbox.load import Load
-    from actors.names.identity import Identity
 
 Places: TypeAlias = "dict[str, tuple[str, int]]"
 """Node of another process -> its host and process."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Iterator
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 from msgspec import structs
 
@@ -15,14 +15,12 @@ from actors.hosts.launcher import transport_here
 from actors.hosts.messages import Wire
 from actors.hosts.remote import RemoteProcess
 from actors.logs import NodeLog
+from actors.processes.life import Launch
 from actors.processes.messages import Event, Order, Over
 from actors.runtime.placement import Placement
 from actors.runtime.runtime import HostLease, Runtime
 from actors.suggest import did_you_mean
 from actors.supervision.reasons import Failed
-
-if TYPE_CHECKING:
-    from actors.processes.life import Launch
 
 LOOKING_SECONDS: Final = 0.05
 """Seconds between two looks for a host that takes a child."""

@@ -19,6 +19,7 @@ from actors.interfaces.cdr_layout import (
     START,
     UNKNOWN,
     Position,
+    Source,
     WStrings,
     alignment_of_element,
     decode_wide,
@@ -59,26 +60,19 @@ def _over_bound(where: str, count: int, bound: int) -> NoReturn:
     raise CdrError(f"{where}: {count} elements, but at most {bound} are allowed")
 
 
-class _Decoder:
+class _Decoder(Source):
     """The source of one decoder. `d` are the data, `e` their length, `i` the next byte."""
 
     def __init__(self, wstrings: WStrings, order: str) -> None:
         self.order = order
-        self.scope: dict[str, object] = {
-            "TOO_LONG": _too_long,
-            "OVER_BOUND": _over_bound,
-            "OTHER_HEADER": _other_header,
-        }
-        self.scope["WIDE"] = partial(decode_wide, form=wstrings, order=order)
+        wide = partial(decode_wide, form=wstrings, order=order)
+        super().__init__(TOO_LONG=_too_long, OVER_BOUND=_over_bound, OTHER_HEADER=_other_header, WIDE=wide)
         self.wide_factor = wide_size(1, wstrings)
-        self.lines: list[str] = []
-        self.indent = 1
         self.at: Position = START
         # The header is read with the first run.
         self.layout: str = "H2x"
         self.names: list[str] = ["h"]
         self.size: int = HEADER
-        self.count = 0
         self.check = ""
         """What follows the first run."""
 
@@ -90,20 +84,6 @@ class _Decoder:
         self.flush()
         self.line(f"return {result}")
         return "\n".join(["def decode(d, e):", *self.lines])
-
-    def line(self, text: str) -> None:
-        self.lines.append("    " * self.indent + text)
-
-    def name(self, prefix: str) -> str:
-        """A variable of the generated code."""
-        self.count += 1
-        return f"{prefix}{self.count}"
-
-    def constant(self, prefix: str, value: object) -> str:
-        """A name that the generated code has for `value`."""
-        name = f"{prefix}{len(self.scope)}"
-        self.scope[name] = value
-        return name
 
     def primitive(self, code: str) -> str:
         """Adds one primitive to the run that will be unpacked at once; returns the variable it will be in."""

@@ -14,6 +14,7 @@ from actors.interfaces.cdr_layout import (
     START,
     UNKNOWN,
     Position,
+    Source,
     WStrings,
     alignment_of_element,
     encode_wide,
@@ -39,14 +40,11 @@ def compile_encoder(cls: type[Message], wstrings: WStrings) -> Callable[[Any], b
     return encoder
 
 
-class _Encoder:
+class _Encoder(Source):
     """The source of one encoder. `n` in it is the position in the body, kept up where data decides it."""
 
     def __init__(self, cls: type[Message], wstrings: WStrings) -> None:
-        self.scope: dict[str, object] = {"JOIN": b"".join, "PADS": PADS}
-        self.scope["WIDE"] = partial(encode_wide, form=wstrings)
-        self.lines: list[str] = []
-        self.indent = 1
+        super().__init__(JOIN=b"".join, PADS=PADS, WIDE=partial(encode_wide, form=wstrings))
         self.at: Position = START
         self.layout: str = "I"
         self.values = [str(LITTLE_ENDIAN)]
@@ -54,7 +52,6 @@ class _Encoder:
         self.listed = has_loop(cls)  # parts go to a list; without loops their number is known, and they are variables
         self.parts: list[str] = []
         self.has_arrays = False
-        self.count = 0
 
     def text(self, cls: type[Message]) -> str:
         """The whole source."""
@@ -70,20 +67,6 @@ class _Encoder:
         if not any("-n &" in line for line in self.lines):  # nothing is aligned by the position
             self.lines = [line for line in self.lines if not line.lstrip().startswith("n ")]
         return "\n".join(["def encode(m):", *self.lines])
-
-    def line(self, text: str) -> None:
-        self.lines.append("    " * self.indent + text)
-
-    def name(self, prefix: str) -> str:
-        """A variable of the generated code."""
-        self.count += 1
-        return f"{prefix}{self.count}"
-
-    def constant(self, prefix: str, value: object) -> str:
-        """A name that the generated code has for `value`."""
-        name = f"{prefix}{len(self.scope)}"
-        self.scope[name] = value
-        return name
 
     def part(self, expression: str) -> None:
         """Adds bytes to the result."""

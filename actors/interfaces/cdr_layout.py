@@ -175,3 +175,27 @@ def decode_wide(data: bytes, form: WStrings, order: str) -> str:
         units = struct.unpack(f"{order}{count}I", data)
         data = struct.pack(f"{order}{count}H", *(unit if unit <= 0xFFFF else 0xFFFD for unit in units))
     return data.decode("utf-16-le" if order == "<" else "utf-16-be", "replace")
+
+
+class Source:
+    """Python source that is generated for one type of message, with what it uses by name (`scope`)."""
+
+    def __init__(self, **scope: object) -> None:
+        self.scope = scope
+        self.lines: list[str] = []
+        self.indent = 1
+        self.count = 0
+
+    def line(self, text: str) -> None:
+        self.lines.append("    " * self.indent + text)
+
+    def name(self, prefix: str) -> str:
+        """A variable of the generated code."""
+        self.count += 1
+        return f"{prefix}{self.count}"
+
+    def constant(self, prefix: str, value: object) -> str:
+        """A name that the generated code has for `value`."""
+        name = f"{prefix}{len(self.scope)}"
+        self.scope[name] = value
+        return name

@@ -11,15 +11,13 @@ import struct
 from collections.abc import Callable, Iterable
 from functools import partial
 from keyword import iskeyword
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from msgspec.structs import force_setattr
 
 from actors.interfaces.errors import MessageTypeError, MessageValueError
 from actors.interfaces.fields import FLOATS, INTEGER_RANGES, STRINGS, FieldType
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Field
+from actors.interfaces.message import Field
 
 Converter = Callable[[str, Any], object]
 

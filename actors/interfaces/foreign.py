@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-if TYPE_CHECKING:
-    from actors.interfaces.message import InterfaceClass
+from actors.interfaces.message import InterfaceClass
 
 
 class ForeignType:

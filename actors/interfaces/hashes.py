@@ -13,12 +13,9 @@ from hashlib import sha256
 from typing import Any, Final, TypeAlias
 
 from actors.interfaces.derived import event_message, feedback_message, get_result_service, send_goal_service
-from actors.interfaces.errors import UnknownInterface
 from actors.interfaces.fields import PLACEHOLDER, FieldType
-from actors.interfaces.lookup import find
+from actors.interfaces.lookup import class_of
 from actors.interfaces.message import Field, InterfaceClass, Message, ServiceType
-from actors.interfaces.naming import closest, full_name
-from actors.interfaces.registry import known_names
 
 TYPE_IDS: Final = {
     "int8": 2,
@@ -49,7 +46,7 @@ def type_hash(of: str | InterfaceClass) -> str:
     Raises:
         UnknownInterface: no type of that name is known.
     """
-    cls: object = _resolve(of)
+    cls: object = class_of(of)
     return _hash(cls)
 
 
@@ -81,7 +78,7 @@ def hash_of_definitions(name: str, fields_of: Callable[[str], Iterable[tuple[str
 
 def type_description(of: str | InterfaceClass) -> dict[str, Any]:
     """The canonical description as plain data, in the shape of `type_description_interfaces/msg/TypeDescription`."""
-    top = _resolve(of)
+    top = class_of(of)
     found: dict[str, dict[str, object]] = {}
     waiting: list[InterfaceClass] = [top]
     while waiting:
@@ -146,12 +143,3 @@ def _fields(cls: InterfaceClass) -> Iterable[_FieldEntry]:
 
 def _entry(field: Field) -> _FieldEntry:
     return field.name, field.type, field.message
-
-
-def _resolve(of: str | InterfaceClass) -> InterfaceClass:
-    if not isinstance(of, str):
-        return of
-    cls = find(full_name(of))
-    if cls is None:
-        raise UnknownInterface(f"unknown type {of!r}.{closest(full_name(of), known_names())}")
-    return cls

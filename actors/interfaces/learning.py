@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
-from typing import TYPE_CHECKING, Final, cast
+from typing import Final, cast
 
 from msgspec import structs
 
@@ -19,11 +19,8 @@ from actors.interfaces.hashes import ARRAY_OFFSETS, BOUNDED_STRING, NESTED, TYPE
 from actors.interfaces.loading import define as define_one
 from actors.interfaces.naming import Kind, full_name
 from actors.interfaces.parse import PARTS, Definition, DefinitionError, parse
-
-if TYPE_CHECKING:
-    from actors.interfaces.type_description_interfaces import msg
-    from actors.interfaces.type_description_interfaces.srv import GetTypeDescription_Response
-
+from actors.interfaces.type_description_interfaces import msg
+from actors.interfaces.type_description_interfaces.srv import GetTypeDescription_Response
 
 MOST_BYTES: Final = 1 << 20
 """The largest description, and the longest texts of a type and all that it contains."""

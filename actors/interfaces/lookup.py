@@ -7,7 +7,7 @@ import re
 from typing import Any, Final
 
 from actors.interfaces.errors import UnknownInterface
-from actors.interfaces.message import ActionType, Message, ServiceType
+from actors.interfaces.message import ActionType, InterfaceClass, Message, ServiceType
 from actors.interfaces.naming import Kind, closest, full_name
 from actors.interfaces.registry import find_definition, known, known_names
 
@@ -71,6 +71,16 @@ def find(name: str) -> type[Any] | None:
         _load_once(file, package)
     found = known(name)
     return found if found is not None else _derived(name)
+
+
+def class_of(of: str | InterfaceClass) -> InterfaceClass:
+    """The type of a full name, or the type that is given. Raises UnknownInterface."""
+    if not isinstance(of, str):
+        return of
+    cls = find(full_name(of))
+    if cls is None:
+        raise UnknownInterface(f"unknown type {of!r}.{closest(full_name(of), known_names())}")
+    return cls
 
 
 def _derived(name: str) -> type[object] | None:

@@ -7,14 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from actors.interfaces.errors import UnknownInterface
 from actors.interfaces.fields import FieldType
 from actors.interfaces.loading import read_file
-from actors.interfaces.lookup import find
+from actors.interfaces.lookup import class_of, find
 from actors.interfaces.message import InterfaceClass, Message, ServiceType
-from actors.interfaces.naming import closest, full_name
+from actors.interfaces.naming import full_name
 from actors.interfaces.parse import parse_type
-from actors.interfaces.registry import find_definition, known_names
+from actors.interfaces.registry import find_definition
 
 Comments: TypeAlias = Literal["top", "all", "none"]
 """Of which definitions the comments are shown: of the type itself, of the types in its fields as well, of none."""
@@ -29,7 +28,7 @@ def definition_text(of: str | InterfaceClass) -> str:
     Raises:
         UnknownInterface: no type of that name is known.
     """
-    cls = _resolve(of)
+    cls = class_of(of)
     if not re.search(r"_[A-Za-z]+$", cls.__ros_type__):  # a part has no file of its own
         written = getattr(cls, "__ros_text__", None)
         if isinstance(written, str):
@@ -48,12 +47,12 @@ def show(of: str | InterfaceClass, *, comments: Comments = "top") -> str:
     Raises:
         UnknownInterface: no type of that name is known.
     """
-    return "".join(f"{line}\n" for line in _expanded(_resolve(of), comments != "none", comments == "all", ""))
+    return "".join(f"{line}\n" for line in _expanded(class_of(of), comments != "none", comments == "all", ""))
 
 
 def schema_text(of: str | type[Message]) -> str:
     """The definition followed by those of all nested types, as MCAP's `ros2msg` schemas have it."""
-    top = _resolve(of)
+    top = class_of(of)
     found: dict[str, InterfaceClass] = {}
     waiting: list[InterfaceClass] = [top]
     while waiting:
@@ -91,7 +90,7 @@ def _nested_type(code: str, package: str) -> InterfaceClass | None:
     if "_" in word.rpartition("/")[2]:  # a part of a service or action, which only derived types contain
         return find(full_name(word.partition("[")[0], "srv")) or find(full_name(word.partition("[")[0], "action"))
     kind = parse_type(word, package)
-    return _resolve(kind.base) if kind.is_message else None
+    return class_of(kind.base) if kind.is_message else None
 
 
 def _composed(cls: InterfaceClass) -> str:
@@ -116,12 +115,3 @@ def _written(value: Any, quoted: bool = True) -> str:
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(_written(item) for item in value)}]"  # pyright: ignore[reportUnknownVariableType]
     return str(value)
-
-
-def _resolve(of: str | InterfaceClass) -> InterfaceClass:
-    if not isinstance(of, str):
-        return of
-    cls = find(full_name(of))
-    if cls is None:
-        raise UnknownInterface(f"unknown type {of!r}.{closest(full_name(of), known_names())}")
-    return cls

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+from actors.launch.context import LaunchContext
 from actors.launch.errors import ConditionError
 from actors.launch.looking import NotDone
 from actors.launch.substitution import Text, normalized, perform, shown
 from actors.launch.substitutions.paths import COMMAND
-
-if TYPE_CHECKING:
-    from actors.launch.context import LaunchContext
 
 
 class Condition:

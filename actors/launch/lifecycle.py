@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from actors.contracts.contracts import Service, Topic
 from actors.interfaces.lifecycle_msgs.msg import State as State
 from actors.interfaces.lifecycle_msgs.msg import Transition, TransitionEvent
 from actors.interfaces.lifecycle_msgs.srv import ChangeState
 from actors.launch import events
-
-if TYPE_CHECKING:
-    from actors.runtime.node import Node
+from actors.runtime.node import Node
 
 WAIT_SECONDS = 30.0
 """How long a lifecycle node is waited for, and how long its hook may take."""

@@ -6,17 +6,15 @@ import atexit
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
+from actors.launch.conditions import Condition
+from actors.launch.context import LaunchContext
 from actors.launch.errors import LaunchError
 from actors.launch.looking import looking
 from actors.launch.substitution import Substitution, Text, normalized, perform, shown, yaml_value
 from actors.launch.substitutions.values import LaunchConfiguration
 from actors.parameters.ros_yaml import dump_yaml
-
-if TYPE_CHECKING:
-    from actors.launch.conditions import Condition
-    from actors.launch.context import LaunchContext
 
 
 class RewrittenYaml(Substitution):

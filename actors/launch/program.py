@@ -9,7 +9,7 @@ import signal
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from actors.launch.errors import ProcessDied
 from actors.launch.executables import Running
@@ -20,9 +20,7 @@ from actors.parameters.files import ALL_NODES
 from actors.parameters.ros_yaml import dump_yaml
 from actors.runtime.declarations import background
 from actors.runtime.node import Node
-
-if TYPE_CHECKING:
-    from actors.supervision.reasons import ExitReason
+from actors.supervision.reasons import ExitReason
 
 Output = Callable[[bytes, bool], None]
 """Takes a line that a process has written, with its end, and whether it is one of stdout."""

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeAlias
+from typing import Any, ClassVar, Final, Literal, TypeAlias
 
 from actors.errors import NotRunning, ProgramExit, described
 from actors.inbox.control import blame
+from actors.interfaces.message import Message, ServiceType
 from actors.lifecycle.machine import (
     HookResult,
     LifecycleMachine,
@@ -24,10 +25,7 @@ from actors.lifecycle.machine import (
 from actors.lifecycle.services import SERVICES, transition_event
 from actors.runtime.incarnation import Incarnation, incarnation_of
 from actors.runtime.node import Node
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message, ServiceType
-    from actors.system import System
+from actors.system import System
 
 PrimaryState: TypeAlias = Literal["unconfigured", "inactive", "active"]
 """The states in which a lifecycle node may stay."""

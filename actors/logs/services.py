@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+from actors.interfaces.message import Message, ServiceType
 from actors.interfaces.rcl_interfaces.msg import LoggerLevel, SetLoggerLevelsResult
 from actors.interfaces.rcl_interfaces.srv import (
     GetLoggerLevels,
@@ -15,10 +16,7 @@ from actors.interfaces.rcl_interfaces.srv import (
     SetLoggerLevels_Request,
     SetLoggerLevels_Response,
 )
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message, ServiceType
-    from actors.logs.levels import LevelTree
+from actors.logs.levels import LevelTree
 
 
 def _get(levels: LevelTree, request: GetLoggerLevels_Request) -> GetLoggerLevels_Response:

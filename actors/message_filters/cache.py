@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from actors.message_filters.simple_filter import PassThrough, SimpleFilter
 from actors.message_filters.stamps import Stamp, instant_of, stamp_of_message
+from actors.time.clock import Clock
 from actors.time.values import ClockType, Time
-
-if TYPE_CHECKING:
-    from actors.time.clock import Clock
 
 M = TypeVar("M")
 

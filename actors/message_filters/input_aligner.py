@@ -6,13 +6,11 @@ from bisect import insort
 from collections.abc import Iterable, Mapping
 from itertools import count
 from math import inf
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from actors.message_filters.simple_filter import SimpleFilter
 from actors.message_filters.stamps import stamp_of_message
-
-if TYPE_CHECKING:
-    from actors.runtime.node import Node
+from actors.runtime.node import Node
 
 
 class QueueStatus(NamedTuple):

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
+from actors.contracts.contracts import Topic
+from actors.interfaces.message import Message
 from actors.message_filters.signal import Connection, Signal
-
-if TYPE_CHECKING:
-    from actors.contracts.contracts import Topic
-    from actors.interfaces.message import Message
-    from actors.qos.policies import QoS
-    from actors.runtime.node import Node
+from actors.qos.policies import QoS
+from actors.runtime.node import Node
 
 M = TypeVar("M")
 T = TypeVar("T", bound="Message")

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
+from actors.time.clock import Clock
 from actors.time.values import SecNanosec, Time, nanoseconds_of
-
-if TYPE_CHECKING:
-    from actors.time.clock import Clock
 
 Stamp: TypeAlias = Time | SecNanosec
 """A `Time`, or the stamp of a message."""

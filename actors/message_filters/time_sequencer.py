@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from bisect import insort
 from itertools import count
-from typing import TYPE_CHECKING, TypeAlias, TypeVar
+from typing import TypeAlias, TypeVar
 
 from actors.message_filters.simple_filter import PassThrough, SimpleFilter
 from actors.message_filters.stamps import stamp_of_message
-
-if TYPE_CHECKING:
-    from actors.runtime.node import Node
+from actors.runtime.node import Node
 
 M = TypeVar("M")
 Entry: TypeAlias = tuple[int, int, M]

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from actors.names import names
-
-if TYPE_CHECKING:
-    from actors.names.remapping import Remapping
+from actors.names.remapping import Remapping
 
 
 class Identity:

@@ -15,16 +15,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from actors.contracts.contracts import Service
+from actors.interfaces.rcl_interfaces import srv
 from actors.parameters import ParameterDescriptor, ParameterNotDeclared, Value
 from actors.parameters.values import Parameter, SetResult
 from actors.runtime.incarnation import incarnation_of
 from actors.runtime.node import CALL_TIMEOUT, Node
-
-if TYPE_CHECKING:
-    from actors.interfaces.rcl_interfaces import srv
 
 SERVER: Final = "/parameter_server"
 """The full name of the server that `get_global` and `set_global` use by default."""

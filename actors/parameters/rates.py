@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from actors.errors import DeclarationError
+from actors.parameters.declare import ParameterDeclaration
+from actors.parameters.store import ParameterStore
 from actors.parameters.values import Parameter, ParameterType, SetResult
-
-if TYPE_CHECKING:
-    from actors.parameters.declare import ParameterDeclaration
-    from actors.parameters.store import ParameterStore
 
 
 def rate_objection(rate: object) -> str | None:

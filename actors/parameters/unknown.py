@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Container
-from typing import TYPE_CHECKING
 
 from actors.errors import DeclarationError
 from actors.parameters.declare import NO_PARAMETERS
+from actors.parameters.store import ParameterStore
 from actors.suggest import did_you_mean
-
-if TYPE_CHECKING:
-    from actors.parameters.store import ParameterStore
 
 
 def refuse_unknown(store: ParameterStore, owner: str, optional: Container[str] = ()) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from msgspec import structs
 
 from actors.checks import create
 from actors.errors import NotRunning, NotStarted
+from actors.logs import LogRecord
 from actors.processes.flight_records import save
 from actors.processes.messages import (
     CrashAsked,
@@ -27,20 +28,17 @@ from actors.processes.messages import (
 )
 from actors.processes.pickling import pack, unpack
 from actors.runtime.node import Node
+from actors.runtime.runtime import NodeRecord, OtherProcesses, Runtime
 from actors.supervision.child import Child
 from actors.supervision.declarations import Supervisor
 from actors.supervision.errors import StartFailed
 from actors.supervision.policy import Intensity, any_significant, temporary
 from actors.supervision.process_options import HANG_SECONDS
 from actors.supervision.reasons import ExitReason, Stopped, is_abnormal
+from actors.supervision.report import Report
 from actors.system import System, keep_step
 from actors.transport.bridge import connect
-
-if TYPE_CHECKING:
-    from actors.logs import LogRecord
-    from actors.runtime.runtime import NodeRecord, OtherProcesses, Runtime
-    from actors.supervision.report import Report
-    from actors.transport.protocol import Transport
+from actors.transport.protocol import Transport
 
 _NOTHING: Final = (None, None)
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Sequence
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 from actors.processes.messages import Event, Order, Over, Ready, Request, StopAsked
+from actors.processes.parent import ParentSide
 from actors.supervision.reasons import Failed, Killed, Leaked, Skip, Stop, Stopped
 from actors.supervision.refs import ChildState
-
-if TYPE_CHECKING:
-    from actors.processes.parent import ParentSide
 
 TERMINATION_SECONDS: Final = 0.3
 """Seconds between `terminate` and SIGKILL for a process that has not stopped in its time."""

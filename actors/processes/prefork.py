@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
 from msgspec import structs
 
 from actors.processes.channel import framed
 from actors.processes.forked import MODULES, Forked, Zygote, can_fork, here
 from actors.processes.forked import started as zygotes
+from actors.processes.messages import Order
 from actors.processes.os_process import Started, discard, prepared, still_waiting
 from actors.processes.preparation import preparation
 from actors.supervision.child import Child
 from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
-
-if TYPE_CHECKING:
-    from actors.processes.messages import Order
 
 
 class PreforkPool:

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import socket
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from actors.checks import create
+from actors.runtime.runtime import Runtime
 from actors.transport.bridge import Bridge
 from actors.transport.domain_id import domain_from_environment
-
-if TYPE_CHECKING:
-    import asyncio
-
-    from actors.runtime.runtime import Runtime
-    from actors.transport.protocol import Transport
+from actors.transport.protocol import Transport
 
 
 class Rendezvous:

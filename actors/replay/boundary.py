@@ -6,28 +6,26 @@ import asyncio
 from abc import abstractmethod
 from collections.abc import Awaitable, Callable, Coroutine
 from contextvars import Context
-from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 from weakref import WeakKeyDictionary
 
+from actors.actions.client import SentGoals
+from actors.actions.peers import ActionPeer, GoalFollower, Outcome
+from actors.actions.server import ActionServer, GoalRequest, ServedGoals
 from actors.errors import described
+from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
 from actors.inbox.boundary import BOUNDARY, outside
+from actors.inbox.inbox import Inbox
+from actors.interfaces.message import Message, Req, Resp
 from actors.replay.journaled_loop import Callback, OwnedTask
+from actors.runtime.incarnation import Incarnation
 from actors.runtime.interceptor import Interceptor
-
-if TYPE_CHECKING:
-    from actors.actions.client import SentGoals
-    from actors.actions.peers import ActionPeer, GoalFollower, Outcome
-    from actors.actions.server import ActionServer, GoalRequest, ServedGoals
-    from actors.graph.servers import ActionEntry, S, ServerEntry, ServiceEntry
-    from actors.inbox.inbox import Inbox
-    from actors.interfaces.message import Message, Req, Resp
-    from actors.runtime.incarnation import Incarnation
-    from actors.runtime.timers import NodeTimer, Ticked
-    from actors.services.client import Client
-    from actors.services.peers import Answering, Caller, OpenCall, Requester, ServiceCall, ServicePeer, Submit
-    from actors.services.server import Request, Server, Take
-    from actors.supervision.peers import Life
-    from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
+from actors.runtime.timers import NodeTimer, Ticked
+from actors.services.client import Client
+from actors.services.peers import Answering, Caller, OpenCall, Requester, ServiceCall, ServicePeer, Submit
+from actors.services.server import Request, Server, Take
+from actors.supervision.peers import Life
+from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 T = TypeVar("T")
 

@@ -8,7 +8,7 @@ import tempfile
 import weakref
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from actors.inbox.boundary import BOUNDARY
 from actors.replay.alone import check_alone
@@ -19,12 +19,10 @@ from actors.replay.parts import Spool
 from actors.replay.recording import Recording, Start, is_subtree, named
 from actors.replay.recording_boundary import RecordedLife, RecordingBoundary
 from actors.runtime.interceptor import Interceptor
+from actors.runtime.runtime import NodeRecord
 from actors.suggest import did_you_mean
-
-if TYPE_CHECKING:
-    from actors.runtime.runtime import NodeRecord
-    from actors.supervision.peers import Life
-    from actors.system import System
+from actors.supervision.peers import Life
+from actors.system import System
 
 
 class Journal:

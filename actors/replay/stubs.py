@@ -5,15 +5,13 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from actors.errors import CallTimeout
-
-if TYPE_CHECKING:
-    from actors.graph.graph import TopicEntry
-    from actors.interfaces.message import Message
-    from actors.qos.policies import QoS
-    from actors.topics.peers import PublisherPeer, Target
+from actors.graph.graph import TopicEntry
+from actors.interfaces.message import Message
+from actors.qos.policies import QoS
+from actors.topics.peers import PublisherPeer, Target
 
 
 class StubNode:

@@ -5,13 +5,11 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from actors.names.names import is_hidden
+from actors.system import System
 from actors.transport.environment import IN_PROCESS, VARIABLE
-
-if TYPE_CHECKING:
-    from actors.system import System
 
 AFTER: Final = 5.0
 """How long an endpoint is alone before there is a hint, at least; seconds."""

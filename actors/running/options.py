@@ -8,23 +8,21 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise, takewhile
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
+from actors.logs.levels import Level
+from actors.names.identity import Identity
 from actors.names.names import logger_name
 from actors.parameters.declare import OPTIONAL_PARAMETERS, ParameterTable
+from actors.parameters.files import ParameterOverrides
 from actors.qos.policies import QOS_OVERRIDES
+from actors.running.arguments import RosArguments
 from actors.runtime.members import has_fixed_parameters
 from actors.runtime.node import Node
 from actors.runtime.options import RunOptions, identity_of
 from actors.suggest import did_you_mean
 from actors.supervision.child import Child
 from actors.supervision.declarations import DynamicSupervisor, Spec
-
-if TYPE_CHECKING:
-    from actors.logs.levels import Level
-    from actors.names.identity import Identity
-    from actors.parameters.files import ParameterOverrides
-    from actors.running.arguments import RosArguments
 
 ParameterSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Mapping[str, object]]
 """The path of a ROS 2 parameter file (YAML), or ``{node: {parameter: value}}`` with its patterns: a full name, ``/**`` for all nodes."""

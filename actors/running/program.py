@@ -6,20 +6,18 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
+from actors.logs import LogRecord
 from actors.running.options import with_own_arguments
 from actors.running.run import execute, refuse_a_running_loop, run
+from actors.running.trees import Runnable
 from actors.runtime.node import Node
 from actors.supervision.child import Child
 from actors.supervision.declarations import DynamicSupervisor, Spec, Supervisor
 from actors.supervision.errors import StartFailed, SupervisorGaveUp
 from actors.supervision.policy import Intensity, all_significant, never, permanent, transient
-
-if TYPE_CHECKING:
-    from actors.logs import LogRecord
-    from actors.running.trees import Runnable
-    from actors.system import System
+from actors.system import System
 
 WRONG_ARGUMENT = 2
 """The exit code for an argument that is wrong, as argparse has it."""

@@ -18,12 +18,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from actors.places import line_of
-
-if TYPE_CHECKING:
-    from actors.system import System
+from actors.system import System
 
 ONE_SIGNAL_SECONDS: Final = 0.5
 """Signals that come within so many seconds are one: `timeout` sends SIGTERM twice, a process group gets Ctrl-C and what its shell sends."""

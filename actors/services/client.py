@@ -5,16 +5,13 @@ from __future__ import annotations
 import asyncio
 from asyncio import current_task
 from threading import get_ident
-from typing import TYPE_CHECKING, Generic
+from typing import Generic
 
 from actors.contracts.contracts import Service
 from actors.errors import WrongType
-from actors.interfaces.message import Req, Resp
+from actors.interfaces.message import Message, Req, Resp
 from actors.services.peers import Caller, ServiceCall, ServiceName, ServicePeer, Submit, refuse_cycle, refuse_other_type
 from actors.time.deadlines import check_timeout
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
 
 
 class Client(Generic[Req, Resp]):

@@ -10,15 +10,13 @@ import asyncio
 from collections.abc import Callable, Collection, Coroutine, Mapping
 from enum import IntEnum
 from hashlib import blake2b
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, runtime_checkable
+from typing import Any, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 from actors.errors import CallCycle, WrongType
 from actors.inbox.inbox import Inbox
 from actors.interfaces.foreign import difference
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message, ServiceType
-    from actors.time.deadlines import Deadlines
+from actors.interfaces.message import Message, ServiceType
+from actors.time.deadlines import Deadlines
 
 CallId = tuple[bytes, int]
 """The identifier of a client, 16 bytes, and the number of one of its calls. Both ends of a call give the same."""

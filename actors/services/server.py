@@ -10,19 +10,17 @@ import asyncio
 import math
 from collections import deque
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import msgspec
 
 from actors.errors import CallTimeout, ServiceFailed, WrongType
 from actors.inbox.control import blame
 from actors.inbox.inbox import NOTHING
+from actors.interfaces.message import Message, Req, Resp, ServiceType
 from actors.services.cycles import cycle_of
 from actors.services.peers import Caller, CallId, Registration, Requester
 from actors.time.deadlines import FEW
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message, Req, Resp, ServiceType
 
 LONG = 1.0
 """A request that takes more seconds than this should be a goal of an action."""

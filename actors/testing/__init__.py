@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from actors.testing.simulation.invariants import Invariant
     from actors.time.deadlock import Deadlock, Livelock, Stalled
     from actors.time.virtual_loop import VirtualLoop
-    from actors.transport.simulated.conditions import Conditions
+    from actors.transport.simulated.link import Conditions
 
 __all__ = [
     "Conditions",
@@ -49,7 +49,7 @@ def __getattr__(name: str) -> Any:
 
         return getattr(rig, name)
     if name == "Conditions":
-        from actors.transport.simulated.conditions import Conditions
+        from actors.transport.simulated.link import Conditions
 
         return Conditions
     if name == "SimulatedHosts":

@@ -8,17 +8,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from types import TracebackType
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from actors.checks import NoPublicConstructor, create
+from actors.names.identity import Identity
 from actors.places import place_of
 from actors.supervision.errors import SupervisorGaveUp
 from actors.supervision.reasons import cause_of, is_abnormal
-
-if TYPE_CHECKING:
-    from actors.names.identity import Identity
-    from actors.supervision.report import Report
-    from actors.system import System
+from actors.supervision.report import Report
+from actors.system import System
 
 Kinds = type[BaseException] | tuple[type[BaseException], ...]
 

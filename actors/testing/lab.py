@@ -20,8 +20,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
+from actors.running.options import ParameterSources
+from actors.running.trees import Runnable
+from actors.runtime.node import Node
 from actors.suggest import did_you_mean
 from actors.supervision.declarations import Spec, Supervisor
 from actors.system import System
@@ -29,13 +32,8 @@ from actors.testing.failures import UnexpectedFailure
 from actors.testing.fault_values import OF_NETWORK, ON_LINKS, Fault
 from actors.testing.leaks import Leak
 from actors.testing.rig import Rig, quiet, virtual_loop
-from actors.transport.simulated.conditions import LAN, Conditions
+from actors.transport.simulated.link import LAN, Conditions
 from actors.transport.simulated.network import Network
-
-if TYPE_CHECKING:
-    from actors.running.options import ParameterSources
-    from actors.running.trees import Runnable
-    from actors.runtime.node import Node
 
 
 @dataclass(eq=False, slots=True)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Generic
+from typing import Any, Generic
 
 from actors.checks import NoPublicConstructor
 from actors.interfaces.message import M
+from actors.qos.policies import QoS
 from actors.topics.subscription import Subscription
-
-if TYPE_CHECKING:
-    from actors.qos.policies import QoS
 
 
 class Probe(Subscription[M], Generic[M], metaclass=NoPublicConstructor):

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from actors.contracts.contracts import Service
 from actors.interfaces.geometry_msgs.msg import TransformStamped, VelocityStamped
 from actors.interfaces.message import M
 from actors.interfaces.std_msgs.msg import Header
 from actors.interfaces.tf2_msgs.srv import FrameGraph, FrameGraph_Request, FrameGraph_Response
+from actors.runtime.node import Node
 from actors.tf2 import description
 from actors.tf2.description import Frame
 from actors.tf2.errors import (
@@ -28,9 +29,6 @@ from actors.tf2.transform import Transform, stamped, velocity_in
 from actors.time.deadlines import check_timeout
 from actors.time.values import ClockType, Duration, Time, nanoseconds_of, stamp_of
 from actors.waiting import Waiters
-
-if TYPE_CHECKING:
-    from actors.runtime.node import Node
 
 T = TypeVar("T")
 

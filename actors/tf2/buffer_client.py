@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from actors.contracts.contracts import Action
 from actors.errors import ActionUnavailable, GoalAborted
@@ -13,6 +12,7 @@ from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 from actors.interfaces.geometry_msgs.msg import TransformStamped
 from actors.interfaces.tf2_msgs.action import LookupTransform, LookupTransform_Goal
 from actors.interfaces.tf2_msgs.msg import TF2Error
+from actors.runtime.node import Node
 from actors.tf2.errors import (
     ConnectivityException,
     ExtrapolationException,
@@ -24,10 +24,6 @@ from actors.tf2.errors import (
 from actors.tf2.lookups import WAIT, AsyncLookups, Instant, instant_asked, seconds_of
 from actors.time.deadlines import check_timeout
 from actors.time.values import Duration, stamp_of
-
-if TYPE_CHECKING:
-    from actors.runtime.node import Node
-
 
 LOOKUP = Action(LookupTransform, "tf2_buffer_server")
 """The action of a buffer server, under the name that it has in ROS 2."""

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from actors.contracts.contracts import Topic
+from actors.interfaces.geometry_msgs.msg import TransformStamped
 from actors.interfaces.tf2_msgs.msg import TFMessage
+from actors.qos.policies import QoS
+from actors.runtime.node import Node
 from actors.tf2.broadcasters import TF, TF_STATIC
 from actors.tf2.buffer import Buffer
 from actors.tf2.errors import InvalidArgumentException
 from actors.time.ros_clock import JumpThreshold
 from actors.time.values import Duration
-
-if TYPE_CHECKING:
-    from actors.interfaces.geometry_msgs.msg import TransformStamped
-    from actors.qos.policies import QoS
-    from actors.runtime.node import Node
-    from actors.topics.stream import Stream
+from actors.topics.stream import Stream
 
 AUTHORITY = "default_authority"
 """What ROS 2 writes: a message does not say who sent it."""

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Coroutine
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
+from actors.interfaces.geometry_msgs.msg import TransformStamped
 from actors.interfaces.message import M, Message
+from actors.interfaces.std_msgs.msg import Header
 from actors.message_filters.stamps import Stamp, instant_of
 from actors.tf2.errors import TransformException
 from actors.tf2.geometry import do_transform
 from actors.time.values import Duration
-
-if TYPE_CHECKING:
-    from actors.interfaces.geometry_msgs.msg import TransformStamped
-    from actors.interfaces.std_msgs.msg import Header
-
 
 Instant: TypeAlias = Stamp | None
 """A `Time`, the stamp of a message, or None. None and the time 0 ask for the latest time at which all transforms on the way are known."""

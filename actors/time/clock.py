@@ -5,16 +5,13 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from actors.checks import NoPublicConstructor
+from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 from actors.time.values import stamp_of
 from actors.waiting import wake
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 
 
 class Clock(metaclass=NoPublicConstructor):

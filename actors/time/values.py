@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import StrEnum
 from math import isfinite
-from typing import TYPE_CHECKING, Final, NoReturn, Protocol, cast, overload
+from typing import Final, NoReturn, Protocol, cast, overload
 
-if TYPE_CHECKING:
-    from actors.interfaces.builtin_interfaces.msg import Duration as DurationMessage
-    from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
+from actors.interfaces.builtin_interfaces.msg import Duration as DurationMessage
+from actors.interfaces.builtin_interfaces.msg import Time as TimeMessage
 
 NANOSECONDS: Final = 1_000_000_000
 _INT64_MIN: Final = -(2**63)

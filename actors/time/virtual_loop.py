@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import selectors
 import time
 from asyncio import Future
 from collections import deque
@@ -38,9 +39,6 @@ from actors.time.deadlock import Deadlock, Livelock, Stalled
 from actors.time.handles import SoonHandle, Timer, checked_timer, is_dead, run_watched
 from actors.time.workers import OutsideWork
 from actors.waiting import wake
-
-if TYPE_CHECKING:
-    import selectors
 
 _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from actors.interfaces.cdr import decode, encode
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
+from actors.interfaces.message import Message
 
 
 class LazyMessage:

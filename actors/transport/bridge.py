@@ -10,11 +10,15 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import Any, Final, cast
 
 from actors.checks import NoPublicConstructor, create
+from actors.graph.servers import S, ServerEntry
 from actors.graph.watching import NodeElsewhere
 from actors.inbox.boundary import outside
+from actors.runtime.incarnation import Incarnation
+from actors.runtime.runtime import NodeRecord, Runtime
+from actors.topics.peers import PublisherPeer, SubscriptionPeer
 from actors.transport.cycles import Cycles
 from actors.transport.domain_id import domain_from_environment
 from actors.transport.figures import StatsPublisher
@@ -28,12 +32,6 @@ from actors.transport.local_topics import LocalPublisher, Topics
 from actors.transport.protocol import PublisherHere, RemoteEndpoint, RemoteNode, Transport, WireUnavailable
 from actors.transport.same_names import SameNames
 from actors.transport.standard_names import standard_publishers, standard_services
-
-if TYPE_CHECKING:
-    from actors.graph.servers import S, ServerEntry
-    from actors.runtime.incarnation import Incarnation
-    from actors.runtime.runtime import NodeRecord, Runtime
-    from actors.topics.peers import PublisherPeer, SubscriptionPeer
 
 TOPICS: Final = (EndpointKind.PUBLISHER, EndpointKind.SUBSCRIPTION)
 

@@ -6,15 +6,13 @@ A request carries the chain of the nodes whose handlers hold their inboxes until
 from __future__ import annotations
 
 from asyncio import current_task
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from actors.actions.server import GoalRequest
+from actors.services.peers import Caller, CallId, OpenCall
 from actors.services.server import Request
+from actors.time.deadlines import Deadlines
 from actors.transport.format.extensions import Waiting
-
-if TYPE_CHECKING:
-    from actors.services.peers import Caller, CallId, OpenCall
-    from actors.time.deadlines import Deadlines
 
 
 class NodesHere(Protocol):

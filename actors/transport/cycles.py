@@ -12,16 +12,14 @@ comes back, there is a cycle.
 from __future__ import annotations
 
 import secrets
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from actors.errors import CallCycle
+from actors.services.peers import Caller, OpenCall
 from actors.transport.chains import chain_of, waits_of
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, Waiting, parse_extension, write_extension
-
-if TYPE_CHECKING:
-    from actors.services.peers import Caller, OpenCall
-    from actors.transport.local_side import LocalSide
+from actors.transport.local_side import LocalSide
 
 
 class Cycles:

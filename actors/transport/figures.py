@@ -10,19 +10,16 @@ import os
 import socket
 import sys
 import time
-from typing import TYPE_CHECKING, Final
+from asyncio import TimerHandle
+from typing import Final
 
 from actors.contracts.contracts import Topic
 from actors.interfaces.cdr import encode
 from actors.interfaces.message import Message
 from actors.interfaces.types import Many, default, uint32, uint64
+from actors.runtime.runtime import NodeRecord, Runtime
 from actors.transport.local_side import LocalSide, type_info
-
-if TYPE_CHECKING:
-    from asyncio import TimerHandle
-
-    from actors.runtime.runtime import NodeRecord, Runtime
-    from actors.transport.protocol import PublisherHere
+from actors.transport.protocol import PublisherHere
 
 PERIOD: Final = 1.0
 """Seconds from one report of a process to the next, while it is watched."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from actors.interfaces.hashes import type_hash
+from actors.runtime.runtime import Runtime
 from actors.transport.protocol import NodeHere, Participant, Transport, TypeInfo
-
-if TYPE_CHECKING:
-    from actors.runtime.runtime import Runtime
 
 _PLACES: Final = 1000
 """So many places are remembered; what comes at others is only counted, so that a stranger can fill neither the memory nor the log."""

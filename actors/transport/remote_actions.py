@@ -22,7 +22,7 @@ from actors.qos import ACTION_FEEDBACK, ACTION_STATUS
 from actors.time.values import nanoseconds_of
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension
-from actors.transport.format.sessions import is_ours
+from actors.transport.format.names import is_ours
 from actors.transport.local_side import LocalSide, type_info
 from actors.transport.protocol import Answer, EndpointHere, Handle, NoAnswer, RemoteEndpoint, RemoteNode, Replied, Take
 from actors.transport.remote_services import failure_of

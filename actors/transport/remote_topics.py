@@ -5,22 +5,20 @@ from __future__ import annotations
 import asyncio
 from bisect import insort
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from actors.inbox.expiring import ExpiringMessage
 from actors.interfaces.cdr import UNUSUAL, decoder
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
+from actors.interfaces.message import Message
 from actors.qos.policies import Liveliness, QoS
 from actors.topics.endpoint import nanoseconds
 from actors.topics.lazy_message import LazyMessage, UndecodedTarget
 from actors.topics.peers import DeliversAll, Participant, PublisherPeer, SubscriptionPeer, Target, TopicRegistry
+from actors.transport.local_side import LocalSide
+from actors.transport.protocol import Wait
 from actors.transport.sequence_numbers import SequenceNumbers
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
-    from actors.transport.local_side import LocalSide
-    from actors.transport.protocol import Wait
 
 MessageType: TypeAlias = "type[Message]"
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from actors.inbox.boundary import outside
 from actors.names.names import is_hidden
 from actors.runtime.joined import JOINED
-
-if TYPE_CHECKING:
-    import asyncio
-
-    from actors.runtime.runtime import Runtime
-    from actors.transport.protocol import RemoteNode
+from actors.runtime.runtime import Runtime
+from actors.transport.protocol import RemoteNode
 
 LASTS: Final = 10.0
 """Seconds for which both have to be there: a process that has crashed may seem alive for some time beside the one that takes its place."""

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 from actors.qos import PARAMETER_EVENTS, PARAMETERS, ROSOUT, SERVICES, TRANSITION_EVENT
-
-if TYPE_CHECKING:
-    from actors.qos.policies import QoS
-    from actors.runtime.incarnation import Incarnation
-    from actors.services.peers import Served
+from actors.qos.policies import QoS
+from actors.runtime.incarnation import Incarnation
+from actors.services.peers import Served
 
 
 class Standard(NamedTuple):

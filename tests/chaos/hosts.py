@@ -40,7 +40,7 @@ from actors.runtime.placement import Placement
 from actors.system import System
 from actors.time.virtual_loop import VirtualLoop
 from actors.transport.bridge import connect
-from actors.transport.simulated.conditions import Conditions
+from actors.transport.simulated.link import Conditions
 from actors.transport.simulated.network import Network
 from robot.link.fence import Fence
 

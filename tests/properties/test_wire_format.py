@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from actors import QoS
 from actors.errors import CallCycle, NodeRestarting, NotRunning, ServiceFailed
 from actors.qos import BEST_AVAILABLE_DURATION, Durability, History, Liveliness, Reliability
-from actors.transport.format import attachments, buffers, extensions, keys, names, qos, replies, tokens, types
+from actors.transport.format import attachments, buffers, extensions, keys, names, qos, replies, tokens
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import GID_SIZE, gid_of
 
@@ -34,7 +34,7 @@ words = st.builds(
     str.__add__, st.sampled_from(string.ascii_letters), st.text(string.ascii_letters + string.digits + "_", max_size=8)
 )
 type_names = st.tuples(words, st.sampled_from(["msg", "srv", "action"]), words).map("/".join)
-hashes = st.just(types.NO_TYPE_HASH) | st.text("0123456789abcdef", min_size=64, max_size=64).map("RIHS01_".__add__)
+hashes = st.just(names.NO_TYPE_HASH) | st.text("0123456789abcdef", min_size=64, max_size=64).map("RIHS01_".__add__)
 seconds = st.none() | st.integers(1, NANOSECONDS_OF_50_DAYS).map(lambda nanoseconds: nanoseconds / 10**9)
 may_follow = seconds | st.just(BEST_AVAILABLE_DURATION)
 known = [Liveliness.AUTOMATIC, Liveliness.MANUAL_BY_TOPIC, Liveliness.BEST_AVAILABLE, Liveliness.UNKNOWN]
@@ -72,7 +72,7 @@ waiting = st.builds(extensions.Waiting, session=unicode, node_id=numbers, name=u
 
 PAIRS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], Any], Callable[[Any], Any]]] = {
     "name": (namespaces, names.write_name, names.parse_namespace),
-    "type": (type_names, types.write_type, types.parse_type),
+    "type": (type_names, names.write_type, names.parse_type),
     "key": (data_keys, keys.write_key, keys.parse_key),
     "qos": (profiles, qos.write_qos, qos.parse_qos),
     "backends": (backends, buffers.write_backends, buffers.parse_backends),

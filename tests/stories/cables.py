@@ -13,7 +13,7 @@ from collections import deque
 from random import Random
 from typing import Final
 
-from actors.transport.simulated.conditions import Conditions
+from actors.transport.simulated.link import Conditions
 
 QUEUE_SECONDS: Final = 0.05
 """What a cable of limited bandwidth holds, at most. A packet that finds it full is lost, as in a switch."""

@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 from typing import Final
 
-from actors.transport.simulated.conditions import Conditions
+from actors.transport.simulated.link import Conditions
 from tests.stories.cables import Cable, Cables
 from tests.stories.conftest import ROOT, Program
 

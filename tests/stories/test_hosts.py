@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from actors.transport.simulated.conditions import Conditions
+from actors.transport.simulated.link import Conditions
 from tests.stories.conftest import Program
 from tests.stories.hosts import WIRE, Hosts, endpoint
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from actors.launch.actions.nodes import Node, namespace_of, node_name_of, remaps_of
+from actors.launch.conditions import Condition
+from actors.launch.context import LaunchContext
 from actors.launch.entity import Action
 from actors.launch.errors import LaunchError, user_line
 from actors.launch.parameters import effective, layers_of, own_layers
 from actors.launch.plan import Component, Load, Scope
 from actors.launch.substitution import Text, Truth, as_bool, normalized, perform
-
-if TYPE_CHECKING:
-    from actors.launch.conditions import Condition
-    from actors.launch.context import LaunchContext
 
 
 class ComposableNode:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
+from actors.launch.conditions import Condition
+from actors.launch.context import LaunchContext
 from actors.launch.entity import Action
+from actors.launch.plan import Scope
 from actors.launch.substitution import Text, Truth, as_bool, normalized, perform
-
-if TYPE_CHECKING:
-    from actors.launch.conditions import Condition
-    from actors.launch.context import LaunchContext
-    from actors.launch.plan import Scope
 
 
 class SetEnvironmentVariable(Action):

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
+from actors.launch.conditions import Condition
+from actors.launch.context import LaunchContext
 from actors.launch.entity import Action, LaunchDescriptionEntity, evaluate, listed
 from actors.launch.errors import LaunchError
+from actors.launch.plan import Scope
 from actors.launch.substitution import Text, Truth, as_bool, normalized, perform, yaml_value
-
-if TYPE_CHECKING:
-    from actors.launch.conditions import Condition
-    from actors.launch.context import LaunchContext
-    from actors.launch.plan import Scope
 
 
 class GroupAction(Action):

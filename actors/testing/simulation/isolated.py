@@ -20,15 +20,13 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from actors.places import line_of
+from actors.system import System
 from actors.testing.faults import Profile
 from actors.testing.simulation.trial import Outcome, Scenario, Trial
-
-if TYPE_CHECKING:
-    from actors.system import System
-    from actors.time.virtual_loop import VirtualLoop
+from actors.time.virtual_loop import VirtualLoop
 
 T = TypeVar("T")
 

@@ -6,7 +6,7 @@ import asyncio
 import math
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,9 @@ from numpy.typing import NDArray
 from actors.graph.interceptor import TopicInterceptor
 from actors.inbox.expiring import ExpiringMessage
 from actors.interfaces.message import M, Message
+from actors.runtime.incarnation import Incarnation
 from actors.testing.faults import Fault, Profile
-
-if TYPE_CHECKING:
-    from actors.runtime.incarnation import Incarnation
-    from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
-
+from actors.topics.peers import PublisherPeer, SubscriptionPeer, Target
 
 MOST_AT_ONCE = 100
 """The maximum number of repeated messages at one instant. A node that answers each message at once would otherwise never let time pass."""

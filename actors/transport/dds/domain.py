@@ -24,7 +24,7 @@ from actors.transport.dds.known import Known, NodeHere
 from actors.transport.dds.services import REMEDY, Client, Server
 from actors.transport.dds.topics import Publisher, Receiver, Subscription
 from actors.transport.format.errors import WireFormatError
-from actors.transport.format.types import NO_TYPE_HASH
+from actors.transport.format.names import NO_TYPE_HASH
 from actors.transport.protocol import Events, Link, Request, Take, TypeInfo
 
 if TYPE_CHECKING:

@@ -28,9 +28,8 @@ from actors.transport.dds.format.user_data import (
     parse_process,
 )
 from actors.transport.format.errors import WireFormatError
-from actors.transport.format.names import check_chunk, check_namespace
+from actors.transport.format.names import NO_TYPE_HASH, check_chunk, check_namespace
 from actors.transport.format.tokens import EndpointKind
-from actors.transport.format.types import NO_TYPE_HASH
 from actors.transport.protocol import Events, RemoteEndpoint, RemoteNode
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from actors.transport.dds.discovery import RemoteEndpoint, RemoteParticipant
 from actors.transport.dds.endpoints import Sample, Writer
 from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.participant import Participant
-from actors.transport.format.types import write_type
+from actors.transport.format.names import write_type
 
 
 class RawWriter(Generic[M], metaclass=NoPublicConstructor):

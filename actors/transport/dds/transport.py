@@ -14,7 +14,7 @@ from actors.transport.dds.config import DdsConfig
 from actors.transport.dds.domain import Domain
 from actors.transport.dds.format.user_data import Process, write_participant_data, write_process
 from actors.transport.dds.participant import Participant
-from actors.transport.format.sessions import new_session
+from actors.transport.format.names import new_session
 from actors.transport.protocol import Events, Link
 
 

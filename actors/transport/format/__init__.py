@@ -2,7 +2,7 @@
 
 Each module covers one subject and has a writer and a parser:
 
-* `types`, `names`: types and names of ROS as parts of a key expression,
+* `names`: names and types of ROS, numbers and sessions as parts of a key expression,
 * `keys`: the key expression of a topic or service; `buffers`: the additional keys of topics with byte arrays,
 * `qos`: quality of service as text; `tokens`: the liveliness tokens of nodes and endpoints; `gids`: identifiers computed from tokens,
 * `attachments`: the 33 bytes sent with every message; `extensions`: what this library appends to them; `replies`: errors of a service.

@@ -9,8 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from actors.transport.format.errors import refuse
-from actors.transport.format.names import check_chunk, check_name, check_number, parse_number
-from actors.transport.format.types import parse_type, write_type
+from actors.transport.format.names import check_chunk, check_name, check_number, parse_number, parse_type, write_type
 
 
 class DataKey(NamedTuple):

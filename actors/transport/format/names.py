@@ -1,14 +1,18 @@
-"""Names and numbers as parts of a key expression.
+"""Names, numbers, types and sessions as parts of a key expression.
 
 In a token every slash of a name is written as ``%``, so that a name is one part: ``/robot1/arm`` becomes ``%robot1%arm``, and the root
 ``%``. Parsers accept names that ROS 2 refuses (``/camera-1``), because other peers may use them. They refuse names that could be taken for
 several parts, for a wildcard, or for one of Zenoh's verbatim parts, which begin with ``@``.
+
+A type such as ``std_msgs/msg/String`` is written ``std_msgs::msg::dds_::String_``; a service by its own name, an action by those of its parts:
+``pkg::action::dds_::Name_SendGoal_``, ``..Name_GetResult_``, ``..Name_FeedbackMessage_``.
 """
 
 from __future__ import annotations
 
 import re
 from functools import lru_cache
+from random import Random
 from typing import Final
 
 from actors.logs.terminal import CONTROLS
@@ -86,3 +90,43 @@ def parse_number(text: str, what: str) -> int:
     if not _NUMBER.match(text):
         raise refuse(text, what, "it is not a decimal number without sign and padding, below 2**64")
     return check_number(int(text), what)
+
+
+NO_TYPE_HASH: Final = "TypeHashNotSupported"
+"""What ROS 2 Humble writes instead of a type hash."""
+
+_WORD: Final = "[A-Za-z][A-Za-z0-9_]{0,254}"
+_ROS: Final = re.compile(rf"({_WORD})/({_WORD})/({_WORD})\Z")
+_DDS: Final = re.compile(rf"({_WORD})::({_WORD})::dds_::({_WORD})_\Z")
+
+
+@lru_cache(maxsize=1024)
+def write_type(name: str) -> str:
+    """Write the type ``package/kind/Name`` as part of a key. Raises WireFormatError."""
+    found = _ROS.match(name)
+    if found is None:
+        raise refuse(name, "the name of a type", "write package/kind/Name, as in std_msgs/msg/String")
+    return f"{found[1]}::{found[2]}::dds_::{found[3]}_"
+
+
+@lru_cache(maxsize=1024)
+def parse_type(text: str) -> str:
+    """Parse a type written as part of a key. Returns ``package/kind/Name``. Raises WireFormatError."""
+    found = _DDS.match(text)
+    if found is None:
+        raise refuse(text, "a type of ROS in a key", "it would read package::kind::dds_::Name_")
+    return f"{found[1]}/{found[2]}/{found[3]}"
+
+
+_MARK: Final = "b0bac708"
+"""How the sessions of this library begin; one of four billion others does, too."""
+
+
+def new_session(rng: Random) -> str:
+    """A session that no other process has: 32 digits of hex, the first of them not 0."""
+    return f"{_MARK}{rng.getrandbits(96):024x}"
+
+
+def is_ours(session: str) -> bool:
+    """Whether the process is one of this library."""
+    return len(session) == 32 and session.startswith(_MARK)

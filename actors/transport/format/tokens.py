@@ -24,10 +24,11 @@ from actors.transport.format.names import (
     parse_name,
     parse_namespace,
     parse_number,
+    parse_type,
     write_name,
+    write_type,
 )
 from actors.transport.format.qos import parse_qos, write_qos
-from actors.transport.format.types import parse_type, write_type
 
 _SPACE: Final = "@ros2_lv"
 ALL_GRAPHS: Final = f"{_SPACE}/**"

@@ -20,7 +20,7 @@ from actors.transport.format.buffers import CPU, Backend, BufferKey, write_buffe
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import gid_of
 from actors.transport.format.keys import DataKey, write_key
-from actors.transport.format.sessions import is_ours
+from actors.transport.format.names import is_ours
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, parse_token, write_token
 from actors.transport.keyed.protocol import BULK, NORMAL, Delivery, KeyTransport, Outlet, Query, Replied, Sample
 from actors.transport.protocol import Handle, NodeHere, RemoteEndpoint, RemoteNode, Request, Take, TypeInfo, Wait

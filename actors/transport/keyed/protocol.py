@@ -23,13 +23,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias, runtime_checkable
+from typing import Final, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
+from actors.transport import protocol
 from actors.transport.format.tokens import ALL_GRAPHS, graph_of
 from actors.transport.protocol import Failed, Handle, Link, NoAnswer, Wait
-
-if TYPE_CHECKING:
-    from actors.transport import protocol
 
 NORMAL: Final = 5
 """The priority of what is not said otherwise, questions and answers among it."""

@@ -7,10 +7,9 @@ from collections import Counter
 from functools import partial
 from random import Random
 
-from actors.transport.format.sessions import new_session
-from actors.transport.simulated.conditions import LAN, Conditions
+from actors.transport.format.names import new_session
 from actors.transport.simulated.connections import Connections
-from actors.transport.simulated.link import Link
+from actors.transport.simulated.link import LAN, Conditions, Link
 from actors.transport.simulated.session import SimulatedTransport
 from actors.transport.simulated.topology import Host, Mode, Topology
 

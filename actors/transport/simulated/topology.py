@@ -7,8 +7,7 @@ from random import Random
 from typing import Literal, TypeAlias
 
 from actors.suggest import did_you_mean
-from actors.transport.simulated.conditions import LOOPBACK, Conditions
-from actors.transport.simulated.link import Arrivals, Link
+from actors.transport.simulated.link import LOOPBACK, Arrivals, Conditions, Link
 
 Mode: TypeAlias = Literal["peer", "client"]
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.keys import write_key
-from actors.transport.format.sessions import is_ours
+from actors.transport.format.names import is_ours
 from actors.transport.format.tokens import EndpointKind, EndpointToken, parse_token
 from actors.transport.keyed.protocol import BULK, Answer, Delivery, Events, Query, Take
 from actors.transport.protocol import Link, NoAnswer

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sized
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
-from actors.transport.format.sessions import is_ours
+from actors.transport.format.names import is_ours
 from actors.transport.keyed.protocol import Events
 
 _SPACE: Final = "@robactor"

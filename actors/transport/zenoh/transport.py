@@ -10,7 +10,7 @@ from functools import partial
 from typing import Final
 
 from actors.transport import protocol
-from actors.transport.format.sessions import new_session
+from actors.transport.format.names import new_session
 from actors.transport.keyed.protocol import Answer, Delivery, Events, KeyTransport, Outlet, Query, Take
 from actors.transport.protocol import Handle, Link, WireUnavailable
 from actors.transport.worker import Worker

@@ -25,8 +25,8 @@ from actors.transport.format.buffers import (
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, Waiting, parse_extension, write_extension
 from actors.transport.format.keys import DataKey
+from actors.transport.format.names import NO_TYPE_HASH
 from actors.transport.format.replies import parse_reply_error, write_reply_error
-from actors.transport.format.types import NO_TYPE_HASH
 
 SESSION = "8b20917502ee955ac4476e0266340d5c"
 KEY = DataKey(0, "/chatter", "std_msgs/msg/String", NO_TYPE_HASH)

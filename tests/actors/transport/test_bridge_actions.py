@@ -35,8 +35,7 @@ from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.testing import Rig
 from actors.transport import remote_actions
 from actors.transport.format.attachments import Attachment, write_attachment
-from actors.transport.format.sessions import new_session
-from actors.transport.format.types import write_type
+from actors.transport.format.names import new_session, write_type
 from actors.transport.keyed.protocol import Answer, Delivery, Replied
 from tests.actors.transport.hosts import Hosts
 from tests.facts import lacks

@@ -19,7 +19,7 @@ from actors.qos.policies import Durability, History, Liveliness
 from actors.testing import Rig
 from actors.transport.format.attachments import Attachment, parse_attachment, write_attachment
 from actors.transport.format.gids import gid_of
-from actors.transport.format.sessions import new_session
+from actors.transport.format.names import new_session
 from actors.transport.keyed.protocol import Delivery, Sample
 from tests.actors.transport.hosts import Hosts
 from tests.stage import NUMBERS, WORDS, events, number, values, word

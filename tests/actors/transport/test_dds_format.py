@@ -29,7 +29,7 @@ from actors.transport.dds.format.user_data import (
     write_participant_data,
 )
 from actors.transport.format.errors import WireFormatError
-from actors.transport.format.types import NO_TYPE_HASH
+from actors.transport.format.names import NO_TYPE_HASH
 
 HASH = "RIHS01_" + "ab" * 32
 GIDS = [bytes((number,)) * 16 for number in range(1, 6)]

@@ -14,10 +14,9 @@ from actors.transport.format.buffers import CPU, Backend
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import gid_of
 from actors.transport.format.keys import DataKey, parse_key, write_key
-from actors.transport.format.names import parse_name, parse_namespace, write_name
+from actors.transport.format.names import NO_TYPE_HASH, parse_name, parse_namespace, parse_type, write_name, write_type
 from actors.transport.format.qos import parse_qos, write_qos
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, graph_of, parse_token, write_token
-from actors.transport.format.types import NO_TYPE_HASH, parse_type, write_type
 
 SESSION = "8b20917502ee955ac4476e0266340d5c"
 NODE = NodeToken(0, SESSION, 3, "talker", "/robot1")

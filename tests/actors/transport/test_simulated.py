@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from actors.transport.simulated.conditions import Conditions
+from actors.transport.simulated.link import Conditions
 from actors.transport.simulated.network import Network
 from actors.transport.simulated.session import SimulatedTransport
 from actors.transport.simulated.topology import Mode

@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from actors.transport.protocol import NoAnswer, WireUnavailable
-from actors.transport.simulated.conditions import LAN, LOOPBACK, Conditions
+from actors.transport.simulated.link import LAN, LOOPBACK, Conditions
 from tests.actors.transport.lab import BEST_EFFORT, KEY, Lab, numbered
 
 pytestmark = pytest.mark.virtual

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from actors.transport.keyed.protocol import Delivery, Outlet
-from actors.transport.simulated.conditions import LAN, Conditions
+from actors.transport.simulated.link import LAN, Conditions
 from actors.transport.simulated.session import matcher
 from tests.actors.transport.contract.parties import ALL_OF_IT
 from tests.actors.transport.lab import BEST_EFFORT, KEY, Lab, Timed, numbered

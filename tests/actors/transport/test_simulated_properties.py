@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from actors.time.virtual_loop import VirtualLoop
 from actors.transport.keyed.protocol import Answer, Delivery, Outlet, Replied
-from actors.transport.simulated.conditions import Conditions
+from actors.transport.simulated.link import Conditions
 from tests.actors.transport.contract.parties import token
 from tests.actors.transport.lab import Lab, Timed, numbered
 

@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from actors.transport.simulated.conditions import LAN, Conditions
+from actors.transport.simulated.link import LAN, Conditions
 from tests.actors.transport.lab import BEST_EFFORT, KEY, Lab, Timed, numbered
 
 pytestmark = pytest.mark.virtual

@@ -16,7 +16,7 @@ from actors.transport.dds.format.user_data import (
     write_endpoint_data,
     write_participant_data,
 )
-from actors.transport.format.types import parse_type
+from actors.transport.format.names import parse_type
 from tests.conformance.checks.common import Case, Vector, by_kind, same
 
 

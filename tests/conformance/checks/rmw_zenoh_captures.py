@@ -16,6 +16,7 @@ from actors.transport.format.attachments import Attachment, parse_attachment, wr
 from actors.transport.format.buffers import parse_backends, write_backends
 from actors.transport.format.gids import GID_SIZE, gid_of
 from actors.transport.format.keys import DataKey, parse_key, write_key
+from actors.transport.format.names import NO_TYPE_HASH
 from actors.transport.format.qos import parse_qos, write_qos
 from actors.transport.format.tokens import (
     EndpointKind,
@@ -25,7 +26,6 @@ from actors.transport.format.tokens import (
     parse_token,
     write_token,
 )
-from actors.transport.format.types import NO_TYPE_HASH
 from tests.conformance.checks.common import Case, Vector, Watched, meet, same
 
 Section = Callable[[Vector], Iterator[tuple[str, Any, Callable[[Any], None]]]]

@@ -21,8 +21,7 @@ from typing import Final, NamedTuple
 
 from actors.logs.terminal import CONTROLS
 from actors.transport.format.errors import WireFormatError, refuse
-from actors.transport.format.names import check_name
-from actors.transport.format.types import parse_type, write_type
+from actors.transport.format.names import check_name, parse_type, write_type
 
 
 class Role(StrEnum):

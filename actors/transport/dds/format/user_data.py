@@ -10,8 +10,7 @@ import re
 from typing import Final, NamedTuple
 
 from actors.transport.format.errors import refuse
-from actors.transport.format.names import check_namespace
-from actors.transport.format.types import NO_TYPE_HASH
+from actors.transport.format.names import NO_TYPE_HASH, check_namespace
 
 _LONGEST: Final = 4096
 """Bytes that are looked at."""

@@ -13,7 +13,7 @@ import pytest
 import zenoh
 import zenoh.ext
 
-from actors.transport.format.sessions import new_session
+from actors.transport.format.names import new_session
 from actors.transport.keyed.protocol import Delivery, Query, Replied
 from actors.transport.protocol import Failed, Link, NoAnswer
 from actors.transport.wakeup import Wakeup
