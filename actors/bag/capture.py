@@ -54,12 +54,11 @@ class Capture(StreamSubscription[Any]):
         decoded: bool = False,
         patience: float = 0.0,
     ) -> None:
-        super().__init__(life, entry, channel.type, qos, life.endpoints.streams.remove, patience=patience)
+        super().__init__(life, entry, channel.type, qos, life.endpoints.stream_closed, patience=patience)
         self._decoded = decoded
         self.channel = channel
         self.take = take
-        life.endpoints.streams.append(self)
-        entry.add_subscription(self)
+        life.endpoints.join(self)
 
     def target(self, publisher: PublisherPeer) -> Target:
         channel, take = self.channel, self.take

@@ -268,10 +268,13 @@ class Inbox:
     def _failed(self, item: Item, error: BaseException) -> None:
         """Raise the error of an item, which ends the incarnation; return if it is an `Exception` and `on_error` says "continue"."""
         failure = blame(error, item.label)
-        if not isinstance(failure, Exception) or self.life is None:
-            raise failure or error
-        if self.life.on_error(failure, item.label) != "continue":
-            raise failure
+        try:
+            if not isinstance(failure, Exception) or self.life is None:
+                raise failure or error
+            if self.life.on_error(failure, item.label) != "continue":
+                raise failure
+        finally:  # else the error refers to this frame and the frame to the error: a cycle that holds the whole ended node
+            del failure, error
 
     def _observe(self) -> None:
         """Check in `HOLDING_SECONDS` whether the same item still runs, and begin to measure the waiting time of the newest item."""

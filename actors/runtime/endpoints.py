@@ -94,7 +94,8 @@ class Endpoints:
         """The open publishers, in the order in which they were made."""
         self.publishing = True
         """Whether the node's declared publishers deliver. For a lifecycle node that depends on its state."""
-        self.streams: list[StreamSubscription[Any]] = []
+        self.streams: list[StreamSubscription[Any]] | None = None
+        """The open streams, in the order in which they were made; None before the first."""
         self.clients: Mapping[Any, Client[Any, Any]] = NOTHING
         self.standard: tuple[Server, ...] = ()
         """The standard services of the node that have been opened, because they were asked for."""
@@ -163,11 +164,14 @@ class Endpoints:
 
     def join(self, subscription: StreamSubscription[M]) -> None:
         """Let the subscription of a stream, which calls `stream_closed` at its end, join its topic."""
+        if self.streams is None:
+            self.streams = []
         self.streams.append(subscription)
         subscription.entry.add_subscription(subscription)
 
     def stream_closed(self, subscription: StreamSubscription[M]) -> None:
         """Forget a stream that has been closed."""
+        assert self.streams is not None
         self.streams.remove(subscription)
         self._life.record.note((subscription.entry,))
 
@@ -436,7 +440,7 @@ class Endpoints:
         for publisher in [one for one in self.publishers if one.gated]:
             publisher.close()
             publisher.suspend()
-        for stream in list(self.streams):
+        for stream in list(self.streams or ()):
             stream.close()
         for subscription in record.subscriptions:
             subscription.close()
@@ -464,7 +468,7 @@ class Endpoints:
             publisher.close()
         if self.clients:
             record.note(client.entry for client in self.clients.values())
-        for subscription in list(self.streams):
+        for subscription in list(self.streams or ()):
             subscription.close()
         if self.standard:
             record.note(server.entry for server in self.standard)

@@ -375,8 +375,8 @@ class Timers:
     def end(self, timer: NodeTimer) -> None:
         """End the ticks of a timer that `tick` has started. Ending twice is harmless."""
         timer.stop()
-        if self.made:
-            self.made.pop(timer, None)
+        assert self.made is not None
+        self.made.pop(timer, None)
 
     def came_late(self, timer: NodeTimer, seconds: float, lost: int) -> None:
         """Report to the stall watch that the event loop was late for a tick by a period or more, with which `lost` ticks were lost."""

@@ -295,8 +295,7 @@ class Rig:
         me = incarnation_of(self.me)
         entry = self.system.graph.topic(name or me.identity.topic(topic.name))
         probe = create(Probe, me, entry, topic.type, topic.qos if qos is None else of(qos), self.system.clock.now)
-        me.endpoints.streams.append(cast("Any", probe))
-        entry.add_subscription(probe)
+        me.endpoints.join(cast("Any", probe))
         return probe
 
     def publish(self, topic: Topic[M], message: M) -> None:

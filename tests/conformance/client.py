@@ -136,8 +136,7 @@ class Client:
         me = incarnation_of(self._node)
         entry = self._system.graph.topic(me.identity.topic(topic.name))
         self._listeners[number] = probe = create(Probe, me, entry, topic.type, of(topic.qos), self._system.clock.now)
-        me.endpoints.streams.append(cast("Any", probe))
-        entry.add_subscription(probe)
+        me.endpoints.join(cast("Any", probe))
 
     async def wait_for_publisher(self, number: int) -> None:
         await until(lambda: self._listeners[number].publisher_count)

@@ -96,12 +96,12 @@ INTERNAL: Mapping[str, Sequence[str]] = {
     "Node": ("__machinery__", "declarations", "managed"),
     "NodeRecord": (
         "actions", "asked_state", "close", "forget", "inbox", "life", "note", "note_restart", "park", "running", "saved", "services",
-        "subscriptions", "sweep", "timers", "used", "work_on",
+        "subscriptions", "sweep", "task", "timers", "used", "work_on",
     ),
     "Publisher": (
         "add_tap", "alive", "attach", "attached", "count_incompatible_qos", "count_incompatible_type", "detach", "due", "due_alive",
         "end_events", "gated", "here", "history", "join", "keep_events", "kept_events", "latched", "leave", "matched", "notify", "part", "peers",
-        "replay", "resume", "suspend", "taps", "targets", "node", "entry",
+        "replay", "resume", "suspend", "taps", "targets", "node", "entry", "owner",
     ),
     "Probe": (
         "catch_up", "count_incompatible_qos", "count_incompatible_type", "count_lost", "deliver", "due", "end_events", "entry", "full",

@@ -62,8 +62,7 @@ class WiredRig(Rig):
         me = incarnation_of(self.me)
         entry = self.far.graph.topic(name or me.identity.topic(topic.name))
         probe = create(Probe, me, entry, topic.type, topic.qos if qos is None else of(qos), self.far.clock.now)
-        me.endpoints.streams.append(cast("Any", probe))
-        entry.add_subscription(probe)
+        me.endpoints.join(cast("Any", probe))
         return probe
 
     async def close(self) -> None:
