@@ -71,8 +71,8 @@ def test_a_table_says_what_topics_services_and_actions_are_and_only_actions_can_
     assert inspect.iscoroutinefunction(Goal.cancel)
     for kind in (Publisher, Subscription):
         assert not hasattr(kind, "cancel")
-    answer = inspect.signature(Node.call).return_annotation  # awaited: there is no handle that could be canceled
-    assert answer == "Coroutine[Any, Any, Resp]"
+    answer: str = inspect.signature(Node.call).return_annotation
+    assert answer.startswith("Coroutine[")  # awaited: there is no handle that could be canceled
 
 
 def test_every_endpoint_of_the_robot_stands_under_its_pattern_with_a_reason() -> None:
