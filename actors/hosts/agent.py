@@ -216,7 +216,7 @@ class Session:
             return
         if self._lost_lines and not full:
             lost, self._lost_lines = self._lost_lines, 0
-            fields = {"lines": lost, "because": "they came faster than they could be sent"}
+            fields: dict[str, object] = {"lines": lost, "because": "they came faster than they could be sent"}
             line = Line(self._loop.time(), WARN, "/".join(message.path), 1, "log lines were lost", fields)
             self._wire.send(ProcessEvent(message.number, pack(line)))
         self._wire.send(ProcessEvent(message.number, event.data if isinstance(event, Opaque) else pack(event)))

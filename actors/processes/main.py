@@ -139,7 +139,10 @@ class Served:
         """Tell how many log lines were lost, once there is room for more."""
         if self._lost and self._channel.unsent <= MOST_UNSENT:
             lost, self._lost = self._lost, 0
-            fields = {"lines": lost, "because": "they came faster than the parent process reads them"}
+            fields: dict[str, object] = {
+                "lines": lost,
+                "because": "they came faster than the parent process reads them",
+            }
             self._send_line(Line(self._loop.time(), WARN, "/".join(self._path), 1, "log lines were lost", fields))
 
     def _send_line(self, line: Line) -> None:

@@ -70,7 +70,8 @@ class Declaration(ABC):
 def _slots(kind: type[Declaration]) -> tuple[Callable[[object], tuple[object, ...]], list[Callable[..., None]]]:
     """What reads all slots of a declaration, and what sets each of them: a supervisor makes a declaration for each instance of its template."""
     names: tuple[str, ...] = kind.__slots__
-    return attrgetter(*names), [getattr(kind, name).__set__ for name in names]
+    first, *others = names
+    return attrgetter(first, *others), [getattr(kind, name).__set__ for name in names]
 
 
 def _rebuild(kind: type[D], fields: dict[str, object]) -> D:
