@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import cache
-from operator import attrgetter
 from typing import ClassVar, Self, TypeVar
 
 D = TypeVar("D", bound="Declaration")
@@ -47,9 +46,9 @@ class Declaration(ABC):
 
     def varied(self, **changes: object) -> Self:
         """A copy with these options changed, which are valid: nothing is checked."""
-        copy, (values, setters) = object.__new__(type(self)), _slots(type(self))
-        for put, value in zip(setters, values(self), strict=True):
-            put(copy, value)
+        copy = object.__new__(type(self))
+        for name, put in _slots(type(self)):
+            put(copy, getattr(self, name))
         for name, value in changes.items():
             object.__setattr__(copy, name, value)
         return copy
@@ -67,11 +66,10 @@ class Declaration(ABC):
 
 
 @cache
-def _slots(kind: type[Declaration]) -> tuple[Callable[[object], tuple[object, ...]], list[Callable[..., None]]]:
-    """What reads all slots of a declaration, and what sets each of them: a supervisor makes a declaration for each instance of its template."""
+def _slots(kind: type[Declaration]) -> list[tuple[str, Callable[..., None]]]:
+    """The slots of a declaration, each with what sets it: a supervisor makes a declaration for each instance of its template."""
     names: tuple[str, ...] = kind.__slots__
-    first, *others = names
-    return attrgetter(first, *others), [getattr(kind, name).__set__ for name in names]
+    return [(name, getattr(kind, name).__set__) for name in names]
 
 
 def _rebuild(kind: type[D], fields: dict[str, object]) -> D:
