@@ -358,6 +358,16 @@ async def test_a_forked_process_whose_zygote_has_ended_is_still_seen_to_end_and_
     assert started.popen.wait() == UNKNOWN
 
 
+def test_a_process_that_is_still_to_be_forked_gets_no_signal_and_can_be_given_up() -> None:
+    status, theirs = os.pipe()
+    process = Forked(status)
+    process.send_signal(signal.SIGTERM)
+    assert process.poll() is None
+    process.abandon()
+    os.close(theirs)
+    assert process.poll() == UNKNOWN
+
+
 async def test_what_waits_for_an_order_is_killed_with_its_zygote(served: Served) -> None:
     given_up, waiting = served.ask(), served.ask()
     assert isinstance(given_up.popen, Forked) and isinstance(waiting.popen, Forked)
@@ -420,6 +430,7 @@ def test_a_request_runs_the_order_that_comes_by_its_channel(
         monkeypatch.setitem(sys.modules, "numpy.random", SimpleNamespace(seed=lambda: called.append("seeded")))
     assert zygote.run(served.theirs, 42) == 7
     assert called == ["asked", signal.SIGKILL, *(["seeded"] if numpy else []), (request.channel, request.notes, 42)]
+    assert not Path(f"/proc/self/fd/{request.status}").exists()  # it is the zygote's: its end is seen by it
     os.close(request.channel)
     os.close(request.notes)
     discard(started)
