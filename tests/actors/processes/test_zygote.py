@@ -453,9 +453,11 @@ def test_a_library_whose_threads_end_at_a_fork_does_not_make_it_unsafe(monkeypat
     assert zygote._threads() >= threading.active_count()
     threads = [2, 1]
     monkeypatch.setattr(zygote, "_threads", lambda: threads.pop(0))
-    monkeypatch.setattr(os, "waitpid", lambda pid, options: (pid, 0))
+    reaped: list[int] = []
+    monkeypatch.setattr(os, "waitpid", lambda pid, options: reaped.append(pid))
     monkeypatch.setattr(os, "fork", lambda: 42)
     assert may_fork()
+    assert reaped == [42]
     threads[:] = [2, 2]
     assert not may_fork()
     threads[:] = [1, 1]
