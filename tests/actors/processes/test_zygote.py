@@ -358,6 +358,16 @@ async def test_a_forked_process_whose_zygote_has_ended_is_still_seen_to_end_and_
     assert started.popen.wait() == UNKNOWN
 
 
+def test_a_process_that_is_still_to_be_forked_gets_no_signal_and_can_be_given_up() -> None:
+    status, theirs = os.pipe()
+    process = Forked(status)
+    process.send_signal(signal.SIGTERM)
+    assert process.poll() is None
+    process.abandon()
+    os.close(theirs)
+    assert process.poll() == UNKNOWN
+
+
 async def test_what_waits_for_an_order_is_killed_with_its_zygote(served: Served) -> None:
     given_up, waiting = served.ask(), served.ask()
     assert isinstance(given_up.popen, Forked) and isinstance(waiting.popen, Forked)
@@ -420,6 +430,7 @@ def test_a_request_runs_the_order_that_comes_by_its_channel(
         monkeypatch.setitem(sys.modules, "numpy.random", SimpleNamespace(seed=lambda: called.append("seeded")))
     assert zygote.run(served.theirs, 42) == 7
     assert called == ["asked", signal.SIGKILL, *(["seeded"] if numpy else []), (request.channel, request.notes, 42)]
+    assert not Path(f"/proc/self/fd/{request.status}").exists()  # it is the zygote's: its end is seen by it
     os.close(request.channel)
     os.close(request.notes)
     discard(started)
@@ -442,9 +453,11 @@ def test_a_library_whose_threads_end_at_a_fork_does_not_make_it_unsafe(monkeypat
     assert zygote._threads() >= threading.active_count()
     threads = [2, 1]
     monkeypatch.setattr(zygote, "_threads", lambda: threads.pop(0))
-    monkeypatch.setattr(os, "waitpid", lambda pid, options: (pid, 0))
+    reaped: list[int] = []
+    monkeypatch.setattr(os, "waitpid", lambda pid, options: reaped.append(pid))
     monkeypatch.setattr(os, "fork", lambda: 42)
     assert may_fork()
+    assert reaped == [42]
     threads[:] = [2, 2]
     assert not may_fork()
     threads[:] = [1, 1]
@@ -499,7 +512,8 @@ def test_the_name_of_a_process_is_cut_to_the_room_that_there_is(monkeypatch: pyt
             return SimpleNamespace(prctl=lambda option, name, *rest: written.append(name))
 
         @staticmethod
-        def memset(begin: int, value: int, size: int) -> None: ...
+        def memset(begin: int, value: int, size: int) -> None:
+            written.append(bytes(size))
 
         @staticmethod
         def memmove(begin: int, data: bytes, size: int) -> None:
@@ -508,7 +522,9 @@ def test_the_name_of_a_process_is_cut_to_the_room_that_there_is(monkeypatch: pyt
     monkeypatch.setattr(zygote, "ctypes", Memory)
     zygote.call_process("robot/" + "x" * 100_000)
     assert written[0] == b"x" * 100_000
-    assert written[1].startswith(b"robot/xxx") and len(written[1]) < 100_000
+    _, room, shown = written
+    assert shown.startswith(b"robot/xxx")
+    assert len(shown) == len(room) - 1 < 100_000  # without a zero at its end, the environment would be shown, too
 
 
 def exits(code: int) -> None:
