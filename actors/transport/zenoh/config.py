@@ -13,7 +13,6 @@ from actors.transport.protocol import WireUnavailable
 from actors.transport.security import Security
 from actors.transport.zenoh.access import access_control
 from actors.transport.zenoh.library import import_zenoh, one_line
-from actors.transport.zenoh.memory import LARGE
 
 LEASE: Final = 60_000
 """After so many milliseconds of silence on a link its two ends give it up. This side announces it, the other side applies it.
@@ -195,11 +194,7 @@ def session_settings(config: ZenohConfig, session: str) -> Iterator[_Setting]:
             yield from _ours(
                 {
                     "transport/shared_memory/enabled": True,
-                    "transport/shared_memory/transport_optimization": {
-                        "enabled": True,
-                        "pool_size": config.shared_memory * 2**20,
-                        "message_size_threshold": LARGE,
-                    },
+                    "transport/shared_memory/transport_optimization/enabled": False,  # see `memory.SharedMemory`
                 }
             )
     else:

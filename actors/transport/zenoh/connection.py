@@ -24,7 +24,7 @@ from actors.transport.zenoh.contact import Source
 from actors.transport.zenoh.heartbeat import Heartbeat
 from actors.transport.zenoh.history import ask_history, declare_publishers, declare_subscriber
 from actors.transport.zenoh.library import direct, import_zenoh
-from actors.transport.zenoh.memory import give_back
+from actors.transport.zenoh.memory import SharedMemory, give_back
 from actors.transport.zenoh.outgoing_queries import Prepared, Question
 from actors.transport.zenoh.outlets import Outlet
 from actors.transport.zenoh.presence import Presence, Process, scope_of
@@ -58,8 +58,10 @@ class Connection:
         loop: AbstractEventLoop,
         worker: Worker,
         thin_links: bool = False,
+        shared_memory: int = 0,
     ) -> None:
-        """See `ZenohConfig.thin_links`; calls that may wait are made by `worker`."""
+        """See `ZenohConfig`; calls that may wait are made by `worker`."""
+        self._memory = SharedMemory(shared_memory * 2**20) if shared_memory else None
         self._thin_links = thin_links
         self.wakeup = Wakeup(loop)
         self._session = session
@@ -130,6 +132,7 @@ class Connection:
             self._events.wanted,
             self._settle_soon,
             forget,
+            None if self._memory is None else self._memory.shared,
         )
         self._handles.add(outlet)
         return outlet
@@ -196,6 +199,8 @@ class Connection:
         await self._worker.result(self._close_session)
 
     def _close_session(self) -> None:
+        if self._memory is not None:
+            self._memory.close()
         self._process.undeclare()  # the others know at once that this process ends
         with suppress(import_zenoh().ZError):  # it could not say farewell to everybody in time
             self._session.close()

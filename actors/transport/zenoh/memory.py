@@ -13,11 +13,45 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
+from actors.transport.zenoh.library import import_zenoh
+
 LARGE: Final = 64 * 1024
 """Bytes from which on a payload is large: Zenoh then sends it in fragments, or by shared memory."""
 
 _LARGEST_KEPT: Final = 16 * 1024 * 1024
 _SEGMENTS: Final = Path("/dev/shm")
+
+
+class SharedMemory:
+    """Memory of a session from which other processes of this host read large payloads. From any thread.
+
+    Left to itself, Zenoh copies a payload into its own memory first, and from there into what it shares.
+    """
+
+    def __init__(self, size: int) -> None:
+        """Of `size` bytes. Where the system has not so much, payloads stay as they are."""
+        library = import_zenoh()
+        self._no_room: type[Exception] = library.ZError
+        self._provider: Any = None
+        with suppress(library.ZError):
+            self._provider = library.shm.ShmProvider.default_backend(size)
+
+    def shared(self, payload: bytes) -> Any:
+        """The payload in shared memory; itself if there is no room, because others have still to read what is there."""
+        provider = self._provider
+        if provider is None:
+            return payload
+        provider.garbage_collect()  # what was used last is used again: it is in the processor's cache
+        try:
+            buffer = provider.alloc(len(payload))
+        except self._no_room:
+            return payload
+        buffer[0 : len(payload)] = payload
+        return buffer
+
+    def close(self) -> None:
+        """Give it back, when others have read what is there."""
+        self._provider = None
 
 
 def keep_freed_memory() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from actors.transport.keyed.protocol import Delivery
 from actors.transport.protocol import Wait
@@ -53,10 +53,12 @@ class Outlet:
         wanted: Callable[[Outlet], None],
         soon: Callable[[Callable[[], None]], None],
         forget: Callable[[Outlet], None],
+        share: Callable[[bytes], Any] | None = None,
     ) -> None:
         """`wanted` is called on the loop when `Outlet.wanted` has changed, `forget` when the outlet is closed.
 
-        `soon` calls what it is given when the loss of a process, if that is why nobody listens, has been reported.
+        `soon` calls what it is given when the loss of a process, if that is why nobody listens, has been reported. `share` puts a large payload
+        into shared memory.
         """
         self._publishers = publishers
         self._send = publishers.sends.put
@@ -65,6 +67,7 @@ class Outlet:
         self._tell = wanted
         self._soon = soon
         self._forget = forget
+        self._share = share
         self._keep_all = delivery.keep_all
         self._waits = publishers.blocks
         self._depth = delivery.depth
@@ -159,8 +162,9 @@ class Outlet:
                 self._done += 1 + len(payload)
 
     def _put(self, payload: bytes, attachment: bytes) -> None:
+        shared = payload if self._share is None or len(payload) < LARGE else self._share(payload)
         try:
-            self._send(payload, attachment=attachment)
+            self._send(shared, attachment=attachment)
         except import_zenoh().ZError:  # the session has been closed, or a limit of the user's access control forbids it
             self._traffic.unsent += 1
 

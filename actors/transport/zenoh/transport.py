@@ -87,7 +87,9 @@ class ZenohKeys(KeyTransport):
 
         try:
             await worker.result(lambda: sessions.append(_open_session(self._config, self._session, point)))
-            connection = Connection(sessions[0], tokens, events, loop, worker, self._config.thin_links)
+            connection = Connection(
+                sessions[0], tokens, events, loop, worker, self._config.thin_links, self._config.shared_memory
+            )
         except BaseException:
             worker.do(abandon)  # after the opening, which goes on if this was cancelled
             worker.close()

@@ -31,7 +31,7 @@ COUNTS: dict[Work, int] = {
     "messages": 60_000,
     "latency": 2_000,
     "images": 400,
-    "shared": 400,
+    "shared": 2_000,
     "calls": 3_000,
     "goals": 600,
     "first": 1,

@@ -62,8 +62,7 @@ def test_shared_memory_is_used_if_it_is_wanted() -> None:
     found = settings(ZenohConfig(shared_memory=20))["transport"]["shared_memory"]
 
     assert found["enabled"] is True
-    assert found["transport_optimization"]["pool_size"] == 20 * 1024 * 1024
-    assert found["transport_optimization"]["message_size_threshold"] == 65536
+    assert found["transport_optimization"]["enabled"] is False, "that would take as much again"
 
 
 @pytest.mark.parametrize("size", ["much", "-1", "65537"])

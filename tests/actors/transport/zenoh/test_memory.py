@@ -15,11 +15,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import zenoh
 
 from actors.transport.zenoh import ZenohConfig
-from actors.transport.zenoh.memory import give_back, leave_no_segments
+from actors.transport.zenoh.memory import SharedMemory, give_back, leave_no_segments
 from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party
+from tests.actors.transport.zenoh.sharing import IMAGE
 from tests.actors.transport.zenoh.wires import free_port
 
 on_linux = pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="segments are files of /dev/shm on Linux only")
@@ -125,6 +127,24 @@ async def test_what_is_left_when_all_are_killed_is_removed_by_the_next_process_t
 
     async with two_that_share():
         assert there(segments) == []
+
+
+@on_linux
+def test_a_payload_for_which_there_is_no_room_stays_as_it_is_until_others_have_been_read() -> None:
+    memory = SharedMemory(2 * 2**20)
+    shared = [memory.shared(IMAGE) for _ in range(3)]
+    assert [one is IMAGE for one in shared] == [False, False, True]
+
+    shared.clear()
+    assert bytes(zenoh.ZBytes(memory.shared(IMAGE))) == IMAGE
+
+    memory.close()
+    assert memory.shared(IMAGE) is IMAGE
+
+
+@on_linux
+def test_a_system_that_has_no_such_memory_copies_payloads() -> None:
+    assert SharedMemory(2**60).shared(IMAGE) is IMAGE
 
 
 @pytest.fixture
