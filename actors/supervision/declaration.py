@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import cache
 from operator import attrgetter
-from typing import ClassVar, Self, TypeVar
+from typing import ClassVar, Self, TypeVar, cast
 
 D = TypeVar("D", bound="Declaration")
 
@@ -69,7 +69,7 @@ class Declaration(ABC):
 @cache
 def _slots(kind: type[Declaration]) -> tuple[Callable[[object], tuple[object, ...]], list[Callable[..., None]]]:
     """What reads all slots of a declaration, and what sets each of them: a supervisor makes a declaration for each instance of its template."""
-    names: tuple[str, ...] = kind.__slots__
+    names = cast("tuple[str, ...]", kind.__slots__)
     return attrgetter(*names), [getattr(kind, name).__set__ for name in names]
 
 
