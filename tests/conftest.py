@@ -43,7 +43,6 @@ for _number, _handler in ((signal.SIGINT, signal.default_int_handler), (signal.S
 
 def pytest_collection_finish() -> None:
     """A million objects are there by now, and stay: looked through at each collection of garbage, they would cost minutes."""
-    gc.collect()
     gc.freeze()
     gc.enable()
     gc.set_threshold(50_000, 20, 20)  # syntax trees of the whole project take half of the time that way
