@@ -43,7 +43,7 @@ for _number, _handler in ((signal.SIGINT, signal.default_int_handler), (signal.S
 
 def pytest_collection_finish() -> None:
     """A million objects are there by now, and stay: looked through at each collection of garbage, they would cost minutes."""
-    _collect()
+    gc.freeze()
     gc.enable()
     gc.set_threshold(50_000, 20, 20)  # syntax trees of the whole project take half of the time that way
 
@@ -52,12 +52,8 @@ def pytest_collection_finish() -> None:
 def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
     """Every look at all tasks, as for leaks, is a look at the dead ones that have not been collected; every fork copies them."""
     if nextitem is None or nextitem.path != item.path:
-        _collect()
-
-
-def _collect() -> None:
-    gc.collect()
-    gc.freeze()  # what is there now stays: no collection looks at it again
+        gc.collect()
+        gc.freeze()  # what is there now stays: no collection looks at it again
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:

@@ -144,7 +144,9 @@ async def test_a_recorder_of_a_topic_that_nobody_publishes_tells_so(
     words = ("bag", "record", "chater", "/chatter", "-o", str(tmp_path / "walk"), "--start-paused")
     process = await start(*words, cwd=tmp_path)
     await process.stderr.readline()
-    await asyncio.sleep(1.0)
+    async with asyncio.timeout(30):
+        while all(reader.here for reader in system.graph.topic("/chatter").subscriptions):
+            await asyncio.sleep(0.01)
     process.send_signal(signal.SIGINT)
     ended = (await asyncio.wait_for(process.stderr.read(), 30.0)).decode()
     assert await process.wait() == 0

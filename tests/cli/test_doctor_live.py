@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import Mapping
 from typing import Any
@@ -128,14 +129,15 @@ async def test_the_whole_graph_is_told_with_its_process(system_of: SystemOf, rob
     assert line.endswith(": domain 7, rmw_zenoh_cpp")
 
 
-async def test_the_three_cases_of_a_service_are_told_apart(system_of: SystemOf, command: Command) -> None:
+async def test_the_three_cases_of_a_service_are_told_apart(system_of: SystemOf, robot: Command) -> None:
     async with system_of(Adder):
-        right = await command("doctor", "service", ADD.name, "example_interfaces/srv/AddTwoInts", "--seconds", "0.1")
-        almost = await command("doctor", "service", "/add_to_ints", "--json", "--seconds", "0.1")
-        other = await command(
-            "doctor", "service", "/add_two_ints", "std_srvs/srv/Trigger", "--json", "--seconds", "0.1"
+        brief = ("--seconds", "0.1")
+        right, almost, other, missing = await asyncio.gather(
+            robot("doctor", "service", ADD.name, "example_interfaces/srv/AddTwoInts", *brief),
+            robot("doctor", "service", "/add_to_ints", "--json", *brief),
+            robot("doctor", "service", "/add_two_ints", "std_srvs/srv/Trigger", "--json", *brief),
+            robot("doctor", "service", "/enable", "--json", *brief),
         )
-        missing = await command("doctor", "service", "/enable", "--json", "--seconds", "0.1")
     assert right.code == 0, right.out
     assert [each.code for each in (almost, other, missing)] == [1, 1, 1]
     causes = [next(iter(findings(each.out).values()))[0]["cause"] for each in (almost, other, missing)]
@@ -146,17 +148,17 @@ async def test_the_three_cases_of_a_service_are_told_apart(system_of: SystemOf, 
     ]
 
 
-async def test_notes_count_as_problems_if_that_is_asked_for(system_of: SystemOf, command: Command) -> None:
+async def test_notes_count_as_problems_if_that_is_asked_for(system_of: SystemOf, robot: Command) -> None:
     class Ear(Node):
         @IMAGES.on()
         def see(self, message: String) -> None:
             pass
 
     async with system_of(Child(Ear)):
-        usual = await command("doctor", "--seconds", "0.1")
-        brief = await command("doctor", "--seconds", "0.1", "--report-failed")
-        strict = await command("doctor", "--seconds", "0.1", "--include-warnings", "--report-failed")
-        ros2 = await command("doctor", "--seconds", "0.1", "-iw", "--ros2-exit-codes")
+        asked = ((), ("--report-failed",), ("--include-warnings", "--report-failed"), ("-iw", "--ros2-exit-codes"))
+        usual, brief, strict, ros2 = await asyncio.gather(
+            *(robot("doctor", "--seconds", "0.1", *words) for words in asked)
+        )
     assert (usual.code, strict.code, ros2.code) == (0, 1, 0)
     assert brief.out == "0 problems, 1 note\n", "it is counted, though not printed"
     assert strict.out.splitlines()[0] == "note     names of topics: /images: nobody publishes it"

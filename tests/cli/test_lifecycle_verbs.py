@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 
 from actors import Child
@@ -35,14 +36,16 @@ async def test_a_node_is_led_through_its_states(system_of: SystemOf, command: Co
 
 
 async def test_a_transition_that_is_not_possible_is_answered_with_those_that_are(
-    system_of: SystemOf, command: Command
+    system_of: SystemOf, robot: Command
 ) -> None:
     async with system_of(Camera, Talker):
-        refused = await command("lifecycle", "set", "/camera", "activate")
+        refused, absent, plain = await asyncio.gather(
+            robot("lifecycle", "set", "/camera", "activate"),
+            robot("lifecycle", "get", "/camra"),
+            robot("lifecycle", "get", "/talker"),
+        )
         assert (refused.code, refused.out) == (1, "")
         assert refused.err == ("Unknown transition requested, available ones are:\n- configure [1]\n- shutdown [5]\n")
-        absent = await command("lifecycle", "get", "/camra")
         assert (absent.code, absent.err) == (1, "Node not found; did you mean '/camera'?\n")
-        plain = await command("lifecycle", "get", "/talker")
         assert plain.code == 1
         assert plain.err.startswith("/talker is no managed node")

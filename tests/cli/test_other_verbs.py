@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from pathlib import Path
 
@@ -216,24 +217,26 @@ class Speaker(Node):
         self.log.warning("it gets warm")
 
 
-async def test_log_lines_are_filtered_by_level_node_and_text(system_of: SystemOf, command: Command) -> None:
+async def test_log_lines_are_filtered_by_level_node_and_text(system_of: SystemOf, robot: Command) -> None:
     async with system_of(Child(Speaker, name="left", namespace="legs"), Child(Speaker, name="camera")):
-        lines = (await command("log", "--past")).out.splitlines()
-        warm = await command("log", "--past", "--level", "warn")
-        left = await command("log", "--past", "--node", "/legs/left", "--match", "well")
-        legs = await command("log", "--past", "--node", "/legs/", "--exclude", "well", "--json")
-    spoken = sorted(line.split("] ", 2)[0][1:] + " " + line.split("] ", 2)[2] for line in lines)
+        past, warmth, left, legs = await asyncio.gather(
+            robot("log", "--past"),
+            robot("log", "--past", "--level", "warn"),
+            robot("log", "--past", "--node", "/legs/left", "--match", "well"),
+            robot("log", "--past", "--node", "/legs/", "--exclude", "well", "--json"),
+        )
+    spoken = sorted(line.split("] ", 2)[0][1:] + " " + line.split("] ", 2)[2] for line in past.out.splitlines())
     assert spoken == [
         "INFO [camera]: all is well",
         "INFO [legs.left]: all is well",
         "WARN [camera]: it gets warm",
         "WARN [legs.left]: it gets warm",
     ]
-    assert len(warm.out.splitlines()) == 2
+    assert len(warmth.out.splitlines()) == 2
     assert [line.split("]: ")[1] for line in left.out.splitlines()] == ["all is well"]
     (one,) = (json.loads(line) for line in legs.out.splitlines())
     assert (one["level"], one["name"], one["message"]) == ("WARN", "legs.left", "it gets warm")
-    assert (await command("log", "--match", "(")).code == 1
+    assert (await robot("log", "--match", "(")).code == 1
 
 
 LIST = Service(ListNodes, "~/_container/list_nodes")

@@ -58,15 +58,16 @@ async def test_info_counts_the_ends_and_shows_all_of_each(system_of: SystemOf, c
     ]
 
 
-async def test_type_and_find_lead_from_a_name_to_its_type_and_back(system_of: SystemOf, command: Command) -> None:
+async def test_type_and_find_lead_from_a_name_to_its_type_and_back(
+    system_of: SystemOf, command: Command, robot: Command
+) -> None:
     async with system_of(Talker):
         assert (await command("topic", "type", "/chatter")).out == "std_msgs/msg/String\n"
         found = await command("topic", "find", "std_msgs/msg/String")
         assert found.out == "/chatter\n/robot/description\n"
         assert (await command("topic", "find", "std_msgs/msg/String", "-c")).out == "2\n"
-        nobody = await command("topic", "type", "/nobody")
+        nobody, unknown = await asyncio.gather(robot("topic", "type", "/nobody"), robot("topic", "info", "/chater"))
         assert (nobody.code, nobody.out, nobody.err) == (1, "", "")
-        unknown = await command("topic", "info", "/chater")
         assert (unknown.code, unknown.err) == (1, "Unknown topic '/chater'; did you mean '/chatter'?\n")
 
 

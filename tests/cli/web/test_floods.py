@@ -157,6 +157,7 @@ async def test_connections_that_ask_for_nothing_lose_their_place_to_a_client_tha
 ) -> None:
     monkeypatch.setattr(server, "MOST_CLIENTS", 3)
     monkeypatch.setattr(server, "SILENCE", 0.0)
+    monkeypatch.setattr(server, "CLOSING", 0.2)
     async with serving() as stage:
         silent = [await opened(stage) for _ in range(3)]
         await until(lambda: len(stage.server.clients) == 3)
