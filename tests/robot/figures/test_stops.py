@@ -168,7 +168,9 @@ def test_a_robot_that_is_lost_is_counted_as_fallen(monkeypatch: pytest.MonkeyPat
     assert run(Case("mirrored", 1.0, 0.25, 5, 0.008)).fallen
 
 
-@pytest.mark.parametrize("phase", [4 / 32, 10 / 32, 25 / 32])
+@pytest.mark.parametrize(
+    "phase", [10 / 32, *(pytest.param(phase, marks=pytest.mark.slow) for phase in (4 / 32, 25 / 32))]
+)
 def test_a_fast_robot_that_was_held_up_for_a_third_of_a_second_walks_on(phase: float) -> None:
     met = run(Case("hang", 1.6, phase, 1, 0.008, fidelity=Fidelity()))
     assert met.found is not None  # the drives acted
