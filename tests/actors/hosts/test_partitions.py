@@ -25,9 +25,13 @@ def test_the_same_seed_has_the_same_course() -> None:
     assert run_seed(2) == run_seed(2)
 
 
+LATE = {"lease-from-answer": 24}
+"""The seeds that show what few do."""
+
+
 @pytest.mark.parametrize("plant", PLANTED)
 def test_a_planted_violation_is_found(plant: str) -> None:
-    assert any(run_seed(seed, plant).faults for seed in range(30))
+    assert any(run_seed(seed, plant).faults for seed in (LATE.get(plant, 0), *range(30)))
 
 
 def test_the_judge_sees_an_old_life_that_acts_again_a_gap_and_a_late_command_that_was_followed() -> None:

@@ -47,7 +47,6 @@ del test_a_thousand_children_that_have_ended_leave_nothing_behind  # noqa: F821
 @pytest.fixture(autouse=True)
 def each_child_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(World, "life", life_in_a_process)
-    monkeypatch.setattr(kit, "TURNS", 500)  # what a process tells takes turns of the loop, but no time
     monkeypatch.setattr(VirtualLoop, "max_spins", 10_000_000)
 
 
