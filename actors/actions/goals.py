@@ -10,7 +10,7 @@ import asyncio
 from collections import deque
 from collections.abc import AsyncGenerator, Callable, Iterable
 from enum import IntEnum
-from typing import Final
+from typing import Final, NamedTuple
 
 from actors.actions.peers import GoalFollower
 from actors.contracts.contracts import Aborted, Done
@@ -156,27 +156,21 @@ class CancelCode(IntEnum):
     GOAL_TERMINATED = 3
 
 
-class CancelSelection:
+class CancelSelection(NamedTuple):
     """The goals that a cancel request selects, in order of acceptance, before the server decides on each of them.
 
     `code` is the final answer unless it is NONE and the server refuses every candidate.
     """
 
-    __slots__ = ("candidates", "code")
-
-    def __init__(self, code: CancelCode, candidates: tuple[GoalRecord, ...] = ()) -> None:
-        self.code: Final = code
-        self.candidates: Final = candidates
+    code: CancelCode
+    candidates: tuple[GoalRecord, ...] = ()
 
 
-class CancelOutcome:
+class CancelOutcome(NamedTuple):
     """The answer to a cancel request: its code and the goals that moved to CANCELING, in order of acceptance."""
 
-    __slots__ = ("code", "goals")
-
-    def __init__(self, code: CancelCode, goals: tuple[GoalRecord, ...] = ()) -> None:
-        self.code: Final = code
-        self.goals: Final = goals
+    code: CancelCode
+    goals: tuple[GoalRecord, ...] = ()
 
     def __repr__(self) -> str:
         return f"<cancel {self.code.name}, {len(self.goals)} goals canceling>"

@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, cast
 
 from msgspec import structs
 
-from actors.errors import DeclarationError
+from actors.errors import DeclarationError, ProcessDied, described
 from actors.processes.life import Launch, Process, ProcessLife
-from actors.processes.messages import MOST_BEAT_SECONDS, CrashAsked, Event, Order
+from actors.processes.messages import MOST_BEAT_SECONDS, CrashAsked, Event, Opaque, Order, Request
 from actors.processes.parent import ParentSide
 from actors.processes.pickling import pack, unpack
 from actors.processes.rendezvous import Rendezvous
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from actors.processes.child_tree import ChildTree
     from actors.processes.flight_records import Recorder
     from actors.processes.os_process import Started
     from actors.processes.prefork import PreforkPool
-    from actors.processes.simulated import SimulatedProcess
     from actors.runtime.runtime import Runtime
     from actors.supervision.child_task import ChildTask
     from actors.transport.protocol import Transport
@@ -106,7 +104,6 @@ async def simulate(order: Order, take: Callable[[Event], None]) -> SimulatedProc
     On another machine it tells of its nodes as often as a real one does: that may end without a last word. Otherwise, when something changes.
     """
     from actors.processes.child_tree import ChildTree
-    from actors.processes.simulated import SimulatedProcess
 
     transport = cast("SimulatedTransport", order.transport())
     copied = structs.replace(order, spec=unpack(pack(order.spec)))
@@ -124,3 +121,68 @@ def _beat(process: SimulatedProcess) -> None:
     if not process.ended.done():
         process.hosted.tell_nodes()
         asyncio.get_running_loop().call_later(MOST_BEAT_SECONDS, _beat, process)
+
+
+class SimulatedProcess:
+    """A process that is no process (`life.Process`). `host` makes what runs in it, with the function that tells events; `crash` is called
+    when it is killed.
+
+    Invariants: events and the end come to the parent in later turns of the loop, in order. A process that was killed tells nothing more.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        host: Callable[[Callable[[Event], None]], ChildTree],
+        take: Callable[[Event], None],
+        crash: Callable[[], None],
+    ) -> None:
+        self._loop = loop = asyncio.get_running_loop()
+        self._number = number
+        self._take = take
+        self._crash = crash
+        self._killed = False
+        self.ended: asyncio.Future[Exception] = loop.create_future()
+        self.hosted = host(self._tell)
+        self._task = loop.create_task(self.hosted.run(), name=f"simulated process {number}")
+        self._task.add_done_callback(lambda task: loop.call_soon(self.ended.set_result, self._end()))
+
+    @property
+    def id(self) -> int:
+        return self._number
+
+    def send(self, request: Request | Opaque) -> None:
+        """Send a request; it is lost if the process has ended."""
+        self._loop.call_soon(self._receive, request)
+
+    def watch(self) -> None:
+        """Nothing: a loop that all processes share cannot hang in one of them."""
+
+    def unwatch(self) -> None:
+        """Nothing."""
+
+    def terminate(self) -> None:
+        """Ask for its end, unless it has ended."""
+        if not self._task.done():
+            self.hosted.terminate()
+
+    def kill(self) -> None:
+        """Send SIGKILL, unless the process has ended."""
+        if not self._task.done() and not self._killed:
+            self.hosted.kill()
+            self._killed = True
+            self._crash()
+
+    def _receive(self, request: Request | Opaque) -> None:
+        if not self._task.done():
+            self.hosted.take(unpack(request.data) if isinstance(request, Opaque) else request)
+
+    def _tell(self, event: Event) -> None:
+        if not self._killed:
+            self._loop.call_soon(self._take, event)
+
+    def _end(self) -> Exception:
+        if self._killed:
+            return ProcessDied(self._number, "signal SIGKILL")
+        error = None if self._task.cancelled() else self._task.exception()
+        return ProcessDied(self._number, "exit code 0" if error is None else f"exit code 1: {described(error)}")

@@ -26,12 +26,12 @@ from typing import NoReturn
 
 from actors.errors import NotStarted, described
 from actors.running.target import Maker, Unusable, find, grown, grown_hosts
+from actors.testing.fault_values import names_nothing, not_come
 from actors.testing.faults import KINDS
 from actors.testing.lab import Lab
 from actors.testing.rig import Rig
 from actors.testing.simulation.invariants import PATIENCE
 from actors.testing.simulation.isolated import ENDLESS, Elsewhere, Isolated, in_a_copy
-from actors.testing.simulation.known import names_nothing, not_come
 from actors.testing.simulation.search import Finding, search
 from actors.testing.simulation.trial import Scenario, Trial
 from actors.time.virtual_loop import VirtualLoop

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from types import TracebackType
-from typing import Final
+from typing import Final, NamedTuple
 
 from actors.checks import NoPublicConstructor, create
 from actors.names.identity import Identity
@@ -25,18 +25,13 @@ class UnexpectedFailure(AssertionError):
     """A node failed or a supervisor gave up, and the test did not expect it. `__cause__` is the error of the node."""
 
 
-class Failure:
+class Failure(NamedTuple):
     """One failure: the names and classes of what failed, a description, and the error that caused it."""
 
-    __slots__ = ("classes", "error", "names", "text")
-
-    def __init__(
-        self, names: tuple[str, ...], classes: tuple[type, ...], text: str, error: BaseException | None
-    ) -> None:
-        self.names: Final = names
-        self.classes: Final = classes
-        self.text: Final = text
-        self.error: Final = error
+    names: tuple[str, ...]
+    classes: tuple[type, ...]
+    text: str
+    error: BaseException | None
 
 
 class ExpectedFailure(metaclass=NoPublicConstructor):

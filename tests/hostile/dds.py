@@ -16,7 +16,6 @@ from actors.interfaces.std_msgs.msg import String
 from actors.qos import History
 from actors.transport.dds.discovery import RemoteEndpoint, RemoteParticipant
 from actors.transport.dds.endpoints import Status, Writer
-from actors.transport.dds.extras import Extra, add_extra, split_extra
 from actors.transport.dds.format.names import DISCOVERY_TOPIC, Role
 from actors.transport.dds.format.participants import (
     NodeEntities,
@@ -34,6 +33,7 @@ from actors.transport.dds.format.user_data import (
 )
 from actors.transport.dds.known import Known
 from actors.transport.dds.participant import Participant
+from actors.transport.dds.services import Extra, add_extra, split_extra
 from actors.transport.format.errors import WireFormatError
 from tests.actors.transport.dds.meeting import HERE, MeetingTransport, free_domain
 from tests.hostile.scene import Logs

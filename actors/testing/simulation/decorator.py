@@ -19,10 +19,10 @@ from collections.abc import Awaitable, Callable, Sequence
 
 import pytest
 
+from actors.testing.fault_values import names_nothing
 from actors.testing.faults import Possible
 from actors.testing.flight_records import save_flight
 from actors.testing.simulation.invariants import PATIENCE, Invariant
-from actors.testing.simulation.known import names_nothing
 from actors.testing.simulation.search import Finding, search
 from actors.testing.simulation.trial import Scenario, Trial
 

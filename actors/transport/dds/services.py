@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import secrets
+import struct
 from asyncio import TimerHandle
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from actors.errors import ServiceFailed
-from actors.transport.dds.extras import Extra, add_extra, split_extra
 from actors.transport.dds.format.names import Role
 from actors.transport.dds.format.requests import RequestId, parse_request, write_request
 from actors.transport.format.errors import WireFormatError
@@ -20,6 +20,44 @@ if TYPE_CHECKING:
     from actors.transport.dds.domain import Domain, Pair
     from actors.transport.dds.endpoints import Sample, Status
     from actors.transport.dds.known import NodeHere, Shown
+
+_END: Final = struct.Struct("<IB7s")
+_MARK: Final = b"robactr"
+
+
+class Extra(NamedTuple):
+    """What is added to requests and replies, behind the message: others never get it, because it is sent to our peers only.
+
+    ====  ==========================================
+    size  content, from the end
+    ====  ==========================================
+    7     ``robactr``
+    1     0: an extension; 1: an error in place of a reply
+    4     the length of the content, little endian
+    any   the content, padded to a multiple of 4
+    ====  ==========================================
+    """
+
+    content: bytes = b""
+    is_error: bool = False
+
+
+def add_extra(message: bytes, extra: Extra) -> bytes:
+    """The message with what is added. Its length is a multiple of 4, so that the wire pads nothing."""
+    padded = b"%b%b%b%b" % (message, bytes(-len(message) % 4), extra.content, bytes(-len(extra.content) % 4))
+    return padded + _END.pack(len(extra.content), extra.is_error, _MARK)
+
+
+def split_extra(data: bytes) -> tuple[bytes, Extra]:
+    """The message, perhaps with padding, and what is added; nothing if there is none, or if it is none of ours."""
+    if len(data) < _END.size:
+        return data, Extra()
+    length, is_error, mark = _END.unpack_from(data, len(data) - _END.size)
+    start = len(data) - _END.size - length - (-length % 4)
+    if mark != _MARK or start < 0:
+        return data, Extra()
+    return data[:start], Extra(data[start : start + length], bool(is_error))
+
 
 _PATIENCE: Final = 5.0
 """Seconds for which a reply waits until its client is matched; `rmw_cyclonedds_cpp` waits for a part of a second."""

@@ -11,9 +11,9 @@ from typing import Any, cast
 
 from actors.checks import create
 from actors.errors import ProgramExit
+from actors.processes.child_processes import SimulatedProcess
 from actors.processes.life import Process, ProcessLife
 from actors.processes.messages import Event, News, Order, Over, Ready, Request, StopAsked, Told
-from actors.processes.simulated import SimulatedProcess
 from actors.supervision.child import Child
 from actors.supervision.child_task import ChildTask
 from actors.supervision.declarations import Supervisor

@@ -40,10 +40,10 @@ from actors.interfaces.std_msgs.msg import Int32
 from actors.interfaces.std_srvs.srv import Trigger
 from actors.logs import LogRecord, console_sink, json_sink, structlog_sink
 from actors.places import traceback_of, users_trace
+from actors.processes.child_processes import SimulatedProcess
 from actors.processes.messages import StopAsked
 from actors.processes.parent import KNOWN_SECONDS, ParentSide
 from actors.processes.pickling import pack, unpack
-from actors.processes.simulated import SimulatedProcess
 from actors.supervision import Killed, Stopped
 from actors.supervision.errors import NotFound
 from actors.supervision.refs import ChildRef

@@ -16,8 +16,8 @@ from actors.running.target import find
 from actors.testing import Lab, scenario
 from actors.testing.explore import main as explore
 from actors.testing.explore import scenario_of
+from actors.testing.fault_values import names_nothing, not_come
 from actors.testing.faults import NETWORK, Cut, Fault, HostCrash, HostPause, LinkLoss, Profile, RouterStop, draw, parse
-from actors.testing.simulation.known import names_nothing, not_come
 from actors.testing.simulation.search import search
 from actors.testing.simulation.trial import Outcome, Scenario, Trial
 

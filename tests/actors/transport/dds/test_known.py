@@ -9,11 +9,11 @@ import pytest
 from actors.transport.dds import known as of_known
 from actors.transport.dds.discovery import RemoteEndpoint, RemoteParticipant
 from actors.transport.dds.endpoints import Status
-from actors.transport.dds.extras import Extra, add_extra, split_extra
 from actors.transport.dds.format.participants import NodeEntities, ParticipantEntities
 from actors.transport.dds.format.qos import EndpointQos
 from actors.transport.dds.format.user_data import Process, parse_process, write_process
 from actors.transport.dds.known import BARE, Known, NodeHere
+from actors.transport.dds.services import Extra, add_extra, split_extra
 
 PREFIX = b"\x01\x10" + bytes(10)
 PARTICIPANT = PREFIX + bytes.fromhex("000001c1")
