@@ -14,6 +14,7 @@ from functools import partial
 from threading import get_ident
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias, TypeVar
+from weakref import proxy
 
 from actors.errors import (
     CallCycle,
@@ -149,6 +150,12 @@ class Incarnation:
                     self.runtime.ended(self)
                 if killed:
                     await self.tasks.outlast_kill(self.log)
+                # These refer to this life, too: without the cycles an ended node is freed at once, and not by the garbage collector.
+                self.node = proxy(self.node)
+                self._tasks = self._tasks or None
+                self.opened = self._timers = self._log = None
+                if self._parameters is not None:
+                    self._parameters.on_event = None
         except (asyncio.CancelledError, ProgramExit, SystemExit, KeyboardInterrupt) as error:
             _raise_in_words(self.runtime, self.fqn, self.phase, error)
 

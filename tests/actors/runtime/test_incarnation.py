@@ -3,10 +3,27 @@
 from __future__ import annotations
 
 import asyncio
+import gc
+import weakref
 
 import pytest
 
-from actors import Action, Child, Done, GoalRejected, Node, Reject, Steps, temporary
+from actors import (
+    Action,
+    Child,
+    Done,
+    DynamicSupervisor,
+    GoalRejected,
+    Node,
+    Reject,
+    Steps,
+    background,
+    every,
+    parameter,
+    publishes,
+    temporary,
+)
+from actors.errors import Ended
 from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.std_msgs.msg import Int32
@@ -38,6 +55,57 @@ async def test_a_stop_before_the_first_step_and_one_after_the_end_hurt_nobody(ri
     assert (last.event, last.fields["reason"]) == ("stopping", "it stopped: changed my mind")
     life.stop("too late")  # must not reach the next incarnation, which would find it in its inbox
     assert not state.inbox.control
+
+
+class Busy(Node):
+    """A node with endpoints, a timer, a parameter and a task."""
+
+    out = publishes(NUMBERS)
+    level = parameter(1)
+
+    @NUMBERS.on()
+    async def take(self, message: Int32) -> None: ...
+
+    @ADD.serve()
+    async def add(self, request: AddTwoInts.Request) -> AddTwoInts.Response:
+        return total(request.a + request.b)
+
+    async def on_start(self) -> None:
+        self.log.info("at work", level=self.level)
+
+    @background
+    async def wait(self) -> None:
+        await self.clock.sleep(1000.0)
+
+    @every(hz=10)
+    def tick(self) -> None: ...
+
+
+async def test_a_node_that_has_ended_is_freed_without_the_garbage_collector(rig: Rig) -> None:
+    await rig.start(DynamicSupervisor("pool", Child(Busy, name="busy")))
+    assert rig.system.supervisor is not None
+    gc.collect()
+    gc.disable()  # a garbage collector that has nothing to do costs the other nodes no time
+    try:
+        ref = await rig.system.supervisor.spawn(name="busy")
+        assert ref is not None
+        seen = weakref.ref(rig.node(Busy)), weakref.ref(incarnation_of(rig.node(Busy)).inbox.task)  # type: ignore[arg-type]
+        await rig.advance(1.0)
+        await rig.system.supervisor.terminate_child(ref)
+        await rig.advance(1.0)
+        assert [each() for each in seen] == [None, None]
+    finally:
+        gc.enable()
+
+
+async def test_a_node_that_has_ended_and_is_held_answers_questions(rig: Rig) -> None:
+    await rig.start(Child(Busy, restart=temporary))
+    node = rig.node(Busy)
+    node.stop()
+    await rig.settled()
+    assert (node.fqn, node.incarnation, node.get_parameter("level").value) == ("/busy", 1, 1)
+    with pytest.raises(Ended):
+        node.create_timer(1.0, node.tick)
 
 
 class Lift(Node):
