@@ -96,6 +96,15 @@ async def test_what_clients_publish_alike_has_one_publisher_which_ends_with_the_
         await until(lambda: not entry.publishers)
 
 
+async def test_a_channel_whose_topic_cannot_be_is_refused_with_its_name() -> None:
+    async with serving() as stage, stage.foxglove() as client:
+        await client.say(
+            "advertise",
+            channels=[{"id": 5, "topic": "/no topic", "encoding": "cdr", "schemaName": "std_msgs/msg/String"}],
+        )
+        assert "/no topic" in (await client.find("status", level=2))["message"]
+
+
 async def test_a_service_answers_in_the_encoding_of_the_request() -> None:
     async with serving() as stage, stage.foxglove() as client:
         service = await client.service("/add")
