@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from types import ModuleType
 from typing import Any, Final
 
 MOST: Final = 100_000
@@ -19,7 +20,7 @@ def check_yaml(text: str) -> None:
     aliases = "&" in text and "*" in text
     if not aliases and text.count("[") + text.count("{") + text.count("- ") + text.count(":\n") < DEEPEST:
         return
-    library: Any = _library()
+    library = _library()
     sizes: dict[str, int] = {}
     open_: list[tuple[str | None, int]] = []
     total = 0
@@ -56,7 +57,7 @@ def safe_loader() -> Any:
     PyYAML itself raises `ValueError`, `OverflowError`, `LookupError` and `AttributeError`, too: for 2001-99-99, a number of 5000 digits,
     ``"\\U00110000"``, ``!!bool maybe`` and ``!!timestamp x``.
     """
-    library: Any = _library()
+    library = _library()
     base: Any = library.SafeLoader
 
     class Loader(base):  # type: ignore[misc]  # PyYAML has no types
@@ -87,7 +88,7 @@ def safe_loader() -> Any:
     return Loader
 
 
-def _library() -> Any:
+def _library() -> ModuleType:
     import yaml  # late: most programs read none
 
     return yaml

@@ -15,7 +15,7 @@ from actors.qos.policies import QoS
 from actors.runtime.node import Node
 from actors.runtime.remote_types import action_parts, fetch
 from actors.runtime.standard import PARAMETER_EVENTS, ROSOUT
-from actors.topics.peers import Participant
+from actors.topics.peers import Participant, PublisherPeer, SubscriptionPeer
 
 STANDARD = {ROSOUT: "rcl_interfaces/msg/Log", PARAMETER_EVENTS: "rcl_interfaces/msg/ParameterEvent"}
 """The topics of every system of this process, which have no publisher before the first subscription."""
@@ -44,7 +44,7 @@ def offers(graph: Graph, asking: Participant, *, unpublished: bool) -> Iterator[
             names[f"{action.name}/_action/status"] = "action_msgs/msg/GoalStatusArray"
             names[f"{action.name}/_action/feedback"] = derived.feedback_message(action.local.type).__ros_type__
     for name, entry in list(graph.topics.items()):
-        ends: list[Any] = [end for end in entry.publishers if end.node is not asking]
+        ends: list[PublisherPeer | SubscriptionPeer] = [end for end in entry.publishers if end.node is not asking]
         if unpublished:
             ends += [end for end in entry.subscriptions if end.node is not asking]
         for type_name in {end.type.__ros_type__: None for end in ends}:
@@ -112,5 +112,5 @@ def _wanted(graph: Graph, offer: Offer) -> tuple[str, list[tuple[str, str]]]:
 
 def _ends(offer: Offer) -> list[Any]:
     """The publishers and subscriptions of an offer, which are all of other processes if its type is not known here."""
-    ends: list[Any] = [*offer.entry.publishers, *offer.entry.subscriptions]
+    ends: list[PublisherPeer | SubscriptionPeer] = [*offer.entry.publishers, *offer.entry.subscriptions]
     return [end for end in ends if end.type.__ros_type__ == offer.type_name]

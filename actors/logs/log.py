@@ -211,7 +211,7 @@ class NodeLog(metaclass=NoPublicConstructor):
         level: int,
         event: str,
         args: tuple[object, ...],
-        fields: dict[str, Any],
+        fields: dict[str, object],
         filters: tuple[bool, bool, float],
         error: BaseException | None = None,
     ) -> None:
@@ -225,7 +225,7 @@ class NodeLog(metaclass=NoPublicConstructor):
             event = _formatted(event, args, fields)
         self._sink(LogRecord(self._clock.now(), level, self._node, self._incarnation, event, fields, error))
 
-    def _passes(self, level: int, fields: dict[str, Any], filters: tuple[bool, bool, float]) -> bool:
+    def _passes(self, level: int, fields: dict[str, object], filters: tuple[bool, bool, float]) -> bool:
         """Whether the log call in user code writes its line this time."""
         frame = sys._getframe(3)  # pyright: ignore[reportPrivateUsage]  # as `logging` does; documented
         place = Place(frame.f_code.co_filename, frame.f_lineno, frame.f_code.co_qualname)
@@ -239,7 +239,7 @@ class NodeLog(metaclass=NoPublicConstructor):
         return self._sites.allow(place, self._node, level, options, self._throttle_clock)
 
 
-def _formatted(event: str, args: tuple[object, ...], fields: dict[str, Any]) -> str:
+def _formatted(event: str, args: tuple[object, ...], fields: dict[str, object]) -> str:
     """The event with the values inserted. If they do not fit, it is returned unchanged with the values after it: a log call must not
     fail."""
     try:

@@ -30,8 +30,8 @@ class Difference:
     number: int
     time: float
     field: str
-    recorded: Any
-    replayed: Any
+    recorded: object
+    replayed: object
 
     def __str__(self) -> str:
         where = f"{self.kind} {self.name}[{self.number}]".replace(" [", "[")

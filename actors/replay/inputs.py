@@ -19,6 +19,9 @@ from actors.services.peers import caller_id
 from actors.waiting import retrieve
 
 if TYPE_CHECKING:
+    from actors.actions.goals import GoalStatus
+    from actors.interfaces.message import Message
+    from actors.qos.policies import QoS
     from actors.replay.lives import PlayedNodes
     from actors.replay.replay_loop import ReplayLoop
     from actors.runtime.incarnation import Incarnation
@@ -92,7 +95,7 @@ class Inputs:
     def crash(self, node: str, error: BaseException) -> None:
         self._boundary.enter("crash", (), self._life_of(node).inbox.put_control, Failure(error, "crash"))
 
-    def parameters(self, node: str, values: dict[str, Any]) -> None:
+    def parameters(self, node: str, values: dict[str, object]) -> None:
         with suppress(Exception):  # an error of the one that sets what cannot be set
             self._life_of(node).node.set_parameters(values)
 
@@ -109,7 +112,7 @@ class Inputs:
             handle.k = k  # as the ticker does, which counts here in vain
             self._boundary.enter("tick", (), timer.on_tick, k, due)
 
-    def deliver(self, number: int, peer: int, message: Any, expires: float | None) -> None:
+    def deliver(self, number: int, peer: int, message: object, expires: float | None) -> None:
         publisher = self._peers[peer]
         publisher.sent(message)
         subscription = self._subscription(number, publisher.entry.name)
@@ -126,12 +129,12 @@ class Inputs:
             return known[number]
         return next((one for one in reversed(known) if one.entry.name == topic), None)
 
-    def publisher(self, number: int, topic: str, node: str, kind: Any, qos: Any) -> None:
+    def publisher(self, number: int, topic: str, node: str, kind: type[Message], qos: QoS) -> None:
         entry = self._system.graph.topic(topic)
         self._peers[number] = publisher = StubPublisher(number, entry, node, kind, qos, self._boundary.catch_up)
         entry.add_publisher(cast("Any", publisher))
 
-    def subscriber(self, number: int, topic: str, node: str, kind: Any, qos: Any) -> None:
+    def subscriber(self, number: int, topic: str, node: str, kind: type[Message], qos: QoS) -> None:
         entry = self._system.graph.topic(topic)
         self._peers[number] = subscription = StubSubscription(entry, node, kind, qos)
         entry.add_subscription(cast("Any", subscription))
@@ -158,7 +161,7 @@ class Inputs:
         if self._boundary.diverged and timeout is not None:
             self._system.runtime.deadlines.watch(call, timeout)
 
-    def request(self, number: int, name: str, message: Any, caller: str, timeout: float) -> None:
+    def request(self, number: int, name: str, message: Message, caller: str, timeout: float) -> None:
         graph = self._system.graph
         entry = graph.service(name)
         if entry.local is None:
@@ -167,7 +170,7 @@ class Inputs:
         if server is not None:
             server.submit(message, _StubCaller(caller, server.deadlines), timeout).future.add_done_callback(retrieve)
 
-    def goal(self, number: int, name: str, goal_id: bytes, message: Any, owner: str | None) -> None:
+    def goal(self, number: int, name: str, goal_id: bytes, message: Message, owner: str | None) -> None:
         server = self._system.graph.action(name).local
         if server is not None:
             follower = None if owner is None else StubFollower(owner)
@@ -212,7 +215,7 @@ class Inputs:
     def feedback(self, number: int, feedback: object) -> None:
         self._follower(number, "on_feedback", feedback)
 
-    def outcome(self, number: int, status: Any, result: object, reason: str) -> None:
+    def outcome(self, number: int, status: GoalStatus, result: object, reason: str) -> None:
         self._follower(number, "on_result", create(Outcome, status, result, reason))
 
     def _follower(self, number: int, method: str, value: object) -> None:

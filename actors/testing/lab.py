@@ -340,7 +340,7 @@ class _NetworkFaults:
         else:
             lab.shift_clock(target, fault.by)
 
-    def _later(self, fault: Fault, act: Any, *arguments: object) -> None:
+    def _later(self, fault: Fault, act: Callable[..., object], *arguments: object) -> None:
         self._timers.append(self._lab.loop.call_later(fault.by, act, *arguments))
 
     def _lift(self, fault: Fault) -> None:

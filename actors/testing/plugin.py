@@ -118,8 +118,8 @@ async def lab(request: pytest.FixtureRequest) -> AsyncIterator[Lab]:
     await lab.close()
 
 
-_LAB = pytest.StashKey[Any]()
-_RIG = pytest.StashKey[Any]()
+_LAB = pytest.StashKey["Lab"]()
+_RIG = pytest.StashKey["Rig"]()
 _FLIGHT = pytest.StashKey[Any]()
 
 

@@ -15,12 +15,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from math import inf
 from time import monotonic, thread_time
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Final, cast
 
 from actors.time.real_loop import waking
 
 if TYPE_CHECKING:
     from asyncio import SelectorEventLoop as _LoopBase
+    from selectors import SelectorKey
     from selectors import SelectSelector as _SelectorBase
 else:
     _LoopBase = _SelectorBase = object
@@ -103,7 +104,9 @@ class Lockstep:
             self.now = self._due = self._present(monotonic())
         self._world = world
 
-    def select(self, select: Callable[[float | None], list[Any]], timeout: float | None) -> list[object]:
+    def select(
+        self, select: Callable[[float | None], list[tuple[SelectorKey, int]]], timeout: float | None
+    ) -> list[tuple[SelectorKey, int]]:
         """Let the loop's selector wait by `select`; then time goes on."""
         if timeout is not None and timeout <= 0.0:
             ready = select(0)
@@ -185,7 +188,7 @@ class _Selector(_SelectorBase):
 
     lockstep: Lockstep
 
-    def select(self, timeout: float | None = None) -> list[Any]:
+    def select(self, timeout: float | None = None) -> list[tuple[SelectorKey, int]]:
         return self.lockstep.select(super().select, timeout)
 
 
