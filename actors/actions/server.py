@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Collection, Coroutine
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from actors.actions.driver import GoalDriver, GoalHandlers, Host
 from actors.actions.goals import CancelOutcome, GoalEvent, GoalRecord, GoalStatus, GoalTable
@@ -17,11 +17,8 @@ from actors.checks import create, is_flag
 from actors.contracts.contracts import Action, ArrivalPolicy
 from actors.errors import Reject, described
 from actors.inbox.control import blame
-from actors.interfaces.message import F, G, R
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
-    from actors.services.peers import Registration
+from actors.interfaces.message import F, G, Message, R
+from actors.services.peers import Registration
 
 _EVENTS: Final = {
     GoalStatus.SUCCEEDED: GoalEvent.SUCCEED,

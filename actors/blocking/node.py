@@ -15,26 +15,24 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from actors.actions.client import Goal
 from actors.blocking.handles import BlockingGoal, BlockingStream
 from actors.checks import NoPublicConstructor, create
+from actors.contracts.content_filter import ContentFilter
 from actors.contracts.contracts import Action, Service, Topic
 from actors.errors import ActorError, Ended, NotRunning
 from actors.interfaces.message import F, G, M, R, Req, Resp
 from actors.logs import LogSink, NodeLog, structlog_sink
+from actors.parameters.values import SetResult
+from actors.qos.policies import QoS
 from actors.running import run as running
 from actors.running.signals import SigtermExit, exit_on_sigterm
 from actors.running.trees import Runnable, tree_of
 from actors.runtime.habits import Missing
 from actors.runtime.node import CALL_TIMEOUT, GOAL_TIMEOUT, Node
 from actors.system import System, system_here
-
-if TYPE_CHECKING:
-    from actors.actions.client import Goal
-    from actors.contracts.content_filter import ContentFilter
-    from actors.parameters.values import SetResult
-    from actors.qos.policies import QoS
-    from actors.topics.publisher import Publisher
-    from actors.topics.stream import Stream
+from actors.topics.publisher import Publisher
+from actors.topics.stream import Stream
 
 T = TypeVar("T")
 

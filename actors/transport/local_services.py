@@ -5,29 +5,26 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+from typing import Any, Final, NamedTuple, cast
 
 from actors.errors import CallCycle, NodeRestarting, NotRunning, ServiceFailed
+from actors.graph.servers import S, ServerEntry
 from actors.interfaces.cdr import decode, encode
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
+from actors.interfaces.message import Message
 from actors.qos import SERVICES
+from actors.qos.policies import QoS
+from actors.services.server import Server
 from actors.transport.chains import RemoteCaller
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension, write_extension
 from actors.transport.format.replies import encode_failure, write_reply_error
 from actors.transport.format.tokens import EndpointKind
+from actors.transport.local_clients import Clients
 from actors.transport.local_side import LocalSide, type_info
+from actors.transport.protocol import EndpointHere, RemoteEndpoint, Request
 from actors.transport.remote_services import RemoteServer
-
-if TYPE_CHECKING:
-    from actors.graph.servers import S, ServerEntry
-    from actors.interfaces.message import Message
-    from actors.qos.policies import QoS
-    from actors.services.server import Server
-    from actors.transport.local_clients import Clients
-    from actors.transport.protocol import EndpointHere, RemoteEndpoint, Request
-
 
 _NOTHING: Final = Extension()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from actors.actions.goals import GoalStatus
 from actors.actions.peers import GoalFollower, Outcome
@@ -17,21 +17,19 @@ from actors.interfaces.cdr import decode, encode
 from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.interfaces.hashes import type_hash
+from actors.interfaces.message import Message
 from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.qos import ACTION_FEEDBACK, ACTION_STATUS
+from actors.qos.policies import QoS
+from actors.services.peers import Caller
 from actors.time.values import nanoseconds_of
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension, parse_extension
 from actors.transport.format.names import is_ours
+from actors.transport.local_clients import Clients
 from actors.transport.local_side import LocalSide, type_info
 from actors.transport.protocol import Answer, EndpointHere, Handle, NoAnswer, RemoteEndpoint, RemoteNode, Replied, Take
 from actors.transport.remote_services import failure_of
-
-if TYPE_CHECKING:
-    from actors.interfaces.message import Message
-    from actors.qos.policies import QoS
-    from actors.services.peers import Caller
-    from actors.transport.local_clients import Clients
 
 _FORGOTTEN: Final = 3600.0
 """Seconds after which the transport may forget a request about a goal. That for the result is sent again then: goals have no limit of time."""

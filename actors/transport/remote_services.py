@@ -5,23 +5,21 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 from actors.errors import CallTimeout, NotRunning, ServiceFailed
 from actors.interfaces import registry
 from actors.interfaces.cdr import decode, encode
 from actors.interfaces.errors import CdrError
+from actors.interfaces.foreign import ForeignType
+from actors.interfaces.message import Message
+from actors.services.peers import Caller
 from actors.transport.chains import chain_of
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.extensions import Extension
 from actors.transport.format.replies import TIMED_OUT, parse_reply_error
+from actors.transport.local_clients import Clients
 from actors.transport.protocol import Answer, Failed, Handle, NoAnswer, RemoteEndpoint, Replied
-
-if TYPE_CHECKING:
-    from actors.interfaces.foreign import ForeignType
-    from actors.interfaces.message import Message
-    from actors.services.peers import Caller
-    from actors.transport.local_clients import Clients
 
 _LONGEST: Final = {"type_description_interfaces/srv/GetTypeDescription": 2 << 20}
 """The longest replies, in bytes, of services that are asked of nodes that nobody here has chosen. What is longer is not read."""

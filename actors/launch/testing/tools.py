@@ -5,16 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from actors.launch import events
+from actors.launch.actions.processes import ExecuteProcess
 from actors.launch.entity import LaunchDescription
+from actors.launch.service import LaunchService
 from actors.launch.testing.matching import Expected, build_text_match, without_colours
-
-if TYPE_CHECKING:
-    from actors.launch.actions.processes import ExecuteProcess
-    from actors.launch.service import LaunchService
-    from actors.launch.testing.records import IoHandler, ProcInfoHandler
+from actors.launch.testing.records import IoHandler, ProcInfoHandler
 
 Filter = Callable[[str], str]
 

@@ -5,29 +5,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+from actors.qos.policies import QoS
 from actors.transport import protocol
-from actors.transport.format.attachments import (
-    ATTACHMENT_SIZE,
-    attached,
-    attacher,
-    attaching,
-    attachment_of,
-    in_order,
-)
+from actors.transport.format.attachments import ATTACHMENT_SIZE, attached, attacher, attaching, attachment_of, in_order
 from actors.transport.format.buffers import CPU, Backend, BufferKey, write_buffer_key
 from actors.transport.format.errors import WireFormatError
 from actors.transport.format.gids import gid_of
 from actors.transport.format.keys import DataKey, write_key
 from actors.transport.format.names import is_ours
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, parse_token, write_token
+from actors.transport.keyed import protocol as keyed
 from actors.transport.keyed.protocol import BULK, NORMAL, Delivery, KeyTransport, Outlet, Query, Replied, Sample
 from actors.transport.protocol import Handle, NodeHere, RemoteEndpoint, RemoteNode, Request, Take, TypeInfo, Wait
-
-if TYPE_CHECKING:
-    from actors.qos.policies import QoS
-    from actors.transport.keyed import protocol as keyed
 
 
 class Known:
