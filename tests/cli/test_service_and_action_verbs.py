@@ -9,7 +9,9 @@ import signal
 
 import pytest
 
-from actors import Child
+from actors import Child, Node, Steps
+from actors.interfaces.example_interfaces.action import Fibonacci_Feedback, Fibonacci_Goal, Fibonacci_Result
+from tests.cli import stage
 from tests.cli.conftest import Command, Start, SystemOf
 from tests.cli.stage import Adder, Counter
 from tests.wires import wire as wire
@@ -173,15 +175,31 @@ async def test_a_goal_without_success_ends_with_1_and_with_0_as_ros_2_has_it(
     assert ours.err == theirs.err == reason
 
 
+class Endless(Node):
+    """Never reaches its goals, so that there is time to cancel them on a busy machine, too."""
+
+    canceled = 0
+
+    @stage.COUNT.serve()
+    async def count(self, goal: Fibonacci_Goal) -> Steps[Fibonacci_Feedback, Fibonacci_Result]:
+        try:
+            while True:
+                yield Fibonacci_Feedback(sequence=[0, 1])
+                await self.clock.sleep(0.05)
+        except BaseException:
+            self.canceled += 1
+            raise
+
+
 async def test_ctrl_c_cancels_the_goal(system_of: SystemOf, start: Start) -> None:
-    async with system_of(Counter) as system:
+    async with system_of(Endless) as system:
         process = await start(*COUNT, "{order: 6}", "-f")
         async with asyncio.timeout(30):
             while b"Feedback" not in await process.stdout.readline():
                 pass
             process.send_signal(signal.SIGINT)
             out, error = await process.communicate()
-        assert system.node(Counter).canceled == 1
+        assert system.node(Endless).canceled == 1
     assert out.decode().endswith("Canceling goal...\nGoal canceled.\n")
     assert (process.returncode, error) == (130, b"")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -72,6 +73,13 @@ class ClientNodes:
     async def join(self, kind: type[Node], *arguments: Any) -> JoinedNode:
         """A new node. Raises `Refused` if it cannot start."""
         return await self._join(kind, f"_web_client_{next(self._numbers)}", *arguments)
+
+    async def serve(self, kind: type[Node], check: Callable[[], None]) -> JoinedNode:
+        """A new node that serves something. Raises `Refused` if it cannot start, and what `check` raises: it is called when nodes that were
+        asked for before have started, so that of two for the same name the second sees the first."""
+        async with self._joining:
+            check()
+            return await self.join(kind)
 
     async def close(self) -> None:
         """Publish nothing any more."""

@@ -6,7 +6,8 @@ An action of a browser runs its goals side by side; the browser tells one from t
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, Awaitable, Callable
+from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping
+from functools import partial
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -56,7 +57,8 @@ def action_node(action: Action[Any, Any, Any], steps: Callable[[Any], AsyncGener
     return ActionOfBrowser
 
 
-def _refuse_second(entry: Any) -> None:
+def _refuse_second(entries: Mapping[str, Any], name: str) -> None:
+    entry = entries.get(name)
     if entry is not None and entry.local is not None:
         raise Refused(f"{entry.local.host} serves {entry.name} already")
 
@@ -106,13 +108,15 @@ class ServicesServed:
             raise Refused(f"this client serves {name} already")
         if len(self._served) >= MOST:
             raise Refused(f"a client serves at most {MOST} services")
-        _refuse_second(self._hub.system.graph.services.get(name))
+        _refuse_second(self._hub.system.graph.services, name)
         kind = await self._hub.types.service(name, interface(text(request, "type"), "srv"))
 
         async def answer(message: Any) -> Any:
             return await self._ask(name, kind, message)
 
-        self._served[name] = await self._hub.client_nodes.join(service_node(Service(kind, name), answer))
+        node = service_node(Service(kind, name), answer)
+        free = partial(_refuse_second, self._hub.system.graph.services, name)
+        self._served[name] = await self._hub.client_nodes.serve(node, free)
 
     async def unadvertise(self, request: dict[str, Any]) -> None:
         """Serve it no more; requests that are open fail. Raises `Refused` if it is not served."""
@@ -195,10 +199,11 @@ class ActionsServed:
             raise Refused(f"this client serves {name} already")
         if len(self._served) >= MOST:
             raise Refused(f"a client serves at most {MOST} actions")
-        _refuse_second(self._hub.system.graph.actions.get(name))
+        _refuse_second(self._hub.system.graph.actions, name)
         kind = await self._hub.types.action(name, interface(text(request, "type"), "action"))
         node = action_node(Action(kind, name), lambda goal: self._carry_out(name, kind, goal))
-        self._served[name] = await self._hub.client_nodes.join(node)
+        free = partial(_refuse_second, self._hub.system.graph.actions, name)
+        self._served[name] = await self._hub.client_nodes.serve(node, free)
 
     async def unadvertise(self, request: dict[str, Any]) -> None:
         """Carry out no more of them; goals that run are aborted. Raises `Refused` if it is not served."""

@@ -18,6 +18,7 @@ from actors.interfaces.example_interfaces.action import Fibonacci
 from actors.interfaces.example_interfaces.srv import AddTwoInts
 from actors.interfaces.sensor_msgs.msg import Image, LaserScan
 from actors.interfaces.std_msgs.msg import Int64, String
+from actors.logs import ERROR, LogRecord
 from tests.cli.web.stage import ADD, CHATTER, Bridge, Stage, serving, until
 
 
@@ -275,6 +276,27 @@ async def test_what_the_browser_serves_no_more_fails_at_once_and_the_connection_
             await call
         with pytest.raises(GoalAborted, match="the client serves /browser_count no more"):
             await goal
+
+
+async def test_of_two_clients_that_serve_the_same_at_the_same_time_the_second_is_refused_by_name() -> None:
+    """Its node used to be started, and to fail with an error in the log."""
+    records: list[LogRecord] = []
+    async with serving() as stage, stage.rosbridge() as first, stage.rosbridge() as second:
+        stage.system.observe(lines=records.append)
+        asked = [
+            {"op": "advertise_service", "service": "/browser_add", "type": "example_interfaces/AddTwoInts"},
+            {"op": "advertise_action", "action": "/browser_count", "type": "example_interfaces/Fibonacci"},
+        ]
+        for one in asked:
+            await asyncio.gather(*(client.socket.send(json.dumps(one)) for client in (first, second)))
+        for client in (first, second):
+            await client.call("/rosapi/get_time")
+        refused = [frame["msg"] for client in (first, second) for frame in client.frames if frame["op"] == "status"]
+    assert sorted(one.split(" ", 1)[1] for one in refused) == [
+        "serves /browser_add already",
+        "serves /browser_count already",
+    ]
+    assert not [record for record in records if record.level >= ERROR]
 
 
 async def test_fragments_are_put_together_and_long_answers_are_cut_as_asked() -> None:
