@@ -38,7 +38,7 @@ class Actuators:
         """Share of its torque limit that heat leaves to each drive, shape (12,)."""
         design = self._design
         share = (design.derate_to - self._winding) / (design.derate_to - design.derate_from)
-        return np.clip(share, 0.0, 1.0)
+        return _clipped(share, 0.0, 1.0)
 
     def supply(self, voltage: float) -> None:
         """The bus has this share of its nominal voltage from now on: no-load speeds and the bus's power go with it."""
@@ -54,9 +54,9 @@ class Actuators:
         line = self._design.stall * peak
         turning = line * speed / (self._no_load * self._voltage)
         most = peak * self.left
-        high: Vector = np.clip(line - turning, 0.0, most)
-        low: Vector = -np.clip(line + turning, 0.0, most)
-        given = np.clip(wanted, low, high)
+        high = _clipped(line - turning, 0.0, most)
+        low = -_clipped(line + turning, 0.0, most)
+        given = _clipped(wanted, low, high)
         share = self._bus_share(given, speed)
         if share < 1.0:
             given *= share
@@ -80,3 +80,8 @@ class Actuators:
         if work + loss <= most:
             return 1.0
         return float(2.0 * most / (work + (work * work + 4.0 * loss * most) ** 0.5))
+
+
+def _clipped(values: Vector, low: Vector | float, high: Vector | float) -> Vector:
+    """As `np.clip`, which for a dozen values costs three times as much."""
+    return np.minimum(np.maximum(values, low), high)

@@ -20,7 +20,7 @@ from robot.sim.charger import charger_connected
 from robot.sim.noise import ContactNoise, EncoderNoise, ImuNoise, LidarNoise
 from robot.sim.sampling import ROUNDING, Sampling
 from robot.sim.simulation import SimulationArm, Truth
-from robot.sim.spin import Spin, beam_directions
+from robot.sim.spin import Spin
 
 if TYPE_CHECKING:
     import asyncio
@@ -164,9 +164,8 @@ class BaseBody(Simulated):
             self._spin.begin(self.time)
         return self._spin.take()
 
-    def _look(self, angles: Floats) -> Floats:
-        """What beams at these angles of the turning LiDAR measure now."""
-        rays = beam_directions(angles)
+    def _look(self, rays: Floats) -> Floats:
+        """What beams in these directions of the turning LiDAR measure now."""
         if not self._noise:
             return self._exact_rays(rays, MAX_RANGE)
         exact = self._exact_rays(np.asarray(rays @ self._lidar_noise.mount.T), MAX_RANGE)

@@ -25,13 +25,13 @@ def beam_directions(angles: Floats) -> Floats:
 class Spin:
     """One revolution after the other, each of `sweep` seconds.
 
-    `look` tells the ranges (m) of beams at the given angles (rad) now. The code that moves the body asks `due` when that is wanted next, and calls
-    `turn` at that instant. What `take` gives is never a part of a revolution. Those that nobody takes are not computed.
+    `look` tells the ranges (m) of beams in the given directions (unit vectors in the sensor's axes) now. The code that moves the body asks `due` when
+    that is wanted next, and calls `turn` at that instant. What `take` gives is never a part of a revolution. Those that nobody takes are not computed.
     """
 
     def __init__(self, sweep: float, look: Callable[[Floats], Floats]) -> None:
         self._sweep, self._look = sweep, look
-        self._parts = np.array_split(beam_angles(BEAMS), max(1, round(sweep / GROUP)))
+        self._parts = np.array_split(beam_directions(beam_angles(BEAMS)), max(1, round(sweep / GROUP)))
         self._seen: list[Floats] = []
         self._began = inf
         self._revolutions = 0

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -252,20 +255,26 @@ def turned_over_standing_feet(angles: Vector, turn: Vector) -> Vector:
     )
 
 
+@cache
+def stood_up() -> tuple[GaitController, JointSample]:
+    """A controller that has made a robot stand, and the joints of that."""
+    gait = GaitController(motor_delay=0.0)
+    body = PhysicsBody(FLAT, seed=1, delay=0.0, noise=False)
+    gait.request("stand")
+    for step in range(1, 601):
+        body.command(gait.step(0.005, body.imu(), body.joints()))
+        body.advance(0.005 * step)
+    assert gait.mode == "stand"
+    return gait, body.joints()
+
+
 @pytest.mark.parametrize("axis", ["roll", "pitch"])
 def test_x_08b_reactions_to_roll_and_pitch_have_the_right_signs(axis: str) -> None:
     """A body that leans to one side is pushed up by the legs of that side."""
     pushes: list[np.ndarray] = []
     for lean in (0.1, -0.1):
-        gait = GaitController(motor_delay=0.0)
-        body = PhysicsBody(FLAT, seed=1, delay=0.0, noise=False)
-        gait.request("stand")
-        for step in range(1, 601):
-            body.command(gait.step(0.005, body.imu(), body.joints()))
-            body.advance(0.005 * step)
-        assert gait.mode == "stand"
+        gait, seen = deepcopy(stood_up())
         turning = np.array((lean, 0.0, 0.0) if axis == "roll" else (0.0, lean, 0.0)) / 0.05
-        seen = body.joints()
         angles = seen.position
         for step in range(10):
             speeds = turned_over_standing_feet(angles, turning)

@@ -270,7 +270,7 @@ def test_the_report_says_who_drove_and_that_nothing_stopped_the_robot(tmp_path: 
 
 
 def test_a_crash_of_navigation_is_survived_and_the_patrol_goes_on(tmp_path: Path) -> None:
-    done, report = run(tmp_path, *KINEMATIC, "--duration", "20", "--crash", "navigation@6")
+    done, report = run(tmp_path, *KINEMATIC, "--world", "empty", "--duration", "13", "--crash", "navigation@4")
     assert done.returncode == 0, done.stderr
     assert node(report, "/navigation")["incarnation"] == 2
     assert "crashed on request" in node(report, "/navigation")["restarts"][0]["reason"]

@@ -35,9 +35,9 @@ def _ahead(scene: Scene, kind: type[PhysicsBody] | type[KinematicBody]) -> Sweep
 def test_groups_of_beams_look_every_five_milliseconds_and_make_whole_revolutions() -> None:
     now, looked = 0.0, list[tuple[float, int]]()
 
-    def look(angles: Floats) -> Floats:
-        looked.append((now, len(angles)))
-        return np.full(len(angles), now)
+    def look(rays: Floats) -> Floats:
+        looked.append((now, len(rays)))
+        return np.full(len(rays), now)
 
     spin = Spin(0.1, look)
     assert spin.due == float("inf")
@@ -58,9 +58,9 @@ def test_groups_of_beams_look_every_five_milliseconds_and_make_whole_revolutions
 def test_revolutions_that_nobody_takes_are_not_computed_and_the_next_one_that_is_wanted_is_whole() -> None:
     now, looked = 0.0, list[float]()
 
-    def look(angles: Floats) -> Floats:
+    def look(rays: Floats) -> Floats:
         looked.append(now)
-        return np.full(len(angles), now)
+        return np.full(len(rays), now)
 
     def turn_until(end: float) -> None:
         nonlocal now
