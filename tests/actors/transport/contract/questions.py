@@ -18,6 +18,18 @@ class QuestionContract:
             assert await a.answer("7/add/T/H", b"1+1") == Replied(b"1+1!", b"answered")
             assert [(query.payload, query.attachment) for query in queries] == [(b"1+1", b"asked")]
 
+    async def test_questions_that_are_expected_are_answered_as_all_others(self, wire: Wire) -> None:
+        async with parties(wire, 2) as (a, b):
+            prepared = a.transport.prepare("7/add/T/H")
+            assert await a.answer("7/add/T/H") == NoAnswer(timed_out=False)
+            b.serve("7/add/T/H", lambda query: query.reply(query.payload, b""))
+            await b.told_to(a)
+
+            assert await a.answer("7/add/T/H", b"1") == Replied(b"1", b"")
+            prepared.close()
+            prepared.close()
+            assert await a.answer("7/add/T/H", b"2") == Replied(b"2", b"")
+
     async def test_a_question_is_answered_with_an_error(self, wire: Wire) -> None:
         async with parties(wire, 2) as (a, b):
             b.serve("7/add/T/H", lambda query: query.fail(b"no"))
