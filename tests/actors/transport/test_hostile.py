@@ -13,7 +13,7 @@ from actors.interfaces.std_msgs.msg import Int32
 from actors.transport.format.attachments import Attachment, write_attachment
 from actors.transport.format.gids import gid_of
 from actors.transport.keyed.protocol import Delivery
-from actors.transport.local_side import Unreadable
+from actors.transport.unreadable import Unreadable
 from tests.actors.transport.hosts import Hosts
 from tests.actors.transport.test_bridge_actions import Counter
 from tests.actors.transport.test_bridge_services import Adder
