@@ -157,7 +157,7 @@ class NodeTimer:
         late: Late,
         label: str,
         record: TimerRecord,
-        timers: Timers | None = None,
+        timers: Timers,
     ) -> None:
         self.inbox = inbox
         self.handler = handler
@@ -167,7 +167,7 @@ class NodeTimer:
         self.label = label
         self.takes_tick = _takes_argument(handler)
         self.record = record
-        self.loop_time = self.time = inbox.loop.time if timers is None else timers.now
+        self.loop_time = self.time = timers.now
         self.backlog: deque[tuple[int, float]] | None = deque() if late == "catch_up" else None
         self.handle: Ticking | None = None
         self.pending = False
@@ -192,9 +192,8 @@ class NodeTimer:
     def taker(self) -> Ticked:
         """What a ticker is to call: `on_tick`, behind the node's interceptors. Called once for each ticker."""
         tick: Ticked = self.on_tick
-        if self.timers is not None:
-            for each in self.timers.interceptors:
-                tick = each.ticking(self, tick)
+        for each in self.timers.interceptors:
+            tick = each.ticking(self, tick)
         return tick
 
     def stop(self) -> None:
@@ -259,8 +258,7 @@ class NodeTimer:
         if self.time is not self.loop_time:
             return False
         self.record.blocked += lost
-        if self.timers is not None:
-            self.timers.came_late(self, self.time() - due, lost)
+        self.timers.came_late(self, self.time() - due, lost)
         return True
 
     def _lose(self, ticks: int) -> None:

@@ -6,17 +6,22 @@ import asyncio
 import functools
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from actors import Tick
 from actors.errors import TickMissed
 from actors.inbox.inbox import Inbox
-from actors.runtime.timers import BACKLOG, KEPT, Lateness, NodeTimer, TimerRecord
+from actors.runtime.timers import BACKLOG, KEPT, Lateness, NodeTimer, TimerRecord, Timers
 from actors.time.ticker import Ticker
 
 pytestmark = pytest.mark.virtual
+
+
+def lone(ticker: Ticker) -> Timers:
+    """Timers of no node, whose late ticks nobody watches."""
+    return Timers(cast("Any", None), ticker, None, ())
 
 
 class Bench:
@@ -26,8 +31,8 @@ class Bench:
         loop = asyncio.get_running_loop()
         self.inbox = Inbox(loop)
         self.record = TimerRecord(hz)
-        self.item = NodeTimer(self.inbox, handler, hz, late, "Node.tick", self.record)
         self.ticker = Ticker(loop)
+        self.item = NodeTimer(self.inbox, handler, hz, late, "Node.tick", self.record, lone(self.ticker))
         life: Any = None if on_error is None else SimpleNamespace(on_error=on_error)
         self.task = asyncio.create_task(self.inbox.serve(life))
 
@@ -213,7 +218,7 @@ def test_a_loop_that_was_held_up_drops_the_ticks_it_missed_and_keeps_the_grid() 
         loop = asyncio.get_running_loop()
         inbox, record, ticker = Inbox(loop), TimerRecord(1000.0), Ticker(loop)
         begun: list[int] = []
-        item = NodeTimer(inbox, lambda tick: begun.append(tick.k), 1000.0, "skip", "T.tick", record)
+        item = NodeTimer(inbox, lambda tick: begun.append(tick.k), 1000.0, "skip", "T.tick", record, lone(ticker))
         item.begin(ticker)
         server = loop.create_task(inbox.serve())
         while not begun:
