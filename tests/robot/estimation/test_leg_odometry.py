@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 import pytest
@@ -136,6 +137,7 @@ def test_every_estimate_is_that_of_a_kalman_filter_in_full_matrices(hz: int, see
             assert estimate.contacts[foot] == pytest.approx(tuple(matrices.x[2 + foot]), abs=1e-9)
 
 
+@cache
 def followed(hz: int) -> tuple[Estimator, Swaying]:
     truth, estimate, dt = Swaying(), Estimator(), 1.0 / hz
     for step in range(1, round(0.4 * hz) + 1):
