@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, Final
+
 from actors.interfaces.hashes import type_hash
 from actors.runtime.runtime import Runtime
 from actors.transport.protocol import NodeHere, Participant, Transport, TypeInfo
