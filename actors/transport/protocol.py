@@ -240,8 +240,8 @@ class ClientHere(EndpointHere, Protocol):
     ) -> Handle:
         """Send a request, numbered from 1; the first answer counts. `done` is called exactly once, unless the handle is closed first.
 
-        `extension` is for servers of this library, which others do not read. After `timeout` seconds the transport may forget the request, which
-        then ends with `NoAnswer`; None: never.
+        `extension` is for servers of this library, which others do not read. After `timeout` seconds, if it has not been closed, it ends with
+        `NoAnswer`, and the transport forgets it; None: never.
         """
         ...
 

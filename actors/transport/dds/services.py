@@ -248,6 +248,7 @@ class _Asked:
         self.done = done
         self.data: tuple[bytes, bytes] | None = None
         """The message and the extension, until they are sent."""
+        self.timer: TimerHandle | None = None
         self._client = client
         self._number = number
 
@@ -289,12 +290,17 @@ class Client:
     ) -> _Asked:
         asked = self._asked[number] = _Asked(self, number, done)
         asked.data = payload, extension
-        self._domain.loop.call_soon(self.look)
+        loop = self._domain.loop
+        if timeout is not None:
+            asked.timer = loop.call_later(max(timeout, 0.0), self._finish, number, NoAnswer(timed_out=True))
+        loop.call_soon(self.look)
         return asked
 
     def forget(self, number: int) -> None:
         """A request is given up, or over."""
-        self._asked.pop(number, None)
+        asked = self._asked.pop(number, None)
+        if asked is not None and asked.timer is not None:
+            asked.timer.cancel()
 
     def _finish(self, number: int, answer: Answer) -> None:
         asked = self._asked.get(number)
