@@ -29,7 +29,7 @@ Gnome, Paint, Dig = get_message("garden_msgs/Gnome"), get_service("garden_msgs/P
 PAINT, DIG = Service(Paint, "paint"), Action(Dig, "dig")
 class Garden(Node):
     gnomes = publishes(Topic(Gnome, "gnomes", 10))
-    @every(hz=20)
+    @every(hz=100)
     def tick(self):
         self.gnomes(Gnome(name="Ann", hat=dict_hat()))
     @PAINT.serve()
