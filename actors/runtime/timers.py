@@ -320,8 +320,8 @@ class Timers:
         self._source: TickSource = ticker
         self._stalls = stalls
         self._time: Callable[[], float] | None = None
-        self.now: Callable[[], float] = ticker.now
-        """The event loop's time, seconds: one function for all timers of the system."""
+        self.now: Callable[[], float] = host.inbox.loop.time
+        """The event loop's time, seconds: one function for all timers of the node. A journal's loop notes what it says."""
         self.interceptors = interceptors
         self.declared: tuple[NodeTimer, ...] = ()
         """The timers that the class declares, in that order; none while a lifecycle node is inactive."""
