@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import time
+from pathlib import Path
 
 import pytest
 import pytest_asyncio
@@ -45,13 +46,17 @@ def pytest_collection_finish() -> None:
     """A million objects are there by now, and stay: looked through at each collection of garbage, they would cost minutes."""
     gc.freeze()
     gc.enable()
-    gc.set_threshold(50_000, 20, 20)  # syntax trees of the whole project take half of the time that way
+    gc.set_threshold(50_000, 5, 2)
 
 
-@pytest.hookimpl(trylast=True)  # after the fixtures of the file
-def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
-    """Every look at all tasks, as for leaks, is a look at the dead ones that have not been collected; every fork copies them."""
-    if nextitem is None or nextitem.path != item.path:
+_NEWEST = pytest.StashKey[Path]()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Collect the garbage of a file before the next one begins: each look at all tasks is one at the dead ones, too, and each fork copies them."""
+    if item.session.stash.get(_NEWEST, None) != item.path:
+        item.session.stash[_NEWEST] = item.path
         gc.collect()
         gc.freeze()  # what is there now stays: no collection looks at it again
 

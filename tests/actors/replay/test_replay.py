@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import inspect
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from actors import Child, Node, background, every, execute, publishes, run
 from actors.interfaces.std_msgs.msg import Int32, String
 from actors.nodes import ClockPublisher
 from actors.replay import Journal, ReplayError, load, replay
+from actors.system import System
 from tests.actors.replay.story import HERO, NUMBERS, OTHERS, TOLD, Hero, Visitor, lived, story
 
 CLOCKS = ["virtual", pytest.param("real", marks=pytest.mark.realtime)]
@@ -27,6 +29,14 @@ class Fragile(Node):
         self.log.info("one more", number=message.data)
         if message.data == 3:
             raise ZeroDivisionError("at three")
+
+
+class Sums(Node):
+    told = publishes(TOLD)
+
+    @every(hz=10)
+    def beat(self) -> None:
+        self.told(String(data="beat"))
 
 
 BELL: list[asyncio.Event] = []
@@ -78,6 +88,24 @@ def test_a_node_that_does_all_that_a_journal_carries_is_replayed_to_the_end_with
         "parameters",
         "crash",
     } <= kinds
+
+
+def test_of_many_replays_no_system_is_left_but_that_of_the_newest() -> None:
+    async def main() -> Journal:
+        journal = Journal("sums")
+        async with run(Child(Sums, name="sums"), observers=(journal,), sinks=()) as system:
+            await system.clock.sleep(0.5)
+        return journal
+
+    def systems() -> int:
+        gc.collect()
+        return sum(type(one) is System for one in gc.get_objects())
+
+    recording = execute(main, clock="virtual").recording("sums")
+    before = systems()
+    for _ in range(4):
+        assert replay(recording).equal
+    assert systems() <= before + 1
 
 
 def test_the_run_is_the_same_with_a_journal_and_without() -> None:
