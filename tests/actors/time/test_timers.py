@@ -19,9 +19,9 @@ from actors.time.ticker import Ticker
 pytestmark = pytest.mark.virtual
 
 
-def lone(ticker: Ticker) -> Timers:
+def lone(inbox: Inbox, ticker: Ticker) -> Timers:
     """Timers of no node, whose late ticks nobody watches."""
-    return Timers(cast("Any", None), ticker, None, ())
+    return Timers(cast("Any", SimpleNamespace(inbox=inbox)), ticker, None, ())
 
 
 class Bench:
@@ -32,7 +32,7 @@ class Bench:
         self.inbox = Inbox(loop)
         self.record = TimerRecord(hz)
         self.ticker = Ticker(loop)
-        self.item = NodeTimer(self.inbox, handler, hz, late, "Node.tick", self.record, lone(self.ticker))
+        self.item = NodeTimer(self.inbox, handler, hz, late, "Node.tick", self.record, lone(self.inbox, self.ticker))
         life: Any = None if on_error is None else SimpleNamespace(on_error=on_error)
         self.task = asyncio.create_task(self.inbox.serve(life))
 
@@ -218,7 +218,9 @@ def test_a_loop_that_was_held_up_drops_the_ticks_it_missed_and_keeps_the_grid() 
         loop = asyncio.get_running_loop()
         inbox, record, ticker = Inbox(loop), TimerRecord(1000.0), Ticker(loop)
         begun: list[int] = []
-        item = NodeTimer(inbox, lambda tick: begun.append(tick.k), 1000.0, "skip", "T.tick", record, lone(ticker))
+        item = NodeTimer(
+            inbox, lambda tick: begun.append(tick.k), 1000.0, "skip", "T.tick", record, lone(inbox, ticker)
+        )
         item.begin(ticker)
         server = loop.create_task(inbox.serve())
         while not begun:
