@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import shlex
 import tempfile
+from collections import deque
 from collections.abc import Callable, Coroutine, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -64,6 +65,7 @@ class Launcher(Node):
         self._on_ready = on_ready
         self._running: dict[str, Running] = {}
         self._handlers: list[tuple[Handler, tuple[str, ...]]] = []
+        self._events: deque[object] = deque()
         self._pending = 0
         self._ending = False
 
@@ -298,7 +300,18 @@ class Launcher(Node):
     # -- events -------------------------------------------------------------------------------------------------------------
 
     def emit(self, event: object) -> None:
-        """Ask every handler about an event, the newest first, and do what they answer."""
+        """Ask every handler about an event, the newest first, and do what they answer. What they emit comes after it, as in ROS 2."""
+        self._events.append(event)
+        if len(self._events) > 1:
+            return
+        try:
+            while self._events:
+                self._handle(self._events[0])
+                self._events.popleft()
+        finally:
+            self._events.clear()
+
+    def _handle(self, event: object) -> None:
         for handler, place in list(self._handlers):
             if not handler.handler.matches(event):
                 continue

@@ -399,6 +399,30 @@ async def test_events_end_executables_and_include_descriptions(rig: Rig, tmp_pat
     assert "mine" in said(rig) and "included" in said(rig) and "seen" in said(rig)
 
 
+async def test_what_a_handler_emits_comes_after_its_event_has_been_shown_to_all_handlers(
+    rig: Rig, tmp_path: Path
+) -> None:
+    path = python(
+        tmp_path,
+        """
+        RegisterEventHandler(EventHandler(matcher=event_named('second'), entities=[LogInfo(msg='second, asked last')])),
+        RegisterEventHandler(EventHandler(matcher=event_named('first'), entities=[LogInfo(msg='first, asked last')])),
+        RegisterEventHandler(EventHandler(matcher=event_named('first'), entities=[EmitEvent(event=Second())])),
+        EmitEvent(event=First()),
+        """,
+        before="""
+        class First(Event):
+            name = 'first'
+        class Second(Event):
+            name = 'second'
+        """,
+    )
+
+    await started(rig, path)
+
+    assert [line for line in said(rig) if "asked last" in line] == ["first, asked last", "second, asked last"]
+
+
 async def test_what_is_wrong_in_a_late_action_is_logged_and_the_launch_goes_on(rig: Rig, tmp_path: Path) -> None:
     path = python(
         tmp_path,
