@@ -65,7 +65,9 @@ def test_megabytes_are_messages_times_their_size_and_a_cameras_load_is_named_bes
     assert load in CLAIMS
 
 
-def test_four_callbacks_that_block_are_timed_one_after_another_and_in_threads() -> None:
+def test_four_callbacks_that_block_are_timed_one_after_another_and_in_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(callbacks, "FRAMES", 3)
+    monkeypatch.setattr(callbacks, "CALLS", 100)
     found = figures(callbacks.rows())
     work = "four callbacks that block for 10 ms each"
     in_turn, side_by_side = (found[work, name, "ms"] for name in ("one after another", "in worker threads"))

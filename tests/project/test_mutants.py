@@ -140,6 +140,7 @@ def test_the_draw_is_the_same_for_the_same_seed() -> None:
     assert len(first) == 10
 
 
+@pytest.mark.slow(reason="the tests of a project, three times")
 def test_a_mutant_that_is_noticed_is_killed_and_one_that_is_not_survives(tmp_path: Path) -> None:
     project = tmp_path / "project"
     (project / "shop").mkdir(parents=True)

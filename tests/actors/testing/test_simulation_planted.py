@@ -21,12 +21,18 @@ from tests.planted.__main__ import SECONDS, explored, main
 from tests.planted.cases import CASES, Case
 
 NAMES = [case.name for case in CASES]
+LONG = pytest.mark.slow(reason="many trials are needed until it is found")
+OFTEN_TRIED = {"half_done", "lost_wakeup", "starved", "storm", "too_few", "ring", "watchdog"}
+
+
+def cases(*chosen: Case) -> list[object]:
+    return [pytest.param(case, id=case.name, marks=[LONG] if case.name in OFTEN_TRIED else []) for case in chosen]
 
 
 @pytest.mark.task_order(
     "an eager goal begins in the moment of its acceptance: nobody can cancel it before its first step"
 )
-@pytest.mark.parametrize("case", [case for case in CASES if case.order], ids=lambda case: case.name)
+@pytest.mark.parametrize("case", cases(*(case for case in CASES if case.order)))
 def test_a_bug_of_order_is_found_within_200_seeds_without_faults(case: Case) -> None:
     finding = explored(case.name, "tree", range(200), ())
     assert finding is not None
@@ -37,7 +43,7 @@ def test_a_bug_of_order_is_found_within_200_seeds_without_faults(case: Case) -> 
 @pytest.mark.task_order(
     "an eager goal begins in the moment of its acceptance: nobody can cancel it before its first step"
 )
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+@pytest.mark.parametrize("case", cases(*CASES))
 def test_every_bug_is_found_within_200_seeds_with_faults(case: Case) -> None:
     finding = explored(case.name, "tree", range(200), ALL)
     assert finding is not None
