@@ -33,7 +33,7 @@ def standard_services(life: Incarnation) -> Iterator[Standard]:
 
         for name, (kind, _) in LOGGER_SERVICES.items():
             yield Standard(f"{life.fqn}/{name}", kind, SERVICES)
-    for name in type(life.node).__standard_services__:
+    for name in life.node.__standard_services__:
         offered = cast("Served", life.node.__standard_service__(name))
         yield Standard(f"{life.fqn}/{name}", offered[0], SERVICES)
 
@@ -44,7 +44,7 @@ def standard_publishers(life: Incarnation) -> Iterator[Standard]:
 
     yield Standard("/rosout", Log, ROSOUT)
     yield Standard("/parameter_events", ParameterEvent, PARAMETER_EVENTS)
-    if "change_state" in type(life.node).__standard_services__:
+    if "change_state" in life.node.__standard_services__:
         from actors.interfaces.lifecycle_msgs.msg import TransitionEvent
 
         yield Standard(f"{life.fqn}/transition_event", TransitionEvent, TRANSITION_EVENT)
