@@ -162,7 +162,7 @@ _HASHES: Final = frozenset((object.__hash__, type.__hash__, int.__hash__, str.__
 """Of kinds that have no parts, beside those of `_KINDS`."""
 _KINDS: Final = frozenset((
     "builtins:float", "builtins:complex", "datetime:date", "datetime:datetime", "datetime:time", "datetime:timedelta", "datetime:timezone",
-    "pathlib:PosixPath", "pathlib:PurePosixPath", "decimal:Decimal", "uuid:UUID",
+    "pathlib:PosixPath", "pathlib:PurePosixPath", "pathlib._local:PosixPath", "pathlib._local:PurePosixPath", "decimal:Decimal", "uuid:UUID",
 ))  # fmt: skip
 
 

@@ -39,6 +39,7 @@ CALLED: Final = frozenset({
     *(f"datetime:{name}" for name in ("date", "datetime", "time", "timedelta", "timezone")),
     *("msgspec._utils:rebuild", "actors.qos.policies:_rebuild"),
     *("pathlib:Path", "pathlib:PosixPath", "pathlib:PurePosixPath", "decimal:Decimal", "uuid:UUID"),
+    *("pathlib._local:PosixPath", "pathlib._local:PurePosixPath"),  # their names in Python 3.13
 })  # fmt: skip
 """What may be called while a journal is read: MODULE:NAME. Classes that a journal names are not among it; see `class_named`."""
 _PLAIN: Final = (bool, int, float, str, bytes, tuple, list, dict, type(None), timedelta, timezone)

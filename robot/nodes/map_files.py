@@ -326,7 +326,7 @@ def _shades(
     data: NDArray[np.int8], known: NDArray[np.bool_], mode: Mode, occupied: float, free: float
 ) -> NDArray[np.uint8]:
     if mode == "raw":
-        return np.where(known, data, 255).astype(np.uint8)
+        return np.where(known, data, -1).astype(np.uint8)
     if mode == "scale":
         return np.where(known, np.rint(255 * (1 - data / 100)), 127).astype(np.uint8)
     shade = np.full(data.shape, _GREY, dtype=np.uint8)

@@ -98,7 +98,8 @@ class Outlet:
         if self._closed:
             return
         may_wait = False
-        if self._wanted:
+        # Zenoh may know of a reader of which the loop has yet to be told: it waits for that one already.
+        if self._wanted or (self._waits and self._publishers.plain.matching_status.matching):
             self._traffic.sent += len(payload)
             may_wait = self._waits or len(payload) >= LARGE
         if may_wait or self._handed != self._done:
