@@ -141,3 +141,12 @@ def test_the_error_survives_the_way_to_another_process() -> None:
 def test_a_child_logger_needs_a_name() -> None:
     with pytest.raises(ValueError, match=r"'front\.lidar' needs a name"):
         names.child_logger_name("front.lidar", "")
+
+
+@pytest.mark.parametrize("name", ["~/two words", "~/2nd", "~/" + "a" * 256])
+def test_a_name_below_a_node_is_checked_as_every_other(name: str) -> None:
+    with pytest.raises(InvalidName) as shared:
+        names.expand(name, "lidar", "/front")
+    with pytest.raises(InvalidName) as own:
+        names.expand_for(name, "lidar", "/front")
+    assert str(own.value) == str(shared.value)
