@@ -93,6 +93,16 @@ async def test_a_sample_that_may_not_be_dropped_is_put_by_the_worker_if_somebody
     assert unwanted.traffic.sent == 0
 
 
+async def test_a_sample_waits_for_a_reader_of_which_the_loop_has_yet_to_be_told_in_the_worker_too() -> None:
+    one = Sender(RELIABLE, matching=False)
+    one.publisher.matching = True  # Zenoh knows, and what it has posted to the loop waits
+
+    one.put(b"1")
+    assert (one.outlet.wanted, one.publisher.payloads) == (False, [])
+
+    assert await one.finish() == [b"1"]
+
+
 async def test_the_oldest_of_too_many_waiting_samples_are_dropped_and_counted() -> None:
     one = Sender(Delivery(depth=2))
 
