@@ -250,7 +250,7 @@ def _check_later(name: str, fields: tuple[Field, ...], invariant: Callable[[Any]
 
 
 def _first_call(self: object) -> None:
-    # this code is copied into functions that have the name among their globals; here it has none
+    # This code is copied into functions whose globals have COMPILE. Those of this module have not, so the checkers do not know the name.
     COMPILE(self)  # type: ignore[name-defined]  # noqa: F821  # pyright: ignore[reportUndefinedVariable]
 
 

@@ -66,6 +66,7 @@ class Launcher(Node):
         self._running: dict[str, Running] = {}
         self._handlers: list[tuple[Handler, tuple[str, ...]]] = []
         self._events: deque[object] = deque()
+        """The event that is being shown to the handlers, and behind it those that they have emitted meanwhile."""
         self._pending = 0
         self._ending = False
 
