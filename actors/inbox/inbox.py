@@ -13,6 +13,7 @@ from collections.abc import Awaitable, Callable
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
+from actors.inbox.boundary import outside
 from actors.inbox.control import blame
 
 if TYPE_CHECKING:
@@ -233,7 +234,8 @@ class Inbox:
                 awaited = True
                 if self.on_step is not None and self._is_looked_at(item.label):
                     turned = []
-                    self.loop.call_soon(turned.append, None)  # empty for as long as the loop has not turned
+                    with outside():  # no replay takes as long: its journal cannot say whether this is asked
+                        self.loop.call_soon(turned.append, None)  # empty for as long as the loop has not turned
                 await pending
         except BaseException as error:
             self._failed(item, error)

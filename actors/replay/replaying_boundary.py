@@ -191,8 +191,7 @@ class ReplayingBoundary(JournalBoundary):
             target(entry[5])
 
     def server_sought(self, entry: ServerEntry[S]) -> None:
-        if BOUNDARY.get() is self:
-            self._come_back()
+        self._come_back()
 
     def look_ahead(self) -> None:
         """Put into the graph what the step that begins now will find there."""

@@ -427,8 +427,7 @@ class Endpoints:
             if isinstance(subscription, ConcurrentSubscription):
                 subscription.start(life.create_task)
         for server in life.record.services.values():
-            if server.waiting:
-                server.begin()
+            server.begin()
 
     def retire(self, error: Callable[[], Exception]) -> None:
         """Close all declared endpoints of a node that goes on for its standard services only. What it publishes from now on is discarded.

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import partial
 from itertools import chain
 from typing import Any, Protocol, TypeAlias
@@ -93,10 +94,8 @@ def waiting_for(awaited: AnyFuture) -> Iterator[AnyFuture]:
         callback: object = entry[0]
         known: list[object] = [getattr(callback, "__self__", None)]
         for cell in getattr(callback, "__closure__", None) or ():
-            try:
+            with suppress(ValueError):  # the cell has no value yet
                 known.append(cell.cell_contents)
-            except ValueError:  # the cell has no value yet
-                continue
         if isinstance(callback, partial):
             known.extend(callback.args)
         for one in known:

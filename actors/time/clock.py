@@ -23,7 +23,7 @@ class Clock(metaclass=NoPublicConstructor):
     It has no public constructor: `Node.clock` and `System.clock` are one.
     """
 
-    __slots__ = ("_epoch", "_epoch_ns", "_has_cheap_sleep", "_loop", "_origin", "_since_ns", "virtual")
+    __slots__ = ("_epoch", "_epoch_ns", "_has_cheap_sleep", "_loop", "_origin", "_plain", "_since_ns", "virtual")
 
     def __init__(self, loop: asyncio.AbstractEventLoop, *, virtual: bool) -> None:
         self._loop = loop
@@ -33,8 +33,9 @@ class Clock(metaclass=NoPublicConstructor):
         self._epoch = epoch if epoch is not None else 0.0 if virtual else time.time()
         self._epoch_ns = round(self._epoch * 1e9)
         counted = getattr(loop.time, "__func__", loop.time) in (time.monotonic, asyncio.BaseEventLoop.time)
-        self._since_ns = round(self._origin * 1e9) if counted else None
-        """The origin on the clock that counts nanoseconds, if it is the loop's."""
+        self._plain = type(loop) if counted else None
+        """The class of a loop whose time is that of `time.monotonic_ns`. A loop that gets another one (`lockstep.extend`) has its own time."""
+        self._since_ns = round(self._origin * 1e9)
         self.virtual = virtual
 
     def __repr__(self) -> str:
@@ -64,7 +65,7 @@ class Clock(metaclass=NoPublicConstructor):
 
     def wall_ns(self) -> int:
         """`wall()` in whole nanoseconds."""
-        if self._since_ns is not None:  # a message of another process costs one: this takes half the time
+        if type(self._loop) is self._plain:  # a message of another process costs one: this takes half the time
             return self._epoch_ns + time.monotonic_ns() - self._since_ns
         return self._epoch_ns + round((self._loop.time() - self._origin) * 1e9)
 

@@ -197,8 +197,10 @@ async def _process(module: str, *words: str, environment: dict[str, str]) -> Asy
     try:
         yield process
     finally:
-        if process.returncode is None:
-            process.kill()
+        with suppress(
+            ProcessLookupError
+        ):  # not `process.kill`: it takes the exit code of one that has just ended from the loop
+            os.kill(process.pid, signal.SIGKILL)
         await process.wait()
 
 

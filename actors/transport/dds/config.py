@@ -20,7 +20,7 @@ _LOCALHOST: Final = "ROS_LOCALHOST_ONLY"
 _SECURITY: Final = "ROS_SECURITY_ENABLE"
 _URI: Final = "CYCLONEDDS_URI"
 _LONGEST_PEER: Final = 255
-_ANNOUNCED: Final = "<SPDPInterval>2s</SPDPInterval>"
+_ANNOUNCED: Final = "<SPDPInterval>1500ms</SPDPInterval>"
 """How often a participant says that it is there: two of which one has given up the other, as that stood still, find each other by it. The default
 of Cyclone DDS is 30 s, that of Fast DDS 3 s."""
 

@@ -124,12 +124,10 @@ class Subscription:
     def _wait_for_room(self) -> None:
         self._room.clear()
         self._held = True
-        still_full = len(self._queue) >= self._most and not self._closed  # room may have been made just before
-        if still_full:
-            Subscription.held_back = self._time()
-            still_full = not self._room.wait(_PAUSE if self._hangs else _PATIENCE)
-            Subscription.held_back = self._time()
-        self._hangs = still_full
+        full = len(self._queue) >= self._most and not self._closed  # room may have been made just before
+        Subscription.held_back = self._time()
+        self._hangs = full and not self._room.wait(_PAUSE if self._hangs else _PATIENCE)
+        Subscription.held_back = self._time()
 
     def _drop_oldest(self) -> None:
         try:

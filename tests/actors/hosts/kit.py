@@ -97,7 +97,8 @@ class Fleet:
 
     async def start(self, name: str, *more: str) -> AgentProgram:
         """Start the agent of a machine; returns when it waits for trees."""
-        environment = {**os.environ, "RMW_IMPLEMENTATION": "", "ROBACTOR_GOSSIP_PORT": "0"}
+        point = str(free_port())  # each machine has its own
+        environment = {**os.environ, "RMW_IMPLEMENTATION": "", "ROBACTOR_GOSSIP_PORT": point}
         command = (
             *(sys.executable, "-m", "robot", "agent", "--owner", "robot", "--at", self.address(name)),
             *("--connect", f"tls/{self.address('robot')}", "--security", str(self.files[name]), *more),

@@ -60,6 +60,11 @@ def hero() -> Journal:
     return execute(story, clock="virtual")[0]
 
 
+def test_a_life_on_the_real_clock_is_replayed_without_a_difference_however_long_its_handlers_took() -> None:
+    journal, _ = execute(story, clock="real")
+    assert replay(journal.recording("hero")).differences == ()
+
+
 @pytest.mark.parametrize("clock", CLOCKS)
 def test_a_node_that_does_all_that_a_journal_carries_is_replayed_to_the_end_without_a_difference(clock: Clock) -> None:
     journal, became = execute(story, clock=clock)

@@ -529,7 +529,7 @@ def test_a_fault_that_comes_while_a_tree_ends_by_itself_is_no_failure() -> None:
 def test_a_system_without_a_tree_has_nothing_to_count() -> None:
     async def body(rig: Rig) -> None:
         system = rig._make_system(seed=0, sinks=())
-        life = await system.join(Child(Node))
+        life = await system.join(Child(Source))
         await system.leave(life)
 
     assert Scenario(body).run(0).error is None

@@ -271,3 +271,17 @@ async def test_a_network_names_what_it_does_not_have() -> None:
     assert isinstance(robot, Host)
     assert (robot.clock_offset, repr(robot)) == (0.5, "<Host robot peer>")
     assert repr(lab.network.transport("robot")).endswith(" on robot>")
+
+
+async def test_who_starts_while_a_machine_stands_still_meets_it_when_it_goes_on() -> None:
+    lab = Lab(lease=4.0)
+    (a,) = await lab.parties("a")
+    lab.network.add_host("b")
+    lab.network.pause("a")
+
+    b = await lab.party("b")
+    await asyncio.sleep(1.0)
+    assert b.kinds() == []
+
+    lab.network.resume("a")
+    await lab.linked(a, b)

@@ -15,7 +15,7 @@ def test_the_default_finds_all_participants_of_the_subnet_in_domain_0() -> None:
     assert config == DdsConfig() and config.domain == 0
     assert domain_settings(config) == (
         "<CycloneDDS><Domain><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-        "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><SPDPInterval>2s</SPDPInterval></Discovery></Domain></CycloneDDS>,"
+        "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><SPDPInterval>1500ms</SPDPInterval></Discovery></Domain></CycloneDDS>,"
     )
 
 
