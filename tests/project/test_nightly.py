@@ -31,7 +31,7 @@ def test_the_steps_are_listed_and_each_says_what_it_is() -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--only", "slwo"], "there is no step slwo; there are: contracts realtime slow"),
+        (["--only", "slwo"], "there is no step slwo; there are: realtime"),
         (["--only"], "--only needs the name of a step"),
         (["--seed", "x"], "--seed needs a whole number"),
         (["fast"], "unknown argument fast"),
