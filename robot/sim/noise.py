@@ -103,6 +103,11 @@ class ImuNoise:
             _axes(sensor_generator(seed, f"{name} axes"), wrong) for name in ("gyro", "accelerometer")
         )
 
+    @property
+    def gyro_bias(self) -> Vector:
+        """The true bias of the gyro's latest sample, shape (3,), rad/s; for judges of an estimator or a calibration."""
+        return self.gyro.bias + self._gyro_steps.value
+
     def apply(self, gyro: Vector, accel: Vector) -> ImuSample:
         """The next sample for a true angular velocity (rad/s) and specific force (m/s2), body axes, shape (3,) each."""
         return ImuSample(

@@ -67,7 +67,7 @@ def metrics(delay: float, distance: float, seconds: float, fidelity: Fidelity) -
             lambda seed: take.calibration_error(seed, delay, fidelity, standing=False), quick=True,
         ),
         Metric(
-            "gyro bias error, calibrated standing", "rad/s", (3e-4, 3e-4, 3e-4),
+            "gyro bias error, calibrated standing", "rad/s", (1e-3, 5e-4, 3e-4),
             lambda seed: take.calibration_error(seed, delay, fidelity, standing=True), quick=True,
         ),
     )  # fmt: skip
