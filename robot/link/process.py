@@ -80,8 +80,9 @@ class BodyProcess:
 
     def close(self) -> None:
         """End the process, which has nothing to finish, and remove the shared memory."""
-        atexit.unregister(self.close)
-        self._process.kill()
-        self._process.wait()
-        self._segment.remove()
-        self._segment.close()
+        with held_back():  # as when it was made
+            atexit.unregister(self.close)
+            self._process.kill()
+            self._process.wait()
+            self._segment.remove()
+            self._segment.close()

@@ -167,8 +167,8 @@ async def test_log_lines_that_the_parent_does_not_read_are_counted_and_hold_nobo
         got = [line.fields["number"] for line in lines if line.event == "chatter"]
         lost = sum(line.fields["lines"] for line in lines if line.event == "log lines were lost")
         assert got == sorted(got)
-        if lost:
-            assert lost + len(got) <= 20_000
+        if lost:  # the system's own line about a handler that takes so long may be lost, too
+            assert lost + len(got) <= 20_001
         assert reasons(system) == []
         assert system.nodes["top", "victim"].incarnation == 1
 

@@ -151,6 +151,24 @@ def test_targets_reach_the_drives_of_a_real_process() -> None:
         process.close()
 
 
+def test_a_signal_that_comes_while_it_is_closed_waits_until_its_memory_is_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    process = BodyProcess(get_world("empty"), seed=1, delay=0.004, arm=False)
+    wait = process._process.wait
+
+    def interrupted() -> object:
+        signal.raise_signal(signal.SIGTERM)
+        return wait()
+
+    monkeypatch.setattr(process._process, "wait", interrupted)
+    before = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
+    try:
+        with pytest.raises(SystemExit, match="143"):
+            process.close()
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert segments(os.getpid()) == []
+
+
 def test_shared_memory_that_the_machine_does_not_have_is_refused_and_not_left_behind() -> None:
     free = os.statvfs("/dev/shm")
     things = 2 * free.f_frsize * free.f_bavail // (segment.THING * segment.STATE_SLOTS)
