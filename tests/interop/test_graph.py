@@ -33,6 +33,14 @@ async def _told(there: Program, what: str, *needed: str, **whom: str) -> Any:
     return info
 
 
+async def _listed(there: Program, what: str, *needed: str) -> dict[str, list[str]]:
+    """The topics or services that the SDK sees with their types, as soon as those that are needed are among them."""
+    async with asyncio.timeout(PATIENCE):
+        while not set(needed) <= (found := dict(await there.do(what))).keys():
+            pass
+    return found
+
+
 async def test_the_sdk_sees_our_nodes_topics_and_services(ours: Ours, start: StartProgram) -> None:
     ours.node.publisher(WORDS)
     ours.listen(WORDS)
@@ -46,8 +54,8 @@ async def test_the_sdk_sees_our_nodes_topics_and_services(ours: Ours, start: Sta
     topic = {**end, "topic_type": TYPE, "type_hash": type_hash(String), "qos": write_qos(WORDS.qos)}
     seen = await _told(there, "topic_info", "publishers", "subscribers", topic="/some/words")
     assert (seen["publishers"], seen["subscribers"]) == ([topic], [topic])
-    assert {"/some/words", "/rosout", "/parameter_events"} <= {name for name, _ in await there.do("topics")}
-    services = dict(await there.do("services"))
+    await _listed(there, "topics", "/some/words", "/rosout", "/parameter_events")
+    services = await _listed(there, "services", "/math/add", "/ours/robot/list_parameters")
     assert services["/math/add"] == ["example_interfaces/srv/AddTwoInts"]
     assert services["/ours/robot/list_parameters"] == ["rcl_interfaces/srv/ListParameters"]
 

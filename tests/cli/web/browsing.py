@@ -127,6 +127,7 @@ async def visiting(
         context = await browser.new_context(
             viewport={"width": width, "height": height},
             color_scheme="dark" if dark else "light",
+            reduced_motion="reduce",  # a color on its way to another is none of those that are judged
             has_touch=size == PHONE,
             accept_downloads=True,
         )
