@@ -70,7 +70,7 @@ async def test_a_thousand_sessions_leave_no_file_no_thread_and_no_object() -> No
 async def test_nodes_that_come_and_go_elsewhere_leave_nothing_in_the_graph_and_no_object() -> None:
     wire = PeerWire()
     other = wire.transport()
-    await other.open("@ros2_lv/0/none", Party(other, Changes()))
+    await other.open("@ros2_lv/0/*/none", Party(other, Changes()))
     async with run(Child(Node, name="here"), transport=wire.transport(), signals=False, sinks=()) as system:
         graph = system.graph
 
