@@ -551,6 +551,22 @@ def test_a_function_is_called_in_a_process_that_is_forked_where_there_is_a_zygot
     assert not alive(zygote.pid)
 
 
+def test_a_process_is_killed_as_soon_as_its_zygote_has_told_of_it() -> None:
+    told, tell = os.pipe()
+    sleeper = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(100)"])
+
+    class Late(Forked):
+        def _await_news(self) -> None:
+            os.write(tell, forked.NUMBER.pack(sleeper.pid))
+            super()._await_news()
+
+    late = Late(told)
+    late.kill()
+    assert sleeper.wait() == -signal.SIGKILL
+    os.close(tell)
+    late.abandon()
+
+
 async def test_a_system_uses_the_zygote_of_its_program_and_leaves_it(
     diary: Diary, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import Any
 
 import anyio
@@ -72,6 +73,16 @@ async def _done_callback(future: AnyFuture) -> None:
     await asyncio.sleep(1000.0)
 
 
+async def _partial(future: AnyFuture) -> None:
+    waiter: AnyFuture = asyncio.get_running_loop().create_future()
+    future.add_done_callback(partial(_pass_on, waiter))
+    await waiter
+
+
+def _pass_on(waiter: AnyFuture, done: AnyFuture) -> None:
+    waiter.set_result(done.result())
+
+
 def reached(future: AnyFuture) -> set[AnyFuture]:
     """Everything that waits for it, by however many steps."""
     found: set[AnyFuture] = set()
@@ -94,6 +105,7 @@ WAYS: dict[str, tuple[Callable[[AnyFuture], Awaitable[None]], bool]] = {
     "timeout": (_timeout, True),
     "TaskGroup": (_task_group, True),
     "anyio": (_anyio_group, True),
+    "a callback that has the waiter": (_partial, True),
     "a task that nobody awaits": (_nobody, False),
     "the block of a group that waits for something else": (_open_group, False),
     "a callback": (_done_callback, False),

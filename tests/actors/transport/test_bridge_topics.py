@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from random import Random
 from typing import Any
 
@@ -613,6 +614,26 @@ async def test_a_keep_all_publisher_waits_for_nobody_elsewhere(hosts: Hosts) -> 
     assert values(probe) == [0, 1, 2, 3, 4]
     (outlet,) = (outlet for outlet in hosts.ends[rig].outlets if "everything" in outlet.key)
     assert outlet.delivery == Delivery(reliable=True, keep_all=True, depth=2, history=0)
+
+
+async def test_a_full_keep_all_subscription_has_its_transport_wait_until_something_is_taken(hosts: Hosts) -> None:
+    everything = Topic(Int32, "everything", QoS(history=History.KEEP_ALL, limit=2))
+    rig, other = await hosts.start(Node), await hosts.start(Node)
+    out, stream = rig.me.publisher(everything), other.me.subscribe(everything)
+    await rig.quiet()
+    (end,) = (one for one in hosts.ends[other].subscriptions if "everything" in one.key)
+    waits: list[Any] = []
+    take, end._take = end._take, lambda sample: waits.append(take(sample))
+    for value in range(2):
+        await out.send(number(value))
+    await rig.quiet()
+
+    first, second = waits
+    waiting = asyncio.create_task(second())
+    await rig.quiet()
+    assert (first, waiting.done()) == (None, False)
+    assert await stream.next(1.0) == number(0)
+    await waiting
 
 
 async def test_images_are_also_read_from_the_key_of_newer_distributions(hosts: Hosts) -> None:
