@@ -169,6 +169,7 @@ class Executor:
         entry = self._children.entries[event.life.ref.path[-1]]
         life, entry.now = entry.now, None
         assert life is not None
+        at_work = self._children.steps.current is entry  # its next start may be under way when the acts have been done
         answer = decide(event, self._children)
         entry.marked = False
         for act in answer:
@@ -177,7 +178,8 @@ class Executor:
             down = Down(life.ref, event.reason)
             for watcher in list(life.watchers):
                 watcher(down)
-        self._step_done(entry)
+        if at_work:
+            self._step_done(entry)
 
     # ------------------------------------------------------------------ acts
 

@@ -173,6 +173,20 @@ async def test_one_for_all_retry() -> None:
 
 
 @virtual
+@pytest.mark.parametrize("strategy", [one_for_all, rest_for_one])
+async def test_who_had_ended_for_good_is_started_again_only_when_those_before_it_are_ready(strategy: Strategy) -> None:
+    world = World(a=[Script(), Script(start=1.0, refuse=OSError("not yet")), Script(start=1.0)])
+    children = [child("a"), child("b", restart=transient)]
+    async with running(world, Supervisor("root", strategy=strategy, children=children)):
+        world["b"].end()
+        await settle()
+        world.times.clear()
+        world.crash("a")
+        await asyncio.sleep(3.0)
+        assert world.events("start", "ready", "stop") == ["start a", "start a", "ready a", "start b", "ready b"]
+
+
+@virtual
 async def test_rest_for_one_retry() -> None:
     world = World(b=[Script(), Script(refuse=OSError("not yet")), Script()])
     async with running(world, Supervisor("root", strategy=rest_for_one, children=[child("a"), child("b"), child("c")])):
