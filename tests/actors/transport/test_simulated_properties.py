@@ -175,6 +175,7 @@ def check_log(party: Timed) -> None:
                 assert of not in links
                 assert not any(str(one).startswith(owners[of]) for one in tokens)
                 links.add(of)
+                losing = None if losing == owners[of] else losing
             case "down":
                 links.remove(of)
                 losing = owners[of]

@@ -50,7 +50,7 @@ def test_a_point_projects_to_the_nearest_place_of_the_path(path: Path, x: float,
     along, off = path.project(x, y)
     places, _ = walked(path)
     nearest = distance.cdist([(x, y)], places).min()
-    assert off == pytest.approx(nearest, abs=path.length / 400 + 1e-9)
+    assert off == pytest.approx(nearest, abs=path.length / 400 + 1e-6)
     assert math.dist(path.at(along), (x, y)) == pytest.approx(off, abs=1e-6)
 
 
