@@ -37,5 +37,5 @@ def test_a_script_that_would_run_twice_is_told_where_to_start(way: str, tmp_path
     script.write_text(SCRIPT)
     done = subprocess.run([sys.executable, script, way], capture_output=True, text=True, timeout=90.0, check=False)
     assert done.returncode == 1
-    assert f"{script}, line 18: a process of this program reads the main module" in done.stderr.splitlines()[-1]
-    assert "start it under `if __name__ == '__main__':`" in done.stderr.splitlines()[-1]
+    assert f"{script}, line 18: a process of this program reads the main module" in done.stderr
+    assert "start it under `if __name__ == '__main__':`" in done.stderr
