@@ -256,7 +256,7 @@ def _refuse_in_an_import() -> None:
 
     `multiprocessing`, anyio and `Child(process=True)` all run it under the name ``__mp_main__``.
     """
-    frame = sys._current_frames().get(threading.main_thread().ident or 0)
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)  # pyright: ignore[reportPrivateUsage]
     while frame is not None:
         if frame.f_code.co_name == "<module>" and frame.f_globals.get("__name__") == "__mp_main__":
             raise RuntimeError(
