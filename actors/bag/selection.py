@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
 from actors.names.names import is_hidden
+from actors.suggest import near_name
 
 EVENT: Final = "/_service_event"
 ACTION: Final = "/_action/"
@@ -85,6 +86,18 @@ class Selection:
         wanted = self.all_topics or type in self._sets["types"] or self._matches(topic)
         excluded = topic in self._sets["exclude_topics"] or type in self._sets["exclude_types"]
         return wanted and not excluded and not self._excluded(topic)
+
+    def absent(self, topics: Iterable[str]) -> Iterator[str]:
+        """What is given by name and is not among these topics: ``topic /spd; did you mean '/speed'?``."""
+        names = list(topics)
+        known = {
+            "topic": set(names),
+            "service": {service for name in names if (service := service_of(name)) is not None},
+            "action": {action for name in names if (action := action_of(name)) is not None},
+        }
+        for kind, there in known.items():
+            for name in sorted(self._sets[f"{kind}s"] - there):
+                yield f"{kind} {name}{near_name(name, sorted(there))}"
 
     def _matches(self, name: str) -> bool:
         return bool(self.regex) and re.search(self.regex, name) is not None

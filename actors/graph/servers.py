@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Final, Generic, TypeVar
 
@@ -135,6 +136,9 @@ class ServerEntry(Generic[S]):
 
         Raises `NodeRestarting` between two incarnations of its node, and `NotRunning` if its node has stopped for good.
         """
+        if self.server is None and (self.restarting is not None or self.stopped is not None):
+            # One that catches the error and asks again at once must not keep all others, and the signals, from their turn.
+            await asyncio.sleep(0)
         if self.server is None:
             if self.restarting is not None:
                 raise NodeRestarting(*self.restarting)

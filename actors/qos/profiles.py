@@ -123,7 +123,10 @@ def of(qos_or_depth: QoS | int) -> QoS:
     if isinstance(qos_or_depth, QoS):
         return qos_or_depth
     if isinstance(qos_or_depth, bool) or not isinstance(cast(object, qos_or_depth), int):
-        raise TypeError(f"a QoS or a depth (a number of messages) was expected, not {qos_or_depth!r}")
+        raise TypeError(
+            f"a QoS or a depth (a number of messages) was expected, not {qos_or_depth!r}: write 10, qos.SENSOR_DATA or "
+            "QoS(depth=10, reliability='best_effort'), for example"
+        )
     return _of_depth(qos_or_depth) if qos_or_depth > 0 else QoS(depth=qos_or_depth)
 
 

@@ -6,6 +6,7 @@ import asyncio
 import inspect
 import os
 import signal
+import sys
 import threading
 import warnings
 from collections.abc import Callable, Coroutine, Mapping, Sequence
@@ -162,6 +163,7 @@ class Run(metaclass=NoPublicConstructor):
 
     async def __aenter__(self) -> System:
         self._entered = True
+        _refuse_in_an_import()
         placement = HERE if self._hosts is None else Placement(self._hosts.count_run())
         keep_step(self._tree)
         self._system = system = create(System, **self._settings, processes=self._processes, placement=placement)
@@ -247,6 +249,21 @@ class Run(metaclass=NoPublicConstructor):
         if ended_by_itself and self._inside and not self._told and self._owner is not None and not self._owner.done():
             self._interrupted = True
             self._owner.cancel()
+
+
+def _refuse_in_an_import() -> None:
+    """Raise RuntimeError if a process of a program runs the program's main module to find what is defined there: a second system would start.
+
+    `multiprocessing`, anyio and `Child(process=True)` all run it under the name ``__mp_main__``.
+    """
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)  # pyright: ignore[reportPrivateUsage]
+    while frame is not None:
+        if frame.f_code.co_name == "<module>" and frame.f_globals.get("__name__") == "__mp_main__":
+            raise RuntimeError(
+                f"{frame.f_code.co_filename}, line {frame.f_lineno}: a process of this program reads the main module for its functions and "
+                "classes, and that starts the program again: start it under `if __name__ == '__main__':`"
+            )
+        frame = frame.f_back
 
 
 def _nothing() -> None:

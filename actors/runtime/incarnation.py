@@ -16,6 +16,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias, TypeVar
 from weakref import proxy
 
+from actors.checks import factory_name
 from actors.errors import (
     CallCycle,
     DeclarationError,
@@ -638,6 +639,12 @@ def made(runtime: Runtime, child: Child, fqn: str) -> Node:
             raise DeclarationError(f"{fqn}: its factory made {type(node).__name__} {node!r:.60}, which is not a Node")
         if not type(node).declarations.clean:
             check_assigned(node)
+    except TypeError as error:
+        if error.__traceback__ is None or error.__traceback__.tb_next is not None:
+            raise
+        # The call itself was wrong: no line of the factory has run.
+        name = factory_name(child.factory)
+        raise DeclarationError(f"{error}: a node's arguments come from its place, Child({name}, args=(...))") from None
     except (asyncio.CancelledError, ProgramExit, SystemExit, KeyboardInterrupt) as error:
         _raise_in_words(runtime, fqn, "new", error)
     return node

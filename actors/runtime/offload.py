@@ -48,6 +48,13 @@ class Offload:
             if self._limiter is None:
                 self._limiter = CapacityLimiter(os.cpu_count() or 2)
             return await to_thread.run_sync(function, *arguments, abandon_on_cancel=False, limiter=self._limiter)
-        from anyio import to_process
+        from anyio import BrokenWorkerProcess, to_process
 
-        return await to_process.run_sync(function, *arguments, cancellable=True)
+        try:
+            return await to_process.run_sync(function, *arguments, cancellable=True)
+        except BrokenWorkerProcess as error:
+            if isinstance(
+                error.__cause__, RuntimeError
+            ):  # such as that of a main module which starts the program again
+                raise error.__cause__ from None
+            raise

@@ -17,6 +17,7 @@ from typing import Any, Final
 from actors.checks import default_name
 from actors.contracts.contracts import Topic
 from actors.runtime.node import Node
+from actors.suggest import near_name
 from actors.testing.fault_values import CLOCK, Fault, Kind, Possible, Profile, drawn_seconds, parse
 from actors.testing.network_faults import (
     NETWORK_KINDS,
@@ -244,6 +245,26 @@ def draw(possible: Iterable[Possible], seed: int, profile: Profile) -> tuple[Fau
     kinds = [kind for kind in possible if profile.hosts or not isinstance(kind, OfNetwork)]
     chosen = rng.sample(kinds, rng.randint(1, min(5, len(kinds)))) if kinds else []
     return tuple(dict.fromkeys(fault for kind in chosen for fault in kind.draw(rng, profile)))
+
+
+def aims_at_nothing(possible: Iterable[Possible], profile: Profile) -> str:
+    """The error text for the first kind of fault whose topic, node or host, given by name, was not in the run without faults; empty if there is none."""
+    target: Topic[Any] | type[Node] | str
+    for kind in possible:
+        if isinstance(kind, _OnLinks):
+            what, target = "receives no message of a topic", kind.topic
+            known = {link.split(">")[0] for link in (*profile.links, *profile.watching)}
+        elif isinstance(kind, _OnNodes):
+            what, target, known = "has no node", kind.node, set(profile.awaits)
+        elif isinstance(kind, OfNetwork) and profile.hosts:
+            what, target, known = "has no host", kind.host, set(profile.hosts)
+        else:
+            continue
+        name = target if isinstance(target, str) else target.name if isinstance(target, Topic) else default_name(target)
+        if not set("*?[") & set(name) and not any(_is_meant(one, name) for one in known):
+            guess = near_name(name, sorted(known))
+            return f"{type(kind).__name__}({name!r}) can hit nothing: the run without faults {what} of this name{guess}"
+    return ""
 
 
 def _works_of(node: str, profile: Profile) -> list[str]:

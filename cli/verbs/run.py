@@ -44,6 +44,11 @@ def _run(options: argparse.Namespace) -> int | Exit:
                 f"{PREFIX} {words[0]} is an argument of {options.package_name}, not a second node: "
                 "run it in another terminal, or run a function that returns a Supervisor of both"
             )
+        if words and re.match("--(?!ros-args)[a-z]", words[0]):
+            complain(
+                f"{PREFIX} {words[0]} is an argument of {options.package_name}, in system.argv; this command takes its own "
+                "options before the name, and `--ros-args`"
+            )
         return _run_nodes(options.package_name, words)
     if (options.package_name, options.executable_name) == STATIC and ("-h" in options.argv or "--help" in options.argv):
         from cli.verbs.static_transform_publisher import print_help

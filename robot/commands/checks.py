@@ -8,6 +8,7 @@ import shutil
 import socket
 import time
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -30,6 +31,7 @@ TICKS, PERIOD = 400, 0.005
 """The control loop's ticks that are watched, and its period, s."""
 LATE, TOO_LATE = 0.002, 0.005
 """How late the worst of 100 ticks may be, s."""
+MEMINFO: Final = Path("/proc/meminfo")
 MEMORY, DISK = 1e9, 1e9
 """Bytes that a robot, and its bags, should find free."""
 PORT = 8765
@@ -97,12 +99,17 @@ def punctuality() -> Iterable[Finding]:
         )
 
 
+def _available() -> int | None:
+    """The bytes that new programs can have: free memory, and what the system keeps of files and gives back; None where nothing tells."""
+    with suppress(OSError, KeyError):
+        lines = dict(line.split(":", 1) for line in MEMINFO.read_text(encoding="ascii").splitlines())
+        return int(lines["MemAvailable"].split()[0]) * 1024
+    return None
+
+
 def room() -> Iterable[Finding]:
     """Memory, disk and the page's port."""
-    try:
-        available = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (ValueError, OSError):  # not on every system
-        available = None
+    available = _available()
     if available is not None and available < MEMORY:
         yield Finding("memory", "little is free", f"{available / 1e9:.1f} GB", "end other programs", "note")
     free = shutil.disk_usage(".").free

@@ -290,6 +290,17 @@ async def test_messages_are_printed_as_yaml_or_json(robot: Command, tmp_path: Pa
     assert wrong.err.startswith(f"/words at {BEGIN}: std_msgs/msg/String: the data end too early")
 
 
+async def test_a_topic_that_a_bag_does_not_have_is_named(robot: Command, tmp_path: Path) -> None:
+    bag = two_topics(tmp_path / "walk")
+    told = f"{bag} has no topic /wrds; did you mean '/words'?\n"
+    echoed = await robot("bag", "echo", str(bag), "/wrds", "/numbers", "--field", "data")
+    assert (echoed.out, echoed.err) == ("7\n---\n", told)
+    filtered = await robot("bag", "filter", str(bag), "-o", str(tmp_path / "some"), "--topics", "/wrds")
+    assert told in filtered.err
+    played = await robot("bag", "play", str(bag), "--topics", "/wrds", "--services", "/ad")
+    assert told in played.err and f"{bag} has no service /ad; did you mean '/add'?\n" in played.err
+
+
 async def test_bags_are_filtered_merged_converted_and_indexed(robot: Command, tmp_path: Path) -> None:
     bag = two_topics(tmp_path / "walk")
     some = tmp_path / "some"

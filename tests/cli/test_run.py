@@ -164,6 +164,13 @@ async def test_a_second_node_is_told_to_be_an_argument(here: Path, robot: Comman
     assert ended.err.startswith("[robactor run]: garden:Greeter is an argument of garden:Leaver, not a second node: ")
 
 
+async def test_an_option_behind_the_name_is_told_to_be_an_argument(here: Path, robot: Command) -> None:
+    ended = await robot("run", "garden:Leaver", "--duration", "3")
+    assert ended.code == 0
+    assert ended.err.startswith("[robactor run]: --duration is an argument of garden:Leaver, in system.argv; ")
+    assert "is an argument of" not in (await robot("run", "garden:Leaver", "--ros-args", "-r", "a:=b")).err
+
+
 async def test_a_program_of_an_installed_package_gets_its_words_and_gives_its_code(
     tmp_path: Path, environment: dict[str, str], robot: Command
 ) -> None:

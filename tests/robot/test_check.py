@@ -75,3 +75,14 @@ def test_what_it_finds_is_json_and_a_wrong_environment_is_a_problem(
     assert main(["check", "--json"]) == 1
     results = {one["check"]: one["findings"] for one in json.loads(capsys.readouterr().out)}
     assert results["network"][0]["measured"].startswith("RMW_IMPLEMENTATION is rmw_conext")
+
+
+def test_memory_that_holds_copies_of_files_is_free(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def notes(available: str) -> list[str]:
+        (tmp_path / "meminfo").write_text(f"MemTotal: 24731708 kB\nMemFree: 4096 kB\n{available}")
+        monkeypatch.setattr(checks, "MEMINFO", tmp_path / "meminfo")
+        return [finding.measured for finding in checks.room() if finding.subject == "memory"]
+
+    assert notes("MemAvailable: 21404000 kB\n") == []
+    assert notes("MemAvailable: 100000 kB\n") == ["0.1 GB"]
+    assert notes("") == []

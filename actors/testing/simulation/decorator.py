@@ -70,7 +70,13 @@ def scenario(
             if replay is not None:
                 _again(played, _read(replay))
             else:
-                finding = search(played, range(number or seeds), faults)
+                strange = ""
+                try:
+                    finding = search(played, range(number or seeds), faults)
+                except ValueError as error:
+                    strange = f"@scenario(faults=...): {error}"
+                if strange:
+                    pytest.fail(strange, pytrace=False)
                 if finding is not None:
                     raise _explained(finding, played, request)
 

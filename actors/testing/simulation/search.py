@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from actors.bag import FlightRecorder
-from actors.testing.faults import Fault, Possible, draw
+from actors.testing.faults import Fault, Possible, aims_at_nothing, draw
 from actors.testing.simulation.trial import Outcome, Scenario, Trial
 
 SHRINKING_SECONDS = 120.0
@@ -56,11 +56,16 @@ class Finding:
 
 
 def search(scenario: Playable, seeds: Iterable[int], possible: Sequence[Possible]) -> Finding | None:
-    """Play the trial without faults and then every seed until one fails, and reduce that one. Returns None if all passed."""
+    """Play the trial without faults and then every seed until one fails, and reduce that one. Returns None if all passed.
+
+    Raises `ValueError` for a kind of fault that names a topic, node or host that the trial without faults does not have.
+    """
     plain = scenario.play(Trial(0, shuffled=False))
     trials = 1
     if plain.error is not None:
         return Finding(plain, 0, trials)
+    if strange := aims_at_nothing(possible, plain.profile):
+        raise ValueError(strange)
     for seed in seeds:
         outcome = scenario.play(Trial(seed, faults=draw(possible, seed, plain.profile)))
         trials += 1

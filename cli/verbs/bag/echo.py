@@ -15,7 +15,7 @@ from actors.interfaces.errors import CdrError
 from cli.graph.types import learn_folders
 from cli.parsing import TRUNCATED
 from cli.text import message_yaml, plain
-from cli.verbs.bag.options import selection_of
+from cli.verbs.bag.options import complain_of_absent, selection_of
 from cli.verbs.topic.echo import field_of
 
 
@@ -29,6 +29,7 @@ def echo(options: argparse.Namespace) -> int:
 
 def _echo(bag: BagReader, options: argparse.Namespace) -> int:
     selection = selection_of(options)
+    complain_of_absent(selection, bag)
     names = {topic.name for topic in bag.topics if selection.takes(topic.name, topic.type)}
     decoders: dict[BagTopic, Callable[[bytes], Message] | None] = {}
     start = bag.metadata.start_ns + round(options.start_offset * 1e9)

@@ -6,8 +6,9 @@ import argparse
 from pathlib import Path
 
 from actors import QoS
-from actors.bag import Selection, WriterOptions, qos_overrides
+from actors.bag import BagReader, Selection, WriterOptions, qos_overrides
 from cli.command import CommandFailed
+from cli.parsing import complain
 from cli.verbs.bag import PRESETS
 
 UNITS = ("B", "KiB", "MiB", "GiB", "TiB")
@@ -45,6 +46,12 @@ def selection_of(options: argparse.Namespace) -> Selection:
         )
     except ValueError as error:
         raise CommandFailed(str(error)) from error
+
+
+def complain_of_absent(selection: Selection, bag: BagReader) -> None:
+    """A line for each topic, service and action that was named and is not in the bag."""
+    for one in selection.absent(topic.name for topic in bag.topics):
+        complain(f"{bag.path} has no {one}")
 
 
 def writing_of(options: argparse.Namespace) -> WriterOptions:

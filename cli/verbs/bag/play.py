@@ -15,7 +15,7 @@ from cli.command import CommandFailed
 from cli.graph.seen import seen
 from cli.graph.types import learn_folders
 from cli.verbs.bag.keys import keys
-from cli.verbs.bag.options import profiles, selection_of
+from cli.verbs.bag.options import complain_of_absent, profiles, selection_of
 from cli.verbs.bag.progress import progress, progress_over
 from cli.verbs.bag.record import show
 
@@ -24,8 +24,8 @@ async def play(options: argparse.Namespace) -> int:
     """Play a bag to its end, or as many messages as `bag burst` asks for; the exit code."""
     learn_folders(options)
     told = _told(options)
-    with BagReader(options.bag_path):
-        pass  # so that a bag that is none is said before anything else happens
+    with BagReader(options.bag_path) as bag:  # so that a bag that is none is said before anything else happens
+        complain_of_absent(told.selection, bag)
     return await _play(options, told, getattr(options, "num_messages", None))
 
 

@@ -12,7 +12,7 @@ from actors.bag import BagMetadata, BagReader, Selection, WriterOptions, recover
 from actors.yaml_bounds import load_yaml
 from cli.command import CommandFailed
 from cli.graph.types import learn_folders
-from cli.verbs.bag.options import selection_of, writing_of
+from cli.verbs.bag.options import complain_of_absent, selection_of, writing_of
 from cli.verbs.bag.progress import progress, progress_over
 
 
@@ -69,12 +69,14 @@ def _output(told: dict[str, Any]) -> tuple[Path, Selection, WriterOptions]:
 def filter_bag(options: argparse.Namespace) -> int:
     """Write some of a bag."""
     learn_folders(options)
+    selection = selection_of(options)
     with BagReader(options.bag_path) as bag:
+        complain_of_absent(selection, bag)
         start_ns = bag.metadata.start_ns + round(options.start_offset * 1e9)
     metadata = _rewritten(
         [options.bag_path],
         options.output,
-        selection=selection_of(options),
+        selection=selection,
         start_ns=start_ns,
         end_ns=None if options.duration is None else start_ns + round(options.duration * 1e9),
         options=writing_of(options),

@@ -483,6 +483,20 @@ async def test_a_goal_for_a_server_that_restarts_or_has_stopped_fails_at_once(ri
         await rig.send_goal(COUNT, order(1))
 
 
+async def test_a_client_that_sends_goals_to_a_restarting_server_again_and_again_lets_the_others_run(rig: Rig) -> None:
+    await rig.start(Child(Counter, restart=transient, backoff=Backoff(1.0, 1.0)))
+    rig.crash(Counter)
+    await rig.quiet()
+    others: list[str] = []
+    asyncio.get_running_loop().call_soon(others.append, "signals, timers, messages")
+    for _ in range(1000):
+        with pytest.raises(NodeRestarting):
+            await rig.send_goal(COUNT, order(1))
+        if others:
+            break
+    assert others and rig.now == 0.0
+
+
 async def test_what_has_not_been_sent_cannot_be_used(rig: Rig) -> None:
     await rig.start(Counter)
     handle: Handle = rig.me.send_goal(COUNT, order(1))

@@ -334,6 +334,18 @@ async def test_a_node_knows_who_and_when_it_is(rig: Rig) -> None:
     assert wheel.clock is rig.system.clock
 
 
+async def test_a_node_without_the_arguments_of_its_class_is_told_where_they_come_from(rig: Rig) -> None:
+    class Device(Node):
+        def __init__(self, port: str) -> None:
+            self.port = int(port) if port else len(None)  # type: ignore[arg-type]
+
+    told = r"missing 1 required positional argument: 'port': a node's arguments come from its place, Child\(Device, args=\(\.\.\.\)\)"
+    with pytest.raises(StartFailed, match=told):
+        await rig.start(Device)
+    with pytest.raises(StartFailed, match=r"TypeError: object of type 'NoneType' has no len\(\)"):  # its own mistake
+        await rig.start(Child(Device, args=("",)))
+
+
 async def test_an_exception_in_on_start_is_a_failed_start_and_on_stop_may_put_things_in_order(rig: Rig) -> None:
     heard: list[ExitReason] = []
 

@@ -415,6 +415,21 @@ async def test_a_call_to_a_node_that_has_stopped_for_good_fails_at_once(rig: Rig
     assert rig.system.graph.service("/add").server is None
 
 
+async def test_a_client_that_asks_a_stopped_server_again_and_again_lets_the_others_run(rig: Rig) -> None:
+    await rig.start(Child(Adder, restart=transient))
+    await rig.me.call(ADD, two(1, 2))
+    rig.node(Adder).stop("done")
+    await rig.settled()
+    others: list[str] = []
+    asyncio.get_running_loop().call_soon(others.append, "signals, timers, messages")
+    for _ in range(1000):
+        with pytest.raises(NotRunning):
+            await rig.me.call(ADD, two(1, 2))
+        if others:
+            break
+    assert others and rig.now == 0.0
+
+
 async def test_a_node_that_was_terminated_and_is_started_again_serves_again(rig: Rig) -> None:
     rig.expect_failure(DeclarationError)
     await rig.start(Adder)

@@ -713,6 +713,50 @@ def test_what_makes_no_sense_to_a_scenario_is_refused_without_a_traceback(
     assert "decorator.py" not in text
 
 
+ASTRAY = """
+from actors.testing import scenario
+from actors.testing.faults import ALL, Crash, Cut, Delay, Lose, SlowHandler
+from tests.actors.testing.buggy_systems import TICKS, Listener, Source
+
+@scenario(seeds=2, faults=[Lose(TICKS), Crash("lisener")])
+async def test_a_node(rig):
+    await rig.start(Source, Listener)
+    await rig.advance(1.0)
+
+@scenario(seeds=2, faults=[Delay("/tikcs")])
+async def test_a_topic(rig):
+    await rig.start(Source, Listener)
+    await rig.advance(1.0)
+
+@scenario(seeds=2, faults=[SlowHandler(Listener)])
+async def test_a_class(rig):
+    await rig.start(Source)
+
+@scenario(seeds=2, faults=[Cut("hose")])
+async def test_a_host(lab):
+    await lab.start("house", Source)
+
+@scenario(seeds=2, faults=[*ALL, Lose("/no*"), Crash(Listener), Cut("house")])
+async def test_patterns_and_all_kinds(rig):
+    await rig.start(Source, Listener)
+    await rig.advance(1.0)
+"""
+
+
+def test_a_fault_that_could_never_occur_fails_the_scenario(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_it=ASTRAY)
+    result = run_pytest(pytester)
+    result.assert_outcomes(passed=1, failed=4)
+    told = [line for line in result.stdout.lines if line.startswith("@scenario(faults=...): ")]
+    assert [line.partition(": ")[2] for line in told] == [
+        "Crash('lisener') can hit nothing: the run without faults has no node of this name; did you mean '/listener'?",
+        "Delay('/tikcs') can hit nothing: the run without faults receives no message of a topic of this name; did you mean '/ticks'?",
+        "SlowHandler('listener') can hit nothing: the run without faults has no node of this name",
+        "Cut('hose') can hit nothing: the run without faults has no host of this name; did you mean 'house'?",
+    ]
+    assert "Traceback" not in result.stdout.str() and "During handling" not in result.stdout.str()
+
+
 def test_a_record_that_cannot_be_written_does_not_hide_why_a_scenario_failed(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
