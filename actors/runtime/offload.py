@@ -53,8 +53,6 @@ class Offload:
         try:
             return await to_process.run_sync(function, *arguments, cancellable=True)
         except BrokenWorkerProcess as error:
-            if isinstance(
-                error.__cause__, RuntimeError
-            ):  # such as that of a main module which starts the program again
+            if isinstance(error.__cause__, RuntimeError):  # of a main module that starts the program again
                 raise error.__cause__ from None
             raise
