@@ -110,7 +110,8 @@ class Bridge(metaclass=NoPublicConstructor):
         graph.complete = lambda: self._side.participant.complete
         observers.ready.append(self._ready)
         observers.dismissed.append(self._dismissed)
-        for tell in self._early:
+        early, self._early = self._early, []
+        for tell in early:
             tell()
         self._stats.open()
 
