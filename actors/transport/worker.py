@@ -71,6 +71,10 @@ class Worker:
         _ending.add(self._thread)
         self._calls.put(None)
 
+    def join(self) -> None:
+        """Wait until the thread has ended, after `close`. Not for the loop's thread."""
+        self._thread.join()
+
     def _work(self) -> None:
         while (call := self._calls.get()) is not None:
             call()

@@ -85,10 +85,11 @@ class Presence:
     there, its peer is shown, and it has not vanished. A token that names no session is shown while it is there.
     """
 
-    def __init__(self, events: Events, found: Callable[[str], None]) -> None:
-        """`found` is called with a session before its link is shown."""
+    def __init__(self, events: Events, found: Callable[[str], None], lost: Callable[[str], None]) -> None:
+        """`found` is called with a session before its link is shown, and `lost` before it is hidden."""
         self._events = events
         self._tell_found = found
+        self._tell_lost = lost
         self._peers: dict[str, _Peer] = {}
         self._nobody = _Peer()
         self._count = 0
@@ -198,6 +199,7 @@ class Presence:
                 self._count -= 1
 
     def _hide(self, session: str, tokens: tuple[str, ...]) -> None:
+        self._tell_lost(session)
         self._events.link(session, False)
         for token in tokens:
             self._events.vanished(token)

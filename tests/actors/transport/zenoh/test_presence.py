@@ -17,6 +17,7 @@ OF_B = "@ros2_lv/7/b2/0/0/NN/%/%/listener"
 class Log:
     def __init__(self) -> None:
         self.lines: list[str] = []
+        self.lost: list[str] = []
 
     def appeared(self, token: str) -> None:
         self.lines.append(f"+ {token}")
@@ -45,7 +46,7 @@ def log() -> Log:
 
 @pytest.fixture
 def presence(log: Log) -> Presence:
-    return Presence(log, log.found)
+    return Presence(log, log.found, log.lost.append)
 
 
 def test_a_link_is_shown_before_the_first_token_of_its_process(presence: Presence, log: Log) -> None:

@@ -484,3 +484,24 @@ def test_received_bytes_are_counted_by_sender_and_known_senders_by_their_gid(mon
     assert traffic.report({"a1": None})[0].received_bytes == 10 + 20 + 160
     traffic.begin("a1")
     assert traffic.report({"a1": None})[0].received_bytes == 0
+
+
+def test_sessions_that_anybody_names_and_links_that_have_gone_are_not_kept() -> None:
+    traffic = Traffic()
+
+    def kept() -> int:
+        return sum(len(one) for one in vars(traffic).values() if isinstance(one, dict))
+
+    traffic.begin("a1")
+    before = kept()
+    for number in range(100):
+        session = f"b{number}"
+        traffic.received(sample(b"", sender=session), b"", 10)
+        traffic.lost(sample(b"", sender=session))
+        traffic.begin(session)
+        traffic.received(sample(b"", sender=session), b"%33d" % number, 10)
+        traffic.lost(sample(b"", sender=session))
+        (link,) = traffic.report({session: None})
+        assert (link.received_bytes, link.dropped) == (10, 1)
+        traffic.end(session)
+    assert kept() == before
