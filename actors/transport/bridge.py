@@ -163,6 +163,7 @@ class Bridge(metaclass=NoPublicConstructor):
 
     def _ready(self, life: Incarnation) -> None:
         self._same_names.started(life.fqn)
+        self._clients.started(life.fqn)
         with self._representable(life.fqn, life.fqn):
             self._side.node(life.fqn)
             for service in standard_services(life):
@@ -171,7 +172,7 @@ class Bridge(metaclass=NoPublicConstructor):
                 self._topics.promise(life.fqn, *topic)
 
     def _dismissed(self, record: NodeRecord) -> None:
-        for part in (self._actions, self._topics, self._services, self._clients, self._side):
+        for part in (self._actions, self._topics, self._services, self._clients):
             part.forget(record.identity.fqn)
 
     @contextmanager

@@ -116,6 +116,7 @@ class RemoteActionServer:
         goal.ask_result = lambda: self._ask("get_result", goal.owner, asking, goal.ended)
         self.goals += 1
         self._goals[goal_id] = goal
+        self._clients.hold(client.owner)
         self._follow(client.owner)
         caller = self._clients.cycles.find(client.owner)
         chain = () if caller is None else self._clients.cycles.chain_of(caller)
@@ -148,6 +149,10 @@ class RemoteActionServer:
         self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], extension: Extension | None = None
     ) -> Handle:
         return self._clients.of(node, self._endpoints[part]).ask(payload, done, extension, _FORGOTTEN)
+
+    def decided(self, goal: RemoteGoal) -> None:
+        """A goal was accepted, or not, and nothing is left to be asked for a client that has given up."""
+        self._clients.release(goal.owner)
 
     def over(self, goal_id: bytes) -> None:
         """Forget a goal that was not accepted, or has ended."""
@@ -282,9 +287,11 @@ class RemoteGoal:
         elif not response.accepted:
             self._not_accepted(Reject(_reason_in(answer)))
         elif self.future.done():
-            server.cancel(self._goal_id, "its client was canceled")
-            self._not_accepted(None)
+            canceling = server.cancel(self._goal_id, "its client was canceled")
+            canceling.add_done_callback(lambda _: server.decided(self))
+            self._give_up()
         else:
+            server.decided(self)
             self._accepted = True
             self.status_is(GoalStatus.ACCEPTED)
             self.future.set_result(nanoseconds_of(response.stamp))
@@ -293,12 +300,16 @@ class RemoteGoal:
             elif self._answer is not None:
                 self._end(self._answer)
 
-    def _not_accepted(self, error: Exception | None) -> None:
+    def _not_accepted(self, error: Exception) -> None:
+        self.server.decided(self)
+        self._give_up()
+        if not self.future.done():
+            self.future.set_exception(error)
+
+    def _give_up(self) -> None:
         self.server.over(self._goal_id)
         if self.asked is not None:
             self.asked.close()
-        if error is not None and not self.future.done():
-            self.future.set_exception(error)
 
     def status_is(self, status: GoalStatus) -> None:
         """Tell the client of a status that follows the present one. The end is told with the result."""

@@ -257,6 +257,59 @@ async def test_a_client_whose_node_ends_is_no_subscriber_any_more(hosts: Hosts) 
     assert not [token for token in hosts.network.tokens if "/guest" in token]
 
 
+class Slow(Node):
+    """Takes 2 s to accept a goal; rejects one of 0."""
+
+    @COUNT.accepts
+    async def check(self, goal: Fibonacci.Goal) -> None:
+        await self.clock.sleep(2.0)
+        if not goal.order:
+            raise Reject("nothing to do")
+
+    @COUNT.serve(arrivals="parallel")
+    async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+        await self.clock.sleep(goal.order)
+        yield Done(result(goal.order))
+
+
+@pytest.mark.parametrize(("size", "status"), [(50, [GoalStatus.CANCELED]), (0, [])])
+async def test_a_goal_that_is_accepted_after_the_end_of_its_node_is_canceled_and_the_node_is_shown_no_longer(
+    hosts: Hosts, size: int, status: list[GoalStatus]
+) -> None:
+    server, client = await hosts.start(Slow), await hosts.start(Node)
+
+    def shown() -> set[str]:
+        return {token.split("/")[5] for token in hosts.network.tokens if "/guest" in token}
+
+    joined = await client.system.join(Child(Node, name="guest"))
+    sending = asyncio.create_task(joined.node.send_goal(COUNT, order(size), timeout=10.0).send())
+    await client.advance(1.0)
+    sending.cancel()
+    await client.system.leave(joined)
+    await client.quiet()
+    assert shown() == {"NN", "SC"}  # what is needed to cancel the goal
+
+    await client.advance(2.0)
+    assert [goal.status for goal in server.state(Slow).actions["/count"].table.records()] == status
+    assert shown() == set()
+
+
+async def test_a_node_that_takes_the_name_of_one_with_an_undecided_goal_stays_when_that_is_decided(
+    hosts: Hosts,
+) -> None:
+    _, client = await hosts.start(Slow), await hosts.start(Node)
+    joined = await client.system.join(Child(Node, name="guest"))
+    sending = asyncio.create_task(joined.node.send_goal(COUNT, order(5), timeout=10.0).send())
+    await client.advance(1.0)
+    sending.cancel()
+    await client.system.leave(joined)
+    again = await client.system.join(Child(Node, name="guest"))
+    await client.advance(3.0)
+    assert [token for token in hosts.network.tokens if "/NN/" in token and "/guest" in token]
+    await client.system.leave(again)
+    assert not [token for token in hosts.network.tokens if "/guest" in token]
+
+
 # Between processes of this library: the result is asked for together with the acceptance ------------------------------------
 
 
