@@ -25,6 +25,9 @@ PERIOD: Final = 1.0
 """Seconds from one report of a process to the next, while it is watched."""
 
 
+_MOST: Final = 2**32 - 1
+
+
 class HandlerFigures(Message, frozen=True, kw_only=True):
     """One handler of a node, as far as it is measured; see `actors.inbox.load.HandlerLoad`. Times are in seconds."""
 
@@ -163,9 +166,9 @@ class StatsPublisher:
             self._timer = None
 
     def _tell(self, publisher: PublisherHere) -> None:
+        self._timer = self._loop.call_later(PERIOD, self._tell, publisher)
         self._sent += 1
         publisher.put(encode(self._figures()), self._sent, self._side.wall_ns())
-        self._timer = self._loop.call_later(PERIOD, self._tell, publisher)
 
     def _figures(self) -> ProcessFigures:
         side = self._side
@@ -215,7 +218,7 @@ def _node(record: NodeRecord) -> NodeFigures:
                 received=one.received,
                 dropped=one.dropped,
                 waiting=one.waiting,
-                depth=one.depth,
+                depth=min(one.depth, _MOST),
             )
             for one in record.subscriptions
         ],

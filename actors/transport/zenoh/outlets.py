@@ -75,11 +75,12 @@ class Outlet:
         self._handed = 0
         self._done = 0
         self._closed = False
+        handler = direct(lambda status: wakeup.post(self._matched, status.matching))
+        self._listener = publishers.plain.declare_matching_listener(handler)
+        # Asked after the listener was declared: what changes later is told.
         self._matching: bool = publishers.plain.matching_status.matching
         self._wanted: bool = self._matching
         self._direct = self._wanted and not self._waits
-        handler = direct(lambda status: wakeup.post(self._matched, status.matching))
-        self._listener = publishers.plain.declare_matching_listener(handler)
 
     @property
     def wanted(self) -> bool:

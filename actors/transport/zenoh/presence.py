@@ -118,7 +118,7 @@ class Presence:
         self.settle()
         session = session_of(token)
         peer = self._found(session) if session else self._nobody
-        if token not in peer.tokens and self._has_room(peer.tokens):
+        if peer is not None and token not in peer.tokens and self._has_room(peer.tokens):
             self._count += 1
             peer.tokens[token] = None
             if not peer.silent:
@@ -131,21 +131,18 @@ class Presence:
     def arrive(self, process: Process) -> None:
         """A process of this library is there."""
         self.settle()
-        processes = self._found(process.session).processes
-        if process.token not in processes and self._has_room(processes):
+        peer = self._found(process.session)
+        if peer is None:
+            return
+        if process.token not in peer.processes and self._has_room(peer.processes):
             self._count += 1
-            processes[process.token] = process
-        self._revive(process.session)
+            peer.processes[process.token] = process
+        self.heard(process.session)
 
     def heard(self, session: str) -> None:
         """The loop of a process is running: if it was silent, it and its tokens are shown again."""
         peer = self._peers.get(session)
-        if peer is not None:
-            self._revive(session)
-
-    def _revive(self, session: str) -> None:
-        peer = self._peers[session]
-        if peer.silent:
+        if peer is not None and peer.silent:
             peer.silent = False
             self._show(session)
             for token in tuple(peer.tokens):
@@ -208,9 +205,10 @@ class Presence:
         self._tell_found(session)
         self._events.link(session, True)
 
-    def _found(self, session: str) -> _Peer:
+    def _found(self, session: str) -> _Peer | None:
+        """The peer of a session; None for one that is not known while there is no room for a token of it."""
         peer = self._peers.get(session)
-        if peer is None:
+        if peer is None and self._has_room(()):
             peer = self._peers[session] = _Peer()
             self._show(session)
         return peer

@@ -220,6 +220,10 @@ def test_so_many_tokens_are_shown_and_no_more_and_room_is_given_back(
         presence.appear(token)
     assert (presence.tokens("a1"), presence.tokens("b2")) == (tuple(of["a1"][:3]), (of["b2"][0],))
 
+    presence.appear("@ros2_lv/7/c3/0/0/NN/%/%/x")
+    presence.arrive(Process("dom", "c3", 43, "lab"))
+    assert (set(presence.shown), [line for line in log.take() if "c3" in line]) == ({"a1", "b2"}, [])
+
     presence.vanish(of["a1"][0])
     presence.vanish(of["a1"][3])
     presence.appear(of["b2"][1])

@@ -505,3 +505,16 @@ def test_sessions_that_anybody_names_and_links_that_have_gone_are_not_kept() -> 
         assert (link.received_bytes, link.dropped) == (10, 1)
         traffic.end(session)
     assert kept() == before
+
+
+async def test_a_reader_that_leaves_while_an_outlet_is_opened_is_not_taken_for_one_that_is_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Zenoh tells a listener of changes only: one between the question and the listener would go unnoticed."""
+
+    def declare(publisher: FakePublisher, handler: Any) -> FakePublisher:
+        publisher.matching = False
+        return FakePublisher()
+
+    monkeypatch.setattr(FakePublisher, "declare_matching_listener", declare)
+    assert not Sender(Delivery()).outlet.wanted
