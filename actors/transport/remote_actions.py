@@ -119,8 +119,8 @@ class RemoteActionServer:
         self._clients.hold(client.owner)
         self._follow(client.owner)
         caller = self._clients.cycles.find(client.owner)
-        chain = () if caller is None else self._clients.cycles.chain_of(caller)
-        self._ask("send_goal", client.owner, payload, goal.considered, Extension(chain=chain) if chain else None)
+        extension = None if caller is None else self._clients.cycles.extension_of(caller)
+        self._ask("send_goal", client.owner, payload, goal.considered, extension)
         if self.asks_early:
             goal.asked = goal.ask_result()
         return goal

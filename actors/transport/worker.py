@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import atexit
+import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -39,7 +40,7 @@ class Worker:
         self._thread.start()
 
     def do(self, call: Callable[[], None]) -> None:
-        """Have `call` made. It must not raise."""
+        """Have `call` made. It should not raise: an error is reported as that of a thread, and the worker goes on."""
         self._calls.put(call)
 
     async def result(self, call: Callable[[], T]) -> T:
@@ -77,5 +78,10 @@ class Worker:
 
     def _work(self) -> None:
         while (call := self._calls.get()) is not None:
-            call()
+            try:
+                call()
+            except (
+                BaseException
+            ):  # also a panic in a native library: else nothing would be sent any more, and a close would wait for ever
+                threading.excepthook(threading.ExceptHookArgs((*sys.exc_info(), self._thread)))
         _ending.discard(self._thread)
