@@ -441,6 +441,22 @@ async def test_a_loop_that_hangs_holds_the_sender_back_once(monkeypatch: pytest.
     assert len(await one.until(1100)) == 1100
 
 
+async def test_a_reader_that_hangs_for_long_loses_the_oldest_samples_and_they_are_counted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.subscriptions._PATIENCE", 0.001)
+    monkeypatch.setattr("actors.transport.zenoh.subscriptions._BEYOND", 10 * 1001)
+    one = Receiver(RELIABLE)
+    one.traffic.begin("a1")
+    for _ in range(2):
+        thread = threading.Thread(target=lambda: one.arrive(*(sample(b"x", sender="a1") for _ in range(1015))))
+        thread.start()
+        thread.join()  # this loop does not run meanwhile
+        await one.until(1010)
+        one.got.clear()
+    assert one.dropped("a1") == 2 * 5
+
+
 async def test_a_closed_subscription_takes_nothing_and_holds_nobody_back() -> None:
     one = Receiver(RELIABLE)
     one.arrive(*(sample(b"%d" % number) for number in range(1000)))
