@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from collections import Counter
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple, cast
 
@@ -27,6 +28,8 @@ from actors.transport.protocol import EndpointHere, RemoteEndpoint, Request
 from actors.transport.remote_services import RemoteServer
 
 _NOTHING: Final = Extension()
+_MOST_OPEN: Final = 10_000
+"""So many requests of other processes to one service wait for an answer at most."""
 
 
 class Asked:
@@ -102,6 +105,8 @@ class Services:
         """By GID."""
         self._callers: dict[bytes, str] = {}
         """GID of a client of another process -> its node."""
+        self._open: Counter[str] = Counter()
+        """How many requests of other processes each service has not answered."""
 
     # -- servers of this process --------------------------------------------------------------------------------------------
 
@@ -152,6 +157,8 @@ class Services:
         if server is None:
             asked.fail(shown.node, self.absent(shown.node, name))
             return
+        if self.refused(shown, name, asked, self._open[name]):
+            return
         try:
             message = decode(shown.type.Request, asked.payload)
         except CdrError as error:
@@ -166,8 +173,10 @@ class Services:
         gid = asked.gid
         caller = RemoteCaller(self.caller_of(gid), self._side.runtime.deadlines, chain, (gid, asked.number))
         request = server.submit(message, caller, math.inf)
+        self._open[name] += 1
 
         def respond(future: asyncio.Future[Any]) -> None:
+            self._open[name] -= 1
             error = future.exception()
             if error is None:
                 asked.reply(shown.node, future.result())
@@ -175,6 +184,14 @@ class Services:
                 asked.fail(shown.node, error)
 
         request.future.add_done_callback(respond)
+
+    def refused(self, shown: Shown, name: str, asked: Asked, open: int) -> bool:
+        """Whether so many requests are open that this one is answered with an error: what is sent faster than it is served must not fill the memory."""
+        if open < _MOST_OPEN:
+            return False
+        why = f"{open:,} requests of other processes to {name} wait for an answer: send fewer at once"
+        asked.fail(shown.node, ServiceFailed(shown.node, "request dropped", why))
+        return True
 
     def caller_of(self, gid: bytes) -> str:
         """The name of the node of a client of another process."""

@@ -35,8 +35,10 @@ from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.testing import Rig
 from actors.transport import remote_actions
 from actors.transport.format.attachments import Attachment, write_attachment
+from actors.transport.format.extensions import Extension, write_extension
 from actors.transport.format.names import new_session, write_type
 from actors.transport.keyed.protocol import Answer, Delivery, Replied
+from actors.transport.protocol import Failed
 from tests.actors.transport.hosts import Hosts
 from tests.facts import lacks
 from tests.stage import COUNT, events, order, result, step
@@ -507,6 +509,30 @@ async def test_a_server_that_answers_nonsense_does_not_leave_its_clients_waiting
         "/odd does not know the goal any more",
     ]
     assert (canceled.status, canceled.reason) == (GoalStatus.CANCELED, "")
+
+
+async def test_requests_about_goals_that_come_faster_than_they_are_answered_are_refused_beyond_a_limit(
+    hosts: Hosts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("actors.transport.local_services._MOST_OPEN", 2)
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    goals = [await client.send_goal(COUNT, order(50)) for _ in range(2)]
+    with pytest.raises(ServiceFailed, match="request dropped: 2 requests of other processes to /count/_action/send"):
+        await client.send_goal(COUNT, order(1))
+
+    goal_id = UUID(uuid=goals[0].goal_id)
+    asking = encode(GET_RESULT.type.Request(goal_id=goal_id))
+    canceling = encode(CancelGoal.Request(goal_info=GoalInfo(goal_id=goal_id)))
+    results, cancels = list[Answer](), list[Answer]()
+    for _ in range(3):
+        for part, payload, answers in (("get_result", asking, results), ("cancel_goal", canceling, cancels)):
+            (key,) = (one.key for one in hosts.ends[server].servers if part in one.key)
+            attachment = write_attachment(Attachment(1, 0, bytes(16), write_extension(Extension(reason="enough"))))
+            hosts.ends[client].ask(key, payload, attachment, None, answers.append)
+    await client.quiet()
+    assert [type(answer) for answer in cancels].count(Failed) == 1
+    assert [type(answer) for answer in results].count(Failed) == 2  # one more waits for the client itself
+    assert await (await client.send_goal(COUNT, order(1))) == result(1)
 
 
 async def test_a_rejection_whose_reason_cannot_be_read_is_one_without_a_reason(hosts: Hosts) -> None:

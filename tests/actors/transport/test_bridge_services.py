@@ -419,6 +419,29 @@ async def test_a_request_carries_number_time_gid_of_the_clients_token_and_an_ext
     shown.close()
 
 
+async def test_requests_that_come_faster_than_they_are_answered_are_refused_beyond_a_limit(
+    hosts: Hosts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("actors.transport.local_services._MOST_OPEN", 2)
+    server, other = await hosts.start(Adder), await hosts.start(Node)
+    ours = write_attachment(Attachment(1, 0, bytes(16), write_extension(Extension())))
+    answers = [asked(hosts, other, ADD_KEY, encode(two(1, 10)), ours) for _ in range(3)]
+    await server.quiet()
+    ((refused,),) = [each for each in answers if each]
+    assert isinstance(refused, Failed)
+    error = parse_reply_error(refused.payload)
+    assert isinstance(error, ServiceFailed)
+    assert (error.type, error.text) == (
+        "request dropped",
+        "2 requests of other processes to /add wait for an answer: send fewer at once",
+    )
+
+    await server.advance(2.0)
+    answers.append(asked(hosts, other, ADD_KEY, encode(two(1, 0)), ours))
+    await server.quiet()
+    assert [type(one) for each in answers for one in each] == [Replied, Replied, Failed, Replied]
+
+
 async def test_a_client_of_ros2_gets_the_text_of_an_error_and_one_of_ours_the_error(hosts: Hosts) -> None:
     server, other = await hosts.start(Adder), await hosts.start(Node)
     plain = write_attachment(Attachment(1, 0, bytes(16)))
