@@ -105,6 +105,8 @@ class Services:
         """By GID."""
         self._callers: dict[bytes, str] = {}
         """GID of a client of another process -> its node."""
+        self._asking: Counter[tuple[str, str]] = Counter()
+        """(service, node of another process) -> how many clients of the service the node has."""
         self._open: Counter[str] = Counter()
         """How many requests of other processes each service has not answered."""
 
@@ -221,6 +223,7 @@ class Services:
         entry = self._graph.service(endpoint.name)
         if endpoint.kind is EndpointKind.CLIENT:
             self._callers[endpoint.gid] = endpoint.node.fqn
+            self._asking[endpoint.name, endpoint.node.fqn] += 1
             entry.clients.setdefault(endpoint.node.fqn, 0)
             self._graph.changed()
             return
@@ -231,12 +234,15 @@ class Services:
 
     def vanished(self, endpoint: RemoteEndpoint) -> None:
         """Undo `appeared`."""
-        entry = self._graph.service(endpoint.name)
+        entry, node = self._graph.service(endpoint.name), endpoint.node.fqn
         server = self._remote.pop(endpoint.gid, None)
         if server is not None:
             server.gone = True
-            entry.remove_remote(server, server.host)
-            entry.forget(server.host)
+            entry.remove_remote(server, node)
         else:
-            entry.forget(self._callers.pop(endpoint.gid))
+            del self._callers[endpoint.gid]
+            self._asking[endpoint.name, node] -= 1
             self._graph.changed()
+        if not self._asking[endpoint.name, node]:
+            del self._asking[endpoint.name, node]
+            entry.forget(node)

@@ -419,6 +419,23 @@ async def test_a_request_carries_number_time_gid_of_the_clients_token_and_an_ext
     shown.close()
 
 
+async def test_a_node_is_a_client_until_its_last_client_has_gone(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Node), await hosts.start(Node)
+    kinds = ("SC", "SC", "SS")
+    token = ADD_KEY.replace("0/add", "@ros2_lv/0/2/90/91/SC/%/%/asker/%add", 1) + "/::,10:,:,:,,"
+    shown = [
+        hosts.ends[other].announce(token.replace("91/SC", f"{91 + number}/{kind}", 1))
+        for number, kind in enumerate(kinds)
+    ]
+    await rig.quiet()
+    seen: list[list[str]] = []
+    for one in (shown[0], shown[2], shown[1]):
+        one.close()
+        await rig.quiet()
+        seen.append([name for service in rig.system.snapshot().services for name in service.clients])
+    assert seen == [["/asker"], ["/asker"], []]
+
+
 async def test_requests_that_come_faster_than_they_are_answered_are_refused_beyond_a_limit(
     hosts: Hosts, monkeypatch: pytest.MonkeyPatch
 ) -> None:
