@@ -38,7 +38,7 @@ _UNKNOWN: Final = create(Outcome, GoalStatus.UNKNOWN)
 
 
 class _Followed:
-    """A goal that has come from another process. Who waits there for its result gets it at its end, also if its node ends then.
+    """A goal of another process. The requests for its result are answered when it ends, also if its node ends then.
 
     Invariant: `waiting` is empty once the goal has ended, or was not accepted.
     """

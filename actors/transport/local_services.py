@@ -90,8 +90,8 @@ class Services:
 
     Invariants:
 
-    * A service that a node declares is shown from its first start until its node has ended for good: in between, who calls it is told that
-      the node is being restarted. Standard services are shown by `promise`, and opened by the first request.
+    * A service that a node declares is shown from its first start until its node has ended for good: in between, its callers get
+      `NodeRestarting`. Standard services are shown by `promise`, and opened by the first request.
     * Each server of another process stands in the graph as long as it is known.
     """
 
@@ -188,7 +188,7 @@ class Services:
         request.future.add_done_callback(respond)
 
     def refused(self, shown: Shown, name: str, asked: Asked, open: int) -> bool:
-        """Whether so many requests are open that this one is answered with an error: what is sent faster than it is served must not fill the memory."""
+        """Whether this request is answered with an error, because so many are open: without a limit they could fill the memory."""
         if open < _MOST_OPEN:
             return False
         why = f"{open:,} requests of other processes to {name} wait for an answer: send fewer at once"

@@ -30,7 +30,7 @@ _DROPPED: Final = (
 
 
 class Server(Protocol):
-    """What an error says of a server."""
+    """What the text of an error needs of a server."""
 
     @property
     def name(self) -> str: ...
@@ -51,7 +51,7 @@ class RemoteServer:
     """
 
     node = None
-    concurrent = 0  # what it serves at once is known there; the chain of a request tells it who waits
+    concurrent = 0  # only its own process knows the number; the chain of a request tells that process which nodes wait
 
     def __init__(self, endpoint: RemoteEndpoint, type: ForeignType, clients: Clients) -> None:
         self.type: Any = type

@@ -59,9 +59,9 @@ class Worker:
         def make() -> None:
             try:
                 outcome: tuple[T | None, BaseException | None] = call(), None
-            except BaseException as error:  # whatever it is, it belongs to the one who waits
+            except BaseException as error:  # of any kind: the caller that waits gets it
                 outcome = None, error
-            with suppress(RuntimeError):  # the loop has been closed: who waited was cancelled, and is gone
+            with suppress(RuntimeError):  # the loop has been closed: the caller was cancelled, and is gone
                 loop.call_soon_threadsafe(settle, *outcome)
 
         self._calls.put(make)

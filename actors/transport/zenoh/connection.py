@@ -1,4 +1,4 @@
-"""What a transport does between its opening and its closing."""
+"""`Connection`: an open session of Zenoh, with everything that was declared in it."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Connection:
         self._presence = Presence(events, self._traffic.begin, self._traffic.end)
         self._questions: dict[Question, None] = {}
         self._lingering: list[Question] = []
-        """Those that have their answer, and that Zenoh is told to forget, with the next beat, if it has not ended them by then."""
+        """Those that have their answer. With the next beat they are cancelled, if Zenoh has not ended them by then."""
         self._afterwards: list[Callable[[], None]] = []
         self._settling: Any = None
         self._beats = 0
@@ -332,7 +332,7 @@ class Announcement:
 
 
 def _ignore(reply: object) -> None:
-    """What counts is that something has come."""
+    """Do nothing: something has come."""
 
 
 def _served_key(token: str) -> str:

@@ -20,7 +20,7 @@ MOST_ALTOGETHER: Final = 50_000
 
 
 class Process(NamedTuple):
-    """What a process of this library says of itself, by a token of its own: ``@robactor/<scope>/<session>/<process id>/<host>``."""
+    """A process of this library, as a token of its own describes it: ``@robactor/<scope>/<session>/<process id>/<host>``."""
 
     scope: str
     session: str
@@ -33,7 +33,7 @@ class Process(NamedTuple):
 
     @classmethod
     def parse(cls, token: str) -> Process | None:
-        """The process that a token speaks of; None if it speaks of none."""
+        """The process that a token describes; None if it describes none."""
         parts = token.split("/")
         if (
             len(parts) != 5
@@ -75,7 +75,7 @@ class Presence:
     """Turns the appearing and vanishing of tokens into `Events`, in the order that `Transport` promises.
 
     A process that ends takes all its tokens with it, and Zenoh reports them one by one. Therefore vanished tokens are collected until
-    `settle`, which tells apart a withdrawn token from a lost process: one that has no token any more, not even one that says where it runs.
+    `settle`, which distinguishes a withdrawn token from a lost process: one that has no token left, not even the one that describes it.
     Anybody can announce a token that names the session of another process, and withdraw it: that takes nothing away but this token. Zenoh does
     not report a token as vanished while anybody holds it.
 

@@ -18,8 +18,8 @@ _KNOWN: Final = 10_000
 class Traffic:
     """Counts the samples of a connection, by the session of the other side. On the loop's thread, but for `lost`.
 
-    Zenoh does not tell to whom it has sent a sample. Therefore one that somebody wanted is counted as sent to everybody who was linked: the
-    numbers of what was sent, and of what was not, are those of all outlets together since the link came up.
+    Zenoh does not report the receivers of a sample. Therefore a sample with a subscription is counted as sent on every link: the numbers of
+    bytes sent and of samples not sent are those of all outlets together since the link came up.
 
     Invariant: the counts of a session begin with 0 when its link comes up, and are forgotten when it goes down.
     """
