@@ -150,6 +150,10 @@ class RemoteActionServer:
     ) -> Handle:
         return self._clients.of(node, self._endpoints[part]).ask(payload, done, extension, _FORGOTTEN)
 
+    def is_running(self, node: str) -> bool:
+        """Whether a node of this process, which has sent a goal, is running."""
+        return self._clients.cycles.find(node) is not None
+
     def decided(self, goal: RemoteGoal) -> None:
         """A goal was accepted, or not, and nothing is left to be asked for a client that has given up."""
         self._clients.release(goal.owner)
@@ -320,7 +324,9 @@ class RemoteGoal:
 
     def ended(self, answer: Answer) -> None:
         """Take the answer to the question for the result."""
-        if answer == NoAnswer(timed_out=True):
+        if answer == NoAnswer(timed_out=True) and not self.server.is_running(self.owner):
+            self.server.over(self._goal_id)  # to ask again would show the node again
+        elif answer == NoAnswer(timed_out=True):
             again = self.ask_result()
             self.asked = None if self.asked is None else again
         elif self._accepted:

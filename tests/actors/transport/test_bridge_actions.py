@@ -296,6 +296,16 @@ async def test_a_goal_that_is_accepted_after_the_end_of_its_node_is_canceled_and
     assert shown() == set()
 
 
+async def test_the_result_of_a_long_goal_is_not_asked_for_again_when_its_node_has_ended(hosts: Hosts) -> None:
+    _, client = await hosts.start(Slow), await hosts.start(Node)
+    joined = await client.system.join(Child(Node, name="guest"))
+    await joined.node.send_goal(COUNT, order(8000), timeout=10.0).send()
+    await client.system.leave(joined)
+    await client.advance(4000.0)
+    assert not [token for token in hosts.network.tokens if "/guest" in token]
+    assert client.system.graph.actions["/count"].server.active == 0  # type: ignore[union-attr]
+
+
 async def test_a_node_that_takes_the_name_of_one_with_an_undecided_goal_stays_when_that_is_decided(
     hosts: Hosts,
 ) -> None:
