@@ -360,7 +360,7 @@ class Node(Habits):
     def threadsafe(self, function: Callable[P, object], *arguments: P.args, **keywords: P.kwargs) -> None:
         """From any thread: have the event loop call `function` soon, in the order of submission.
 
-        An exception of it is this node's failure, as if a handler had raised it.
+        An exception of it is this node's failure, as if a handler had raised it. Raises `RuntimeError` once the event loop is closed.
         """
         life = self.__machinery__
         if life is None:

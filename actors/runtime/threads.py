@@ -21,12 +21,14 @@ class CallsFromThreads:
         self._waiting: list[Callable[[], object]] = []
 
     def submit(self, function: Callable[[], object]) -> None:
-        """Have the event loop call `function`, which must not raise. May be called from any thread."""
+        (
+            """Have the event loop call `function`, which must not raise. May be called from any thread. Raises RuntimeError if the loop is closed."""
+            ""
+        )
         with self._lock:
+            if not self._waiting:
+                self._loop.call_soon_threadsafe(self._drain)
             self._waiting.append(function)
-            first = len(self._waiting) == 1
-        if first:
-            self._loop.call_soon_threadsafe(self._drain)
 
     def _drain(self) -> None:
         with self._lock:

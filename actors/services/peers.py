@@ -1,7 +1,7 @@
 """The Protocols between a client, a server, their nodes and the graph.
 
-A server is either an object of this process (`actors.services.server.Server`) or a stand-in for a server of another process; clients treat
-both alike. Actions use these Protocols too, and add their own in `actors.actions.peers`.
+A server is either an object of this process (`actors.services.server.Server`) or an object that represents one of another process;
+clients treat both alike. Actions use these Protocols too, and add their own in `actors.actions.peers`.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Caller(Requester, Protocol):
 
 
 class Answering(Protocol):
-    """A server of a service or an action, as seen by those who wait for its answer."""
+    """A server of a service or an action, as seen by the nodes that wait for its answer."""
 
     @property
     def node(self) -> Caller | None:

@@ -1,8 +1,8 @@
 """`Bridge`: connects the graph of one system with the processes that its transport reaches.
 
-It shows what this process has, and lets a stand-in for each endpoint of another process take its place in the graph. Everything
-else, such as matching, QoS events and calls, is then done as within one process. Nothing is kept from the other processes: what is to stay
-in this one belongs into another domain.
+It announces the nodes and endpoints of this process, and adds an object for each endpoint of another process to the graph. Everything else,
+such as matching, QoS events and calls, is then done as within one process. All nodes and endpoints are announced: use another domain for
+those that other processes must not see.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Bridge(metaclass=NoPublicConstructor):
 
     * While it is `_open`, it watches the graph; every endpoint of this process is shown, and every known endpoint of another one stands in
       the graph. Before and after that, none is.
-    * What the transport tells before it is open is kept in `_early`, in order.
+    * What the transport reports before it is open is kept in `_early`, in order.
     """
 
     def __init__(self, runtime: Runtime, transport: Transport, domain_id: int) -> None:
@@ -110,7 +110,8 @@ class Bridge(metaclass=NoPublicConstructor):
         graph.complete = lambda: self._side.participant.complete
         observers.ready.append(self._ready)
         observers.dismissed.append(self._dismissed)
-        for tell in self._early:
+        early, self._early = self._early, []
+        for tell in early:
             tell()
         self._stats.open()
 
@@ -162,6 +163,7 @@ class Bridge(metaclass=NoPublicConstructor):
 
     def _ready(self, life: Incarnation) -> None:
         self._same_names.started(life.fqn)
+        self._clients.started(life.fqn)
         with self._representable(life.fqn, life.fqn):
             self._side.node(life.fqn)
             for service in standard_services(life):
@@ -170,7 +172,7 @@ class Bridge(metaclass=NoPublicConstructor):
                 self._topics.promise(life.fqn, *topic)
 
     def _dismissed(self, record: NodeRecord) -> None:
-        for part in (self._actions, self._topics, self._services, self._clients, self._side):
+        for part in (self._actions, self._topics, self._services, self._clients):
             part.forget(record.identity.fqn)
 
     @contextmanager

@@ -1,4 +1,4 @@
-"""Who waits for whom over several processes, as far as this process knows. Nothing here sends.
+"""Chains of nodes that wait for each other across processes, as far as this process knows them. Nothing here sends.
 
 A request carries the chain of the nodes whose handlers hold their inboxes until it is answered, the longest wait first.
 """
@@ -82,7 +82,7 @@ def chain_of(here: NodesHere, caller: Caller) -> tuple[Waiting, ...]:
 
 
 def _asker(current: object) -> Any:
-    """Who has sent the request that a handler is working on; None if it is working on none."""
+    """The sender of the request that a handler is working on; None if it is working on none."""
     if isinstance(current, Request):
         return current.caller
     return current.client if isinstance(current, GoalRequest) else None

@@ -40,9 +40,10 @@ class Cycles:
         """A node of this process, if it is running."""
         return self._side.runtime.directory.find(fqn)
 
-    def chain_of(self, caller: Caller) -> tuple[Waiting, ...]:
-        """The nodes that wait for the answer to a request that `caller` is about to send."""
-        return chain_of(self, caller)
+    def extension_of(self, caller: Caller) -> Extension | None:
+        """What a request that `caller` is about to send says: which nodes wait for its answer; None if none does."""
+        chain = chain_of(self, caller)
+        return Extension(chain=chain) if chain else None
 
     def refusal(self, node: Caller, chain: tuple[Waiting, ...]) -> CallCycle | None:
         """The error for a request with this chain to `node`, if it closes a cycle; other processes are asked if they may know."""
@@ -59,7 +60,7 @@ class Cycles:
 
         Raises CallCycle if it is known here that it does.
         """
-        refusal = self.refusal(node, self.chain_of(caller))
+        refusal = self.refusal(node, chain_of(self, caller))
         if refusal is not None:
             caller.cycle_refused(refusal)
             raise refusal

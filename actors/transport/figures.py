@@ -1,7 +1,7 @@
-"""What a process tells of itself to those who watch: its CPU time, its memory, and the state of each of its nodes.
+"""The figures that a process publishes about itself: its CPU time, its memory, and the state of each of its nodes.
 
-It is published on a topic, ``/_robactor/figures``, by a publisher that is not shown: watching costs a subscription, and not to be watched
-costs nothing. While anybody subscribes, each process of this library sends its figures at once, and then every `PERIOD`.
+It is published on a topic, ``/_robactor/figures``, by a publisher that is not shown. It costs nothing without a
+subscription. While there is one, each process of this library sends its figures at once, and then every `PERIOD`.
 """
 
 from __future__ import annotations
@@ -23,6 +23,9 @@ from actors.transport.protocol import PublisherHere
 
 PERIOD: Final = 1.0
 """Seconds from one report of a process to the next, while it is watched."""
+
+
+_MOST: Final = 2**32 - 1
 
 
 class HandlerFigures(Message, frozen=True, kw_only=True):
@@ -118,11 +121,11 @@ class ProcessFigures(Message, frozen=True, kw_only=True):
 
 
 FIGURES: Final = Topic(ProcessFigures, "/_robactor/figures", 1000)
-"""For those who watch; each process has a publisher of it that is not shown."""
+"""Each process has a publisher of it, which is not shown."""
 
 
 class StatsPublisher:
-    """Tells the figures of one process.
+    """Publishes the figures of one process.
 
     Invariant: a timer is running while it is open and somebody watches; otherwise nothing of it runs.
     """
@@ -135,7 +138,7 @@ class StatsPublisher:
         self._sent = 0
 
     def open(self) -> None:
-        """Tell those who watch, from now on. To be called when the transport is open."""
+        """Publish from now on, while anybody subscribes. To be called when the transport is open."""
         publisher = self._side.participant.publisher(None, FIGURES.name, type_info(ProcessFigures), FIGURES.qos)
         self._publisher = publisher
         publisher.open()
@@ -151,7 +154,7 @@ class StatsPublisher:
             self._rest()
 
     def close(self) -> None:
-        """Tell nobody any more."""
+        """Publish no more."""
         self._rest()
         publisher, self._publisher = self._publisher, None
         if publisher is not None:
@@ -163,9 +166,9 @@ class StatsPublisher:
             self._timer = None
 
     def _tell(self, publisher: PublisherHere) -> None:
+        self._timer = self._loop.call_later(PERIOD, self._tell, publisher)
         self._sent += 1
         publisher.put(encode(self._figures()), self._sent, self._side.wall_ns())
-        self._timer = self._loop.call_later(PERIOD, self._tell, publisher)
 
     def _figures(self) -> ProcessFigures:
         side = self._side
@@ -215,7 +218,7 @@ def _node(record: NodeRecord) -> NodeFigures:
                 received=one.received,
                 dropped=one.dropped,
                 waiting=one.waiting,
-                depth=one.depth,
+                depth=min(one.depth, _MOST),
             )
             for one in record.subscriptions
         ],

@@ -38,7 +38,7 @@ _UNKNOWN: Final = create(Outcome, GoalStatus.UNKNOWN)
 
 
 class _Followed:
-    """A goal that has come from another process. Who waits there for its result gets it at its end, also if its node ends then.
+    """A goal of another process. The requests for its result are answered when it ends, also if its node ends then.
 
     Invariant: `waiting` is empty once the goal has ended, or was not accepted.
     """
@@ -87,6 +87,8 @@ class Actions:
         self._clients = clients
         self._graph = side.runtime.graph
         self._followed: dict[bytes, _Followed] = {}
+        self._canceling = 0
+        """How many requests to cancel a goal have not been answered."""
         self._parts: dict[tuple[str, int, str], _Parts] = {}
         self._remote: dict[tuple[str, int, str], RemoteActionServer] = {}
 
@@ -125,6 +127,8 @@ class Actions:
         server, request = taken
         goal_id = request.goal_id.uuid.tobytes()
         chain = tuple(asked.extension.chain)
+        if self._services.refused(shown, name, asked, len(self._followed)):
+            return
         cycle = self._clients.cycles.refusal(server.node, chain)
         if cycle is not None:
             asked.fail(shown.node, cycle)
@@ -152,7 +156,8 @@ class Actions:
         goal_id = request.goal_id.uuid.tobytes()
         goal, followed = server.table.get(goal_id), self._followed.get(goal_id)
         if followed is not None:  # it runs, or its acceptance is being decided: our clients ask for both at once
-            followed.waiting.append((shown, asked))
+            if not self._services.refused(shown, name, asked, len(followed.waiting)):
+                followed.waiting.append((shown, asked))
         elif goal is None:
             _answer_result(shown, asked, _UNKNOWN)
         elif goal.status.is_terminal:
@@ -172,7 +177,12 @@ class Actions:
             )  # one of the forms of ROS 2 for several goals, or a client of ROS 2
             return
 
+        if self._services.refused(shown, name, asked, self._canceling):
+            return
+        self._canceling += 1
+
         def respond(future: asyncio.Future[bool]) -> None:
+            self._canceling -= 1
             agreed = future.result()
             code = CancelCode.NONE if agreed else CancelCode.REJECTED
             goals = (GoalInfo(goal_id=info.goal_id),) if agreed else ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING
 
 from actors.qos import SERVICES
@@ -47,12 +48,18 @@ class Client:
 
 class Clients:
     """The clients of one system for servers of other processes. A client is made at its first request, and closed when its node has ended
-    for good."""
+    for good.
+
+    Invariant: a node that has ended for good is in `_ended`, and is shown with its clients, as long as it is in `_held`.
+    """
 
     def __init__(self, side: LocalSide, cycles: Cycles) -> None:
         self.cycles = cycles
         self._side = side
         self._clients: dict[tuple[str, str, str, str], Client] = {}
+        self._held: Counter[str] = Counter()
+        """How many requests of a node may have to be followed by another one after its end."""
+        self._ended: set[str] = set()
 
     def of(self, node: str, server: RemoteEndpoint) -> Client:
         """The client of a node of this process for a server."""
@@ -64,7 +71,28 @@ class Clients:
             client = self._clients[key] = Client(side, endpoint)
         return client
 
+    def hold(self, node: str) -> None:
+        """Keep the clients of a node until `release`, also if it ends."""
+        self._held[node] += 1
+
+    def release(self, node: str) -> None:
+        """Undo `hold`."""
+        self._held[node] -= 1
+        if not self._held[node]:
+            del self._held[node]
+            if node in self._ended:
+                self.forget(node)
+
+    def started(self, node: str) -> None:
+        """A node of this name has started, perhaps after another one that has ended."""
+        self._ended.discard(node)
+
     def forget(self, node: str) -> None:
-        """Close the clients of a node that has ended for good."""
+        """Close the clients of a node that has ended for good, and withdraw the node. Its other endpoints have been closed before."""
+        if node in self._held:
+            self._ended.add(node)
+            return
+        self._ended.discard(node)
         for key in [key for key in self._clients if key[0] == node]:
             self._clients.pop(key).close()
+        self._side.forget(node)

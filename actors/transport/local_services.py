@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+from collections import Counter
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple, cast
 
@@ -27,6 +28,8 @@ from actors.transport.protocol import EndpointHere, RemoteEndpoint, Request
 from actors.transport.remote_services import RemoteServer
 
 _NOTHING: Final = Extension()
+_MOST_OPEN: Final = 10_000
+"""So many requests of other processes to one service wait for an answer at most."""
 
 
 class Asked:
@@ -87,8 +90,8 @@ class Services:
 
     Invariants:
 
-    * A service that a node declares is shown from its first start until its node has ended for good: in between, who calls it is told that
-      the node is being restarted. Standard services are shown by `promise`, and opened by the first request.
+    * A service that a node declares is shown from its first start until its node has ended for good: in between, its callers get
+      `NodeRestarting`. Standard services are shown by `promise`, and opened by the first request.
     * Each server of another process stands in the graph as long as it is known.
     """
 
@@ -102,6 +105,10 @@ class Services:
         """By GID."""
         self._callers: dict[bytes, str] = {}
         """GID of a client of another process -> its node."""
+        self._asking: Counter[tuple[str, str]] = Counter()
+        """(service, node of another process) -> how many clients of the service the node has."""
+        self._open: Counter[str] = Counter()
+        """How many requests of other processes each service has not answered."""
 
     # -- servers of this process --------------------------------------------------------------------------------------------
 
@@ -152,6 +159,8 @@ class Services:
         if server is None:
             asked.fail(shown.node, self.absent(shown.node, name))
             return
+        if self.refused(shown, name, asked, self._open[name]):
+            return
         try:
             message = decode(shown.type.Request, asked.payload)
         except CdrError as error:
@@ -166,8 +175,10 @@ class Services:
         gid = asked.gid
         caller = RemoteCaller(self.caller_of(gid), self._side.runtime.deadlines, chain, (gid, asked.number))
         request = server.submit(message, caller, math.inf)
+        self._open[name] += 1
 
         def respond(future: asyncio.Future[Any]) -> None:
+            self._open[name] -= 1
             error = future.exception()
             if error is None:
                 asked.reply(shown.node, future.result())
@@ -175,6 +186,14 @@ class Services:
                 asked.fail(shown.node, error)
 
         request.future.add_done_callback(respond)
+
+    def refused(self, shown: Shown, name: str, asked: Asked, open: int) -> bool:
+        """Whether this request is answered with an error, because so many are open: without a limit they could fill the memory."""
+        if open < _MOST_OPEN:
+            return False
+        why = f"{open:,} requests of other processes to {name} wait for an answer: send fewer at once"
+        asked.fail(shown.node, ServiceFailed(shown.node, "request dropped", why))
+        return True
 
     def caller_of(self, gid: bytes) -> str:
         """The name of the node of a client of another process."""
@@ -204,6 +223,7 @@ class Services:
         entry = self._graph.service(endpoint.name)
         if endpoint.kind is EndpointKind.CLIENT:
             self._callers[endpoint.gid] = endpoint.node.fqn
+            self._asking[endpoint.name, endpoint.node.fqn] += 1
             entry.clients.setdefault(endpoint.node.fqn, 0)
             self._graph.changed()
             return
@@ -214,12 +234,15 @@ class Services:
 
     def vanished(self, endpoint: RemoteEndpoint) -> None:
         """Undo `appeared`."""
-        entry = self._graph.service(endpoint.name)
+        entry, node = self._graph.service(endpoint.name), endpoint.node.fqn
         server = self._remote.pop(endpoint.gid, None)
         if server is not None:
             server.gone = True
-            entry.remove_remote(server, server.host)
-            entry.forget(server.host)
+            entry.remove_remote(server, node)
         else:
-            entry.forget(self._callers.pop(endpoint.gid))
+            del self._callers[endpoint.gid]
+            self._asking[endpoint.name, node] -= 1
             self._graph.changed()
+        if not self._asking[endpoint.name, node]:
+            del self._asking[endpoint.name, node]
+            entry.forget(node)

@@ -39,7 +39,7 @@ class LocalSide:
         return next((fqn for fqn, node in self._nodes.items() if node.number == number), None)
 
     def forget(self, fqn: str) -> None:
-        """Withdraw a node that has ended for good. Its endpoints have been closed before."""
+        """Withdraw a node. Its endpoints have been closed before."""
         known = self._nodes.pop(fqn, None)
         if known is not None:
             known.close()

@@ -218,7 +218,8 @@ class PublisherHere(EndpointHere, Protocol):
 
     @property
     def drained(self) -> Wait | None:
-        """What waits until all has been sent that was put; None unless so much waits, and may not be dropped, that who can wait has to."""
+        """A function that waits until everything that was put has been sent. None unless so much is queued, and may not be dropped, that a sender
+        that can wait has to."""
         ...
 
     def assert_liveliness(self) -> None:
@@ -316,7 +317,7 @@ class Events(Protocol):
         ...
 
     def unreadable(self, what: str, place: str, error: Exception, **fields: object) -> None:
-        """Something has come that cannot be read: `what` in words, and `place`, the topic or service where it has come."""
+        """Something that cannot be read has come: `what` describes it, and `place` is the topic or service on which it came."""
         ...
 
 

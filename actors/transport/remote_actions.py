@@ -116,10 +116,11 @@ class RemoteActionServer:
         goal.ask_result = lambda: self._ask("get_result", goal.owner, asking, goal.ended)
         self.goals += 1
         self._goals[goal_id] = goal
+        self._clients.hold(client.owner)
         self._follow(client.owner)
         caller = self._clients.cycles.find(client.owner)
-        chain = () if caller is None else self._clients.cycles.chain_of(caller)
-        self._ask("send_goal", client.owner, payload, goal.considered, Extension(chain=chain) if chain else None)
+        extension = None if caller is None else self._clients.cycles.extension_of(caller)
+        self._ask("send_goal", client.owner, payload, goal.considered, extension)
         if self.asks_early:
             goal.asked = goal.ask_result()
         return goal
@@ -148,6 +149,14 @@ class RemoteActionServer:
         self, part: str, node: str, payload: bytes, done: Callable[[Answer], None], extension: Extension | None = None
     ) -> Handle:
         return self._clients.of(node, self._endpoints[part]).ask(payload, done, extension, _FORGOTTEN)
+
+    def is_running(self, node: str) -> bool:
+        """Whether a node of this process, which has sent a goal, is running."""
+        return self._clients.cycles.find(node) is not None
+
+    def decided(self, goal: RemoteGoal) -> None:
+        """A goal was accepted, or not, and nothing is left to be asked for a client that has given up."""
+        self._clients.release(goal.owner)
 
     def over(self, goal_id: bytes) -> None:
         """Forget a goal that was not accepted, or has ended."""
@@ -282,9 +291,11 @@ class RemoteGoal:
         elif not response.accepted:
             self._not_accepted(Reject(_reason_in(answer)))
         elif self.future.done():
-            server.cancel(self._goal_id, "its client was canceled")
-            self._not_accepted(None)
+            canceling = server.cancel(self._goal_id, "its client was canceled")
+            canceling.add_done_callback(lambda _: server.decided(self))
+            self._give_up()
         else:
+            server.decided(self)
             self._accepted = True
             self.status_is(GoalStatus.ACCEPTED)
             self.future.set_result(nanoseconds_of(response.stamp))
@@ -293,12 +304,16 @@ class RemoteGoal:
             elif self._answer is not None:
                 self._end(self._answer)
 
-    def _not_accepted(self, error: Exception | None) -> None:
+    def _not_accepted(self, error: Exception) -> None:
+        self.server.decided(self)
+        self._give_up()
+        if not self.future.done():
+            self.future.set_exception(error)
+
+    def _give_up(self) -> None:
         self.server.over(self._goal_id)
         if self.asked is not None:
             self.asked.close()
-        if error is not None and not self.future.done():
-            self.future.set_exception(error)
 
     def status_is(self, status: GoalStatus) -> None:
         """Tell the client of a status that follows the present one. The end is told with the result."""
@@ -309,7 +324,9 @@ class RemoteGoal:
 
     def ended(self, answer: Answer) -> None:
         """Take the answer to the question for the result."""
-        if answer == NoAnswer(timed_out=True):
+        if answer == NoAnswer(timed_out=True) and not self.server.is_running(self.owner):
+            self.server.over(self._goal_id)  # to ask again would show the node again
+        elif answer == NoAnswer(timed_out=True):
             again = self.ask_result()
             self.asked = None if self.asked is None else again
         elif self._accepted:

@@ -14,9 +14,7 @@ from actors.interfaces.errors import CdrError
 from actors.interfaces.foreign import ForeignType
 from actors.interfaces.message import Message
 from actors.services.peers import Caller
-from actors.transport.chains import chain_of
 from actors.transport.format.errors import WireFormatError
-from actors.transport.format.extensions import Extension
 from actors.transport.format.replies import TIMED_OUT, parse_reply_error
 from actors.transport.local_clients import Clients
 from actors.transport.protocol import Answer, Failed, Handle, NoAnswer, RemoteEndpoint, Replied
@@ -32,7 +30,7 @@ _DROPPED: Final = (
 
 
 class Server(Protocol):
-    """What an error says of a server."""
+    """What the text of an error needs of a server."""
 
     @property
     def name(self) -> str: ...
@@ -53,7 +51,7 @@ class RemoteServer:
     """
 
     node = None
-    concurrent = 0  # what it serves at once is known there; the chain of a request tells it who waits
+    concurrent = 0  # only its own process knows the number; the chain of a request tells that process which nodes wait
 
     def __init__(self, endpoint: RemoteEndpoint, type: ForeignType, clients: Clients) -> None:
         self.type: Any = type
@@ -88,13 +86,13 @@ class RemoteServer:
         """Send a request. Raises CdrError for a message that cannot be encoded."""
         payload = encode(message)
         client = self._clients.of(caller.fqn, self._endpoint)
-        chain = chain_of(self._clients.cycles, caller)
+        extension = self._clients.cycles.extension_of(caller)
         call = RemoteCall(self, caller.inbox.loop.create_future(), client.next)
         caller.deadlines.watch(call, timeout)
         self.calls += 1
         self._open[call] = None
         forgotten = None if timeout == math.inf else timeout + _LATER
-        call.question = client.ask(payload, call.done, Extension(chain=chain) if chain else None, forgotten)
+        call.question = client.ask(payload, call.done, extension, forgotten)
         call.future.add_done_callback(call.over)
         return call
 

@@ -268,8 +268,9 @@ class RemotePublisher:
             if self._keeps == 1:
                 self.kept.clear()
                 self._order.clear()
+            if number not in self.kept:  # a message of another content may claim the number of an earlier one
+                insort(self._order, number)  # nearly always the newest, so at the end
             self.kept[number] = arrival
-            insort(self._order, number)  # nearly always the newest, so at the end
             if len(self.kept) > self._keeps:
                 del self.kept[self._order.pop(0)]
         return arrival

@@ -25,8 +25,8 @@ class Wakeup:
     To wake a loop costs ten times as much as to append to a deque. Therefore the calls wait in a deque, and the loop is woken only if it is
     not about to empty it anyway.
 
-    Calls that may wait do not wake it at all: they are made with the next one that does, when the loop wakes for something else, or when it is
-    looked for them, as long as somebody asks for that.
+    Calls that may wait do not wake it at all: they are made with the next one that does, when the loop wakes for another reason, by `look`, or
+    at regular times from `be_patient` to `cease`.
 
     Invariants: while a call waits that was asked for by `post`, a turn of the loop that makes it is scheduled; `_timer` runs while `_patient`
     is not empty; after `close` no call is made.
@@ -52,11 +52,11 @@ class Wakeup:
         self._waiting.append((call, argument))
         if not self._scheduled and not self._closed:
             self._scheduled = True
-            with suppress(RuntimeError):  # the loop has been closed: nobody is left to be called
+            with suppress(RuntimeError):  # the loop has been closed: there is nothing to call any more
                 self._loop.call_soon_threadsafe(self._make_calls)
 
     def post_patiently(self, call: Callable[[T], None], argument: T) -> None:
-        """Like `post`, but the loop is not woken for it: somebody will look, by `look` or as between `be_patient` and `cease`."""
+        """Like `post`, but the loop is not woken for it: `look` makes it, or the regular times from `be_patient` to `cease`."""
         self._waiting.append((call, argument))
 
     def go_on(self, call: Callable[[T], None], argument: T) -> None:

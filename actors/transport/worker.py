@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import atexit
+import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -39,7 +40,7 @@ class Worker:
         self._thread.start()
 
     def do(self, call: Callable[[], None]) -> None:
-        """Have `call` made. It must not raise."""
+        """Have `call` made. It should not raise: an error is reported as that of a thread, and the worker goes on."""
         self._calls.put(call)
 
     async def result(self, call: Callable[[], T]) -> T:
@@ -58,9 +59,9 @@ class Worker:
         def make() -> None:
             try:
                 outcome: tuple[T | None, BaseException | None] = call(), None
-            except BaseException as error:  # whatever it is, it belongs to the one who waits
+            except BaseException as error:  # of any kind: the caller that waits gets it
                 outcome = None, error
-            with suppress(RuntimeError):  # the loop has been closed: who waited was cancelled, and is gone
+            with suppress(RuntimeError):  # the loop has been closed: the caller was cancelled, and is gone
                 loop.call_soon_threadsafe(settle, *outcome)
 
         self._calls.put(make)
@@ -71,7 +72,16 @@ class Worker:
         _ending.add(self._thread)
         self._calls.put(None)
 
+    def join(self) -> None:
+        """Wait until the thread has ended, after `close`. Not for the loop's thread."""
+        self._thread.join()
+
     def _work(self) -> None:
         while (call := self._calls.get()) is not None:
-            call()
+            try:
+                call()
+            except (
+                BaseException
+            ):  # also a panic in a native library: else nothing would be sent any more, and a close would wait for ever
+                threading.excepthook(threading.ExceptHookArgs((*sys.exc_info(), self._thread)))
         _ending.discard(self._thread)

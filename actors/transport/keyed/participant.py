@@ -1,4 +1,4 @@
-"""`KeyedParticipant`: what a process has in a domain of ROS 2, told by tokens, and carried by keys, payloads and attachments."""
+"""`KeyedParticipant`: the nodes and endpoints of one process in a domain of ROS 2, announced by tokens, with keys, payloads and attachments."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from actors.transport.protocol import Handle, NodeHere, RemoteEndpoint, RemoteNo
 
 
 class Known:
-    """All that is known from tokens.
+    """The nodes and endpoints of other processes, as their tokens describe them.
 
     Invariants: a node is known exactly as long as at least one token that contains it; an endpoint exactly as long as its token.
     """
@@ -44,7 +44,7 @@ class Known:
         node = self._nodes.get(identity)
         is_new = node is None
         if node is None:
-            # A transport that gives its sessions no mark has nobody of ROS 2 on it.
+            # A transport whose sessions have no mark reaches no process of ROS 2.
             checks = is_ours(of_node.session) or not self._marked
             fqn = f"{of_node.namespace.rstrip('/')}/{of_node.name}"
             node = RemoteNode(fqn, of_node.session, of_node.node_id, of_node.domain_id, checks_qos=checks)
@@ -71,7 +71,7 @@ class Known:
 
 
 _TOLD: Final = 5.0
-"""Seconds within which another process takes what it is told; what it answers is of no interest."""
+"""The timeout of `KeyedParticipant.tell`, seconds. Its answer is ignored."""
 
 
 _replied: Final[Callable[[tuple[bytes, bytes]], protocol.Replied]] = partial(tuple.__new__, protocol.Replied)  # pyright: ignore[reportUnknownMemberType]
@@ -79,7 +79,7 @@ _replied: Final[Callable[[tuple[bytes, bytes]], protocol.Replied]] = partial(tup
 
 
 def _delivery_of(qos: QoS, type: TypeInfo, patience: float = 0.0) -> Delivery:
-    """What a transport of keys must know of a quality of service, and of a type: images and the like let all other messages pass."""
+    """The `Delivery` for a quality of service and a type: all other messages overtake images and the like."""
     return Delivery(
         reliable=qos.reliable,
         keep_all=qos.keep_all and qos.reliable,
@@ -180,7 +180,7 @@ class _Receiver:
 
 
 class _ArrivingAlone:
-    """What takes the samples of a receiver."""
+    """Passes on the samples of a receiver, one by one."""
 
     def __init__(self, receiver: _Receiver, take: Take, events: protocol.Events) -> None:
         self._receiver = receiver
@@ -198,7 +198,7 @@ class _ArrivingAlone:
 
 
 class _Arriving(_ArrivingAlone):
-    """The same for one that takes many messages at once, too: `keyed.TakesTogether`."""
+    """As `_ArrivingAlone`, and many samples at once: `keyed.TakesTogether`."""
 
     _take: Any
 
@@ -308,7 +308,7 @@ class KeyedParticipant:
         self._receivers: dict[object, _Receiver] = {}
 
     def begin(self) -> None:
-        """Take what others tell. To be called when the transport is open."""
+        """Take the notifications of other processes. To be called when the transport is open."""
         self._keys.serve(self._waits(self.session), self._told)
 
     @property
@@ -427,7 +427,7 @@ class KeyedParticipant:
     def _waits(self, session: str) -> str:
         return f"@robactor/{self._domain_id}/{session}/waits"
 
-    # -- what the transport of keys tells -----------------------------------------------------------------------------------
+    # -- what the transport of keys reports ---------------------------------------------------------------------------------
 
     def appeared(self, token: str) -> None:
         """See `keyed.Events.appeared`."""
@@ -461,4 +461,4 @@ class KeyedParticipant:
 
 
 def _ignore(answer: object) -> None:
-    """What counts is that the question has arrived."""
+    """Do nothing: the question has arrived."""

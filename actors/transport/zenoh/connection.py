@@ -1,4 +1,4 @@
-"""What a transport does between its opening and its closing."""
+"""`Connection`: an open session of Zenoh, with everything that was declared in it."""
 
 from __future__ import annotations
 
@@ -71,14 +71,15 @@ class Connection:
         self._answers = Worker("zenoh answers")
         # On thin links images wait for room, and nothing else may wait behind them.
         self._bulk = Worker("zenoh bulk") if thin_links else worker
+        self._others = {self._answers, self._bulk} - {worker}
         self._own_session = str(session.zid())
         self._handles: set[object] = set()
         self._own: Counter[str] = Counter()
         self._traffic = Traffic()
-        self._presence = Presence(events, self._traffic.begin)
+        self._presence = Presence(events, self._traffic.begin, self._traffic.end)
         self._questions: dict[Question, None] = {}
         self._lingering: list[Question] = []
-        """Those that have their answer, and that Zenoh is told to forget, with the next beat, if it has not ended them by then."""
+        """Those that have their answer. With the next beat they are cancelled, if Zenoh has not ended them by then."""
         self._afterwards: list[Callable[[], None]] = []
         self._settling: Any = None
         self._beats = 0
@@ -181,8 +182,8 @@ class Connection:
         """Whether a link to `endpoint` is open."""
         return any(link.dst == endpoint for link in self._session.info.links())
 
-    async def close(self) -> None:
-        """Send what waits, withdraw the tokens, and close the session. No callback is called any more."""
+    def close(self) -> None:
+        """Have the workers send what waits, withdraw the tokens, and close the session. No callback is called any more."""
         self.wakeup.close()
         self._heartbeat.close()
         if self._settling is not None:
@@ -191,18 +192,20 @@ class Connection:
             self._giving.cancel()
         for question in tuple(self._questions):
             question.close()
-        await self._answers.result(lambda: None)
-        self._answers.close()
-        if self._bulk is not self._worker:
-            await self._bulk.result(lambda: None)
-            self._bulk.close()
-        await self._worker.result(self._close_session)
+        for handle in tuple(self._handles):
+            if isinstance(handle, Subscription):  # it may have a task, or hold back a thread of Zenoh
+                handle.close()
+        for worker in self._others:
+            worker.close()
+        self._worker.do(self._close_session)
 
     def _close_session(self) -> None:
+        for worker in self._others:
+            worker.join()
         if self._memory is not None:
             self._memory.close()
-        self._process.undeclare()  # the others know at once that this process ends
         with suppress(import_zenoh().ZError):  # it could not say farewell to everybody in time
+            self._process.undeclare()  # the others know at once that this process ends
             self._session.close()
 
     # Tokens ------------------------------------------------------------------------------------------------------------------
@@ -229,9 +232,9 @@ class Connection:
 
     def _take_report(self, report: tuple[str, object, bool]) -> None:
         token, kind, own = report
-        process = Process.parse(token)
         if own:
             return
+        process = Process.parse(token)
         if kind != import_zenoh().SampleKind.PUT:
             self._vanished(token)
         elif process is not None:
@@ -329,7 +332,7 @@ class Announcement:
 
 
 def _ignore(reply: object) -> None:
-    """What counts is that something has come."""
+    """Do nothing: something has come."""
 
 
 def _served_key(token: str) -> str:

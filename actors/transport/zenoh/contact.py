@@ -17,6 +17,8 @@ Source = tuple[str, int]
 """A publisher: the session and the number of the entity within it."""
 
 _KNOWN: Final = 1000
+_MOST_HELD: Final = 10_000
+"""So many samples wait at most, of all publishers together: what comes then is passed on without what is kept."""
 _HALF: Final = 2**31
 """Sequence numbers have 32 bits, and start again at 0."""
 
@@ -36,6 +38,8 @@ class Contacts:
         self._deliver = deliver
         self._last: dict[Source, SequenceNumbers] = {}
         self._waiting: dict[Source, dict[int, objects.Sample]] = {}
+        self._held = 0
+        """How many samples are in `_waiting`."""
 
     def take(self, sample: objects.Sample) -> None:
         """Take a sample of the subscriber."""
@@ -49,23 +53,33 @@ class Contacts:
         if source[0] == self._own:
             return
         if source in self._waiting:
-            self._waiting[source][number] = sample
-        elif source in self._last or number == 0:
+            self._hold(source, number, sample)
+        elif source in self._last or number == 0 or self._held >= _MOST_HELD:
             self._pass(source, number, sample)
         else:
-            self._waiting[source] = {number: sample}
+            self._waiting[source] = {}
+            self._hold(source, number, sample)
             self._ask(source)
 
     def answered(self, source: Source, reply: objects.Reply) -> None:
         """A kept sample of a publisher has arrived."""
         sample = reply.ok
         if source in self._waiting and sample is not None and sample.source_info is not None:
-            self._waiting[source][sample.source_info.source_sn] = sample
+            self._hold(source, sample.source_info.source_sn, sample)
 
     def complete(self, source: Source) -> None:
         """The publisher has told what it keeps, or cannot be reached any more."""
-        for number, sample in sorted(self._waiting.pop(source, {}).items()):
+        waiting = self._waiting.pop(source, {})
+        self._held -= len(waiting)
+        for number, sample in sorted(waiting.items()):
             self._pass(source, number, sample)
+
+    def _hold(self, source: Source, number: int, sample: objects.Sample) -> None:
+        waiting = self._waiting[source]
+        self._held += number not in waiting
+        waiting[number] = sample
+        if self._held > _MOST_HELD:
+            self.complete(source)
 
     def _pass(self, source: Source, number: int, sample: objects.Sample) -> None:
         numbers = self._last.pop(source, None) or SequenceNumbers()

@@ -46,13 +46,14 @@ class Heartbeat:
 
     def _tick(self) -> None:
         now = self._loop.time()
+        was_late = now - self._due > PERIOD
+        self._due = now + PERIOD
+        self._timer = self._loop.call_at(self._due, self._tick)  # first: what is called below may raise
         self._beat()
         others = tuple(self._others())
         # If this loop was late, the beats of the others are still waiting to be heard.
-        deaf = now if now - self._due > PERIOD else self._deaf()
+        deaf = now if was_late else self._deaf()
         self._heard = {session: max(deaf, self._heard.get(session, now)) for session in others}
         for session in others:
             if now - self._heard[session] > SILENCE:
                 self._silent(session)
-        self._due = now + PERIOD
-        self._timer = self._loop.call_at(self._due, self._tick)

@@ -74,7 +74,7 @@ def direct(call: Callable[[Any], None], end: Callable[[], None] | None = None) -
 
 
 def bare(call: Callable[[Any], None], end: Callable[[], None] | None = None) -> Any:
-    """A `direct` handler whose `call` has to see to `keep_thread_state` itself, so that what is called often need not do so each time."""
+    """A `direct` handler whose `call` must call `keep_thread_state` itself: one that is called often need not do it each time."""
     return import_zenoh().handlers.Callback(call, end, indirect=False)
 
 

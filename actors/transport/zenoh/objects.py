@@ -9,6 +9,7 @@ class Text(Protocol):
     """Bytes that Zenoh holds; they are copied once."""
 
     def to_bytes(self) -> bytes: ...
+    def __len__(self) -> int: ...
 
 
 class Declared(Protocol):

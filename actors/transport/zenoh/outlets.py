@@ -17,14 +17,14 @@ from actors.transport.zenoh.memory import LARGE
 from actors.transport.zenoh.traffic import Traffic
 
 KEEP_ALL: Final = 64 * 1024 * 1024
-"""The bytes that wait for the worker at most, in an outlet that may not drop: then it drops nevertheless, because `put` cannot wait."""
+"""The most bytes that are queued for the worker in an outlet that may not drop. Beyond that it drops, because `put` cannot wait."""
 
 FULL: Final = 1024 * 1024
-"""The bytes that wait for the worker, of an outlet that may not drop, before who can wait has to."""
+"""The bytes that are queued for the worker in an outlet that may not drop, beyond which a sender that can wait has to."""
 
 
 class Publishers(NamedTuple):
-    """What sends for an outlet. The plain publisher tells who listens, which an advanced one, which keeps samples, does not."""
+    """Zenoh's publishers of an outlet. The plain one reports whether anybody listens; the advanced one, which keeps samples, does not."""
 
     plain: objects.Matching
     sends: objects.Publisher
@@ -35,12 +35,12 @@ class Publishers(NamedTuple):
 class Outlet:
     """Sends at once what Zenoh takes at once, and by the worker what may have to wait.
 
-    Zenoh waits for a receiver that does not read if the payload is large, up to 50 ms, or if nothing may be dropped. Such samples go by way of a queue.
-    KEEP_LAST drops the oldest of more samples than its depth.
+    Zenoh waits for a receiver that does not read: up to 50 ms if the payload is large, without a limit if nothing may be dropped. Such samples go
+    through a queue. KEEP_LAST drops the oldest sample when the queue is longer than its depth.
 
-    Invariants: `_direct` while samples are wanted and small ones need not wait. Samples are put in their order: none directly while one is with
-    the worker, `_handed != _done`. The loop alone writes
-    `_handed`, the worker alone `_done`; they count bytes, and one for each sample.
+    Invariants: `_direct` is true while samples are wanted and small ones need not wait. Samples are put in their order: none directly while the
+    worker has one, that is while `_handed != _done`. Only the loop writes `_handed`, and only the worker `_done`; they count the bytes, and one
+    more for each sample.
     """
 
     def __init__(
@@ -57,8 +57,8 @@ class Outlet:
     ) -> None:
         """`wanted` is called on the loop when `Outlet.wanted` has changed, `forget` when the outlet is closed.
 
-        `soon` calls what it is given when the loss of a process, if that is why nobody listens, has been reported. `share` puts a large payload
-        into shared memory.
+        `soon` calls its argument after the loss of a process has been reported, which may be why nobody listens any more. `share` puts a large
+        payload into shared memory.
         """
         self._publishers = publishers
         self._send = publishers.sends.put
@@ -75,11 +75,12 @@ class Outlet:
         self._handed = 0
         self._done = 0
         self._closed = False
+        handler = direct(lambda status: wakeup.post(self._matched, status.matching))
+        self._listener = publishers.plain.declare_matching_listener(handler)
+        # Asked after the listener was declared: what changes later is told.
         self._matching: bool = publishers.plain.matching_status.matching
         self._wanted: bool = self._matching
         self._direct = self._wanted and not self._waits
-        handler = direct(lambda status: wakeup.post(self._matched, status.matching))
-        self._listener = publishers.plain.declare_matching_listener(handler)
 
     @property
     def wanted(self) -> bool:

@@ -20,7 +20,7 @@ MOST_ALTOGETHER: Final = 50_000
 
 
 class Process(NamedTuple):
-    """What a process of this library says of itself, by a token of its own: ``@robactor/<scope>/<session>/<process id>/<host>``."""
+    """A process of this library, as a token of its own describes it: ``@robactor/<scope>/<session>/<process id>/<host>``."""
 
     scope: str
     session: str
@@ -33,7 +33,7 @@ class Process(NamedTuple):
 
     @classmethod
     def parse(cls, token: str) -> Process | None:
-        """The process that a token speaks of; None if it speaks of none."""
+        """The process that a token describes; None if it describes none."""
         parts = token.split("/")
         if (
             len(parts) != 5
@@ -75,7 +75,7 @@ class Presence:
     """Turns the appearing and vanishing of tokens into `Events`, in the order that `Transport` promises.
 
     A process that ends takes all its tokens with it, and Zenoh reports them one by one. Therefore vanished tokens are collected until
-    `settle`, which tells apart a withdrawn token from a lost process: one that has no token any more, not even one that says where it runs.
+    `settle`, which distinguishes a withdrawn token from a lost process: one that has no token left, not even the one that describes it.
     Anybody can announce a token that names the session of another process, and withdraw it: that takes nothing away but this token. Zenoh does
     not report a token as vanished while anybody holds it.
 
@@ -85,10 +85,11 @@ class Presence:
     there, its peer is shown, and it has not vanished. A token that names no session is shown while it is there.
     """
 
-    def __init__(self, events: Events, found: Callable[[str], None]) -> None:
-        """`found` is called with a session before its link is shown."""
+    def __init__(self, events: Events, found: Callable[[str], None], lost: Callable[[str], None]) -> None:
+        """`found` is called with a session before its link is shown, and `lost` before it is hidden."""
         self._events = events
         self._tell_found = found
+        self._tell_lost = lost
         self._peers: dict[str, _Peer] = {}
         self._nobody = _Peer()
         self._count = 0
@@ -117,7 +118,7 @@ class Presence:
         self.settle()
         session = session_of(token)
         peer = self._found(session) if session else self._nobody
-        if token not in peer.tokens and self._has_room(peer.tokens):
+        if peer is not None and token not in peer.tokens and self._has_room(peer.tokens):
             self._count += 1
             peer.tokens[token] = None
             if not peer.silent:
@@ -130,21 +131,18 @@ class Presence:
     def arrive(self, process: Process) -> None:
         """A process of this library is there."""
         self.settle()
-        processes = self._found(process.session).processes
-        if process.token not in processes and self._has_room(processes):
+        peer = self._found(process.session)
+        if peer is None:
+            return
+        if process.token not in peer.processes and self._has_room(peer.processes):
             self._count += 1
-            processes[process.token] = process
-        self._revive(process.session)
+            peer.processes[process.token] = process
+        self.heard(process.session)
 
     def heard(self, session: str) -> None:
         """The loop of a process is running: if it was silent, it and its tokens are shown again."""
         peer = self._peers.get(session)
-        if peer is not None:
-            self._revive(session)
-
-    def _revive(self, session: str) -> None:
-        peer = self._peers[session]
-        if peer.silent:
+        if peer is not None and peer.silent:
             peer.silent = False
             self._show(session)
             for token in tuple(peer.tokens):
@@ -198,6 +196,7 @@ class Presence:
                 self._count -= 1
 
     def _hide(self, session: str, tokens: tuple[str, ...]) -> None:
+        self._tell_lost(session)
         self._events.link(session, False)
         for token in tokens:
             self._events.vanished(token)
@@ -206,9 +205,10 @@ class Presence:
         self._tell_found(session)
         self._events.link(session, True)
 
-    def _found(self, session: str) -> _Peer:
+    def _found(self, session: str) -> _Peer | None:
+        """The peer of a session; None for one that is not known while there is no room for a token of it."""
         peer = self._peers.get(session)
-        if peer is None:
+        if peer is None and self._has_room(()):
             peer = self._peers[session] = _Peer()
             self._show(session)
         return peer

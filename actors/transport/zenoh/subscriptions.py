@@ -29,6 +29,11 @@ _PAUSE: Final = 0.001
 """Seconds for which a full KEEP_ALL queue holds Zenoh's thread back, and so every sender: at first, and for each sample after that. So what comes from
 others on the link is late, but not held back for as long as a reader hangs; the queue grows meanwhile."""
 
+_BEYOND: Final = 64 * 1024 * 1024
+"""By so many bytes it grows at most, as that of an outlet: then it drops the oldest sample nevertheless."""
+_OF_A_SAMPLE: Final = 1000
+"""The bytes that a sample takes besides its payload, about."""
+
 _TOGETHER: Final = 64
 """The most samples that are passed on together; all of them have about as many bytes as a large one, at most."""
 
@@ -78,6 +83,8 @@ class Subscription:
         self._most = max(delivery.depth, _KEEP_ALL) if delivery.keep_all else 2 * delivery.depth + delivery.history
         self._room = threading.Event()
         self._hangs = False
+        self._beyond = 0
+        """The bytes that have come since the reader hangs."""
         self._size = 0
         """Of the last sample. A large one is handled before the next one is copied, so that its memory is still in the processor's cache then."""
         plain = not (self._patience or delivery.history or delivery.keep_all)
@@ -99,7 +106,7 @@ class Subscription:
         """Queue a sample. On a thread of Zenoh; waits if the queue is full and must keep all."""
         if len(self._queue) >= self._most:
             if self._holds_back:
-                self._wait_for_room()
+                self._wait_for_room(sample)
             else:
                 self._drop_oldest()
         self._queue.append((sample, self._time()) if self._patience else sample)
@@ -121,13 +128,16 @@ class Subscription:
                 self._wakeup.cease(self._patience)
             self._forget(self)
 
-    def _wait_for_room(self) -> None:
+    def _wait_for_room(self, sample: objects.Sample) -> None:
         self._room.clear()
         self._held = True
         full = len(self._queue) >= self._most and not self._closed  # room may have been made just before
         Subscription.held_back = self._time()
+        self._beyond = _OF_A_SAMPLE + len(sample.payload) + (self._beyond if self._hangs else 0)
         self._hangs = full and not self._room.wait(_PAUSE if self._hangs else _PATIENCE)
         Subscription.held_back = self._time()
+        if self._hangs and self._beyond > _BEYOND:
+            self._drop_oldest()
 
     def _drop_oldest(self) -> None:
         try:

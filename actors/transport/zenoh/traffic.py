@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import Counter
 from typing import Final
 
 from actors.transport.protocol import Link
@@ -18,18 +18,20 @@ _KNOWN: Final = 10_000
 class Traffic:
     """Counts the samples of a connection, by the session of the other side. On the loop's thread, but for `lost`.
 
-    Zenoh does not tell to whom it has sent a sample. Therefore one that somebody wanted is counted as sent to everybody who was linked: the
-    numbers of what was sent, and of what was not, are those of all outlets together since the link came up.
+    Zenoh does not report the receivers of a sample. Therefore a sample with a subscription is counted as sent on every link: the numbers of
+    bytes sent and of samples not sent are those of all outlets together since the link came up.
 
-    Invariant: the counts of a session begin with 0 when its link comes up.
+    Invariant: the counts of a session begin with 0 when its link comes up, and are forgotten when it goes down.
     """
 
     def __init__(self) -> None:
         self.sent = 0
         self.unsent = 0
         """Samples that outlets have dropped."""
-        self._received: defaultdict[str, list[int]] = defaultdict(lambda: [0])
-        """The bytes of each session, in a list of one, which is shared with `_senders`."""
+        self._received: dict[str, list[int]] = {}
+        """The bytes of each session with a link, in a list of one, which is shared with `_senders`."""
+        self._nobody = [0]
+        """Those of all others: anybody can name any session."""
         self._lost: Counter[str] = Counter()
         self._before: dict[str, tuple[int, int]] = {}
         self._senders: dict[bytes, list[int]] = {}
@@ -38,8 +40,14 @@ class Traffic:
     def begin(self, session: str) -> None:
         """A link has come up."""
         self._before[session] = self.sent, self.unsent
-        self._received[session][0] = 0
+        self._received[session] = [0]
+        self._senders.clear()
+
+    def end(self, session: str) -> None:
+        """The link has gone down."""
+        del self._before[session], self._received[session]
         self._lost.pop(session, None)
+        self._senders.clear()
 
     def received(self, sample: objects.Sample, attachment: bytes, size: int) -> None:
         """A sample of `size` bytes has arrived."""
@@ -50,7 +58,9 @@ class Traffic:
 
     def lost(self, sample: objects.Sample) -> None:
         """A sample that had arrived was dropped. From any thread."""
-        self._lost[_sender(sample)] += 1
+        session = _sender(sample)
+        if session in self._before:
+            self._lost[session] += 1
 
     def report(self, sessions: dict[str, Process | None]) -> tuple[Link, ...]:
         """The links with `sessions`."""
@@ -68,7 +78,7 @@ class Traffic:
         )
 
     def _learn(self, sample: objects.Sample, gid: bytes) -> list[int]:
-        received = self._received[_sender(sample)]
+        received = self._received.get(_sender(sample), self._nobody)
         if len(gid) == GID.stop - GID.start:
             if len(self._senders) >= _KNOWN:
                 self._senders.clear()

@@ -41,11 +41,13 @@ class _Running:
         self._timer = loop.call_later(_LOOKING, self._look)
 
     async def close(self) -> None:
-        """Close everything. The worker goes on if this is cancelled."""
+        """Close everything. The workers finish that if this is cancelled."""
         self._timer.cancel()
-        await self.connection.close()
-        await self._worker.result(self._point.close)
-        self._worker.close()
+        self.connection.close()
+        try:
+            await self._worker.result(self._point.close)
+        finally:
+            self._worker.close()
 
     def _look(self) -> None:
         if not self._point.held and not self.connection.is_linked_with(self._point.endpoint):

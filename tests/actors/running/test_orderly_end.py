@@ -864,3 +864,16 @@ def test_D6_sys_exit_in_a_handler_ends_the_program_in_order_with_its_code(tmp_pa
         execute(main)
     """
     assert program(tmp_path, "SIGTERM", body) == (7, ["stop b", "stop a"], "")
+
+
+def test_a_call_from_another_thread_after_the_end_of_the_program_is_refused_each_time() -> None:
+    nodes: list[Node] = []
+
+    async def main() -> None:
+        async with run(Node) as system:
+            nodes.append(system.node(Node))
+
+    asyncio.run(main())
+    for _ in range(2):
+        with pytest.raises(RuntimeError, match="closed"):
+            nodes[0].threadsafe(print)

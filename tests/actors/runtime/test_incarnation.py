@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import gc
-import sys
 import weakref
 
 import pytest
@@ -82,7 +81,6 @@ class Busy(Node):
     def tick(self) -> None: ...
 
 
-@pytest.mark.skipif(sys.version_info >= (3, 13), reason="the traceback of a cancelled task keeps its frame")
 async def test_a_node_that_has_ended_is_freed_without_the_garbage_collector(rig: Rig) -> None:
     await rig.start(DynamicSupervisor("pool", Child(Busy, name="busy")))
     assert rig.system.supervisor is not None

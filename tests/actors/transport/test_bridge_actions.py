@@ -35,8 +35,10 @@ from actors.interfaces.unique_identifier_msgs.msg import UUID
 from actors.testing import Rig
 from actors.transport import remote_actions
 from actors.transport.format.attachments import Attachment, write_attachment
+from actors.transport.format.extensions import Extension, write_extension
 from actors.transport.format.names import new_session, write_type
 from actors.transport.keyed.protocol import Answer, Delivery, Replied
+from actors.transport.protocol import Failed
 from tests.actors.transport.hosts import Hosts
 from tests.facts import lacks
 from tests.stage import COUNT, events, order, result, step
@@ -257,6 +259,69 @@ async def test_a_client_whose_node_ends_is_no_subscriber_any_more(hosts: Hosts) 
     assert not [token for token in hosts.network.tokens if "/guest" in token]
 
 
+class Slow(Node):
+    """Takes 2 s to accept a goal; rejects one of 0."""
+
+    @COUNT.accepts
+    async def check(self, goal: Fibonacci.Goal) -> None:
+        await self.clock.sleep(2.0)
+        if not goal.order:
+            raise Reject("nothing to do")
+
+    @COUNT.serve(arrivals="parallel")
+    async def count(self, goal: Fibonacci.Goal) -> Steps[Fibonacci.Feedback, Fibonacci.Result]:
+        await self.clock.sleep(goal.order)
+        yield Done(result(goal.order))
+
+
+@pytest.mark.parametrize(("size", "status"), [(50, [GoalStatus.CANCELED]), (0, [])])
+async def test_a_goal_that_is_accepted_after_the_end_of_its_node_is_canceled_and_the_node_is_shown_no_longer(
+    hosts: Hosts, size: int, status: list[GoalStatus]
+) -> None:
+    server, client = await hosts.start(Slow), await hosts.start(Node)
+
+    def shown() -> set[str]:
+        return {token.split("/")[5] for token in hosts.network.tokens if "/guest" in token}
+
+    joined = await client.system.join(Child(Node, name="guest"))
+    sending = asyncio.create_task(joined.node.send_goal(COUNT, order(size), timeout=10.0).send())
+    await client.advance(1.0)
+    sending.cancel()
+    await client.system.leave(joined)
+    await client.quiet()
+    assert shown() == {"NN", "SC"}  # what is needed to cancel the goal
+
+    await client.advance(2.0)
+    assert [goal.status for goal in server.state(Slow).actions["/count"].table.records()] == status
+    assert shown() == set()
+
+
+async def test_the_result_of_a_long_goal_is_not_asked_for_again_when_its_node_has_ended(hosts: Hosts) -> None:
+    _, client = await hosts.start(Slow), await hosts.start(Node)
+    joined = await client.system.join(Child(Node, name="guest"))
+    await joined.node.send_goal(COUNT, order(8000), timeout=10.0).send()
+    await client.system.leave(joined)
+    await client.advance(4000.0)
+    assert not [token for token in hosts.network.tokens if "/guest" in token]
+    assert client.system.graph.actions["/count"].server.active == 0  # type: ignore[union-attr]
+
+
+async def test_a_node_that_takes_the_name_of_one_with_an_undecided_goal_stays_when_that_is_decided(
+    hosts: Hosts,
+) -> None:
+    _, client = await hosts.start(Slow), await hosts.start(Node)
+    joined = await client.system.join(Child(Node, name="guest"))
+    sending = asyncio.create_task(joined.node.send_goal(COUNT, order(5), timeout=10.0).send())
+    await client.advance(1.0)
+    sending.cancel()
+    await client.system.leave(joined)
+    again = await client.system.join(Child(Node, name="guest"))
+    await client.advance(3.0)
+    assert [token for token in hosts.network.tokens if "/NN/" in token and "/guest" in token]
+    await client.system.leave(again)
+    assert not [token for token in hosts.network.tokens if "/guest" in token]
+
+
 # Between processes of this library: the result is asked for together with the acceptance ------------------------------------
 
 
@@ -454,6 +519,30 @@ async def test_a_server_that_answers_nonsense_does_not_leave_its_clients_waiting
         "/odd does not know the goal any more",
     ]
     assert (canceled.status, canceled.reason) == (GoalStatus.CANCELED, "")
+
+
+async def test_requests_about_goals_that_come_faster_than_they_are_answered_are_refused_beyond_a_limit(
+    hosts: Hosts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("actors.transport.local_services._MOST_OPEN", 2)
+    server, client = await hosts.start(Counter), await hosts.start(Node)
+    goals = [await client.send_goal(COUNT, order(50)) for _ in range(2)]
+    with pytest.raises(ServiceFailed, match="request dropped: 2 requests of other processes to /count/_action/send"):
+        await client.send_goal(COUNT, order(1))
+
+    goal_id = UUID(uuid=goals[0].goal_id)
+    asking = encode(GET_RESULT.type.Request(goal_id=goal_id))
+    canceling = encode(CancelGoal.Request(goal_info=GoalInfo(goal_id=goal_id)))
+    results, cancels = list[Answer](), list[Answer]()
+    for _ in range(3):
+        for part, payload, answers in (("get_result", asking, results), ("cancel_goal", canceling, cancels)):
+            (key,) = (one.key for one in hosts.ends[server].servers if part in one.key)
+            attachment = write_attachment(Attachment(1, 0, bytes(16), write_extension(Extension(reason="enough"))))
+            hosts.ends[client].ask(key, payload, attachment, None, answers.append)
+    await client.quiet()
+    assert [type(answer) for answer in cancels].count(Failed) == 1
+    assert [type(answer) for answer in results].count(Failed) == 2  # one more waits for the client itself
+    assert await (await client.send_goal(COUNT, order(1))) == result(1)
 
 
 async def test_a_rejection_whose_reason_cannot_be_read_is_one_without_a_reason(hosts: Hosts) -> None:

@@ -419,6 +419,46 @@ async def test_a_request_carries_number_time_gid_of_the_clients_token_and_an_ext
     shown.close()
 
 
+async def test_a_node_is_a_client_until_its_last_client_has_gone(hosts: Hosts) -> None:
+    rig, other = await hosts.start(Node), await hosts.start(Node)
+    kinds = ("SC", "SC", "SS")
+    token = ADD_KEY.replace("0/add", "@ros2_lv/0/2/90/91/SC/%/%/asker/%add", 1) + "/::,10:,:,:,,"
+    shown = [
+        hosts.ends[other].announce(token.replace("91/SC", f"{91 + number}/{kind}", 1))
+        for number, kind in enumerate(kinds)
+    ]
+    await rig.quiet()
+    seen: list[list[str]] = []
+    for one in (shown[0], shown[2], shown[1]):
+        one.close()
+        await rig.quiet()
+        seen.append([name for service in rig.system.snapshot().services for name in service.clients])
+    assert seen == [["/asker"], ["/asker"], []]
+
+
+async def test_requests_that_come_faster_than_they_are_answered_are_refused_beyond_a_limit(
+    hosts: Hosts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("actors.transport.local_services._MOST_OPEN", 2)
+    server, other = await hosts.start(Adder), await hosts.start(Node)
+    ours = write_attachment(Attachment(1, 0, bytes(16), write_extension(Extension())))
+    answers = [asked(hosts, other, ADD_KEY, encode(two(1, 10)), ours) for _ in range(3)]
+    await server.quiet()
+    ((refused,),) = [each for each in answers if each]
+    assert isinstance(refused, Failed)
+    error = parse_reply_error(refused.payload)
+    assert isinstance(error, ServiceFailed)
+    assert (error.type, error.text) == (
+        "request dropped",
+        "2 requests of other processes to /add wait for an answer: send fewer at once",
+    )
+
+    await server.advance(2.0)
+    answers.append(asked(hosts, other, ADD_KEY, encode(two(1, 0)), ours))
+    await server.quiet()
+    assert [type(one) for each in answers for one in each] == [Replied, Replied, Failed, Replied]
+
+
 async def test_a_client_of_ros2_gets_the_text_of_an_error_and_one_of_ours_the_error(hosts: Hosts) -> None:
     server, other = await hosts.start(Adder), await hosts.start(Node)
     plain = write_attachment(Attachment(1, 0, bytes(16)))

@@ -43,6 +43,18 @@ async def test_nothing_is_sent_and_shown_until_somebody_watches_and_after_the_la
     assert [node.name for node in first.nodes] == ["/talker", "/rig"]
 
 
+async def test_a_subscription_without_an_end_is_one_of_the_greatest_depth_that_can_be_told(hosts: Hosts) -> None:
+    class Greedy(Node):
+        @NUMBERS.on(qos=QoS(depth=2**33))
+        def take(self, message: Int32) -> None: ...
+
+    rig, desk = await hosts.start(Greedy), await hosts.start(Node)
+    probe = desk.probe(FIGURES)
+    await rig.advance(2.5)
+    told = [figures for figures in probe if figures.session == hosts.ends[rig].session]
+    assert [figures.nodes[0].queues[0].depth for figures in told] == [2**32 - 1] * 3
+
+
 async def test_a_second_watcher_changes_nothing_for_the_first(hosts: Hosts) -> None:
     rig, desk, lab = await hosts.start(Talker), await hosts.start(Node), await hosts.start(Node)
     first = desk.probe(FIGURES)

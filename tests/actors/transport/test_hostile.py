@@ -61,6 +61,26 @@ async def test_bytes_in_the_name_of_a_publisher_hide_none_of_its_messages(
     assert [line.node for line in events(other.logs, "a message cannot be decoded")] == ["/rig"]
 
 
+async def test_other_messages_under_the_numbers_of_kept_ones_stop_none_of_the_later_ones(hosts: Hosts) -> None:
+    class Three(Node):
+        out = publishes(Topic(Int32, "kept", KEPT.qos.replace(depth=3)))
+
+    rig, other = await hosts.start(Three), await hosts.start(Node)
+    probe = other.probe(KEPT)
+    await rig.quiet()
+    (token,) = (token for token in hosts.network.tokens if "/MP/" in token and "kept" in token)
+    outlet = hosts.ends[rig].outlet(NUMBERS_KEY.replace("numbers", "kept"), Delivery())
+
+    numbers = (5, 6, 7, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13)
+    for value, claimed in enumerate(numbers):
+        outlet.put(encode(number(value)), write_attachment(Attachment(claimed, 0, gid_of(token))))
+    await rig.quiet()
+
+    assert values(probe) == [value for value in range(len(numbers)) if numbers[value] != 3]
+    (publisher,) = other.system.graph.topic("/kept").publishers
+    assert [message.data for message in publisher.latched] == [11, 12, 13]
+
+
 async def test_what_nobody_could_read_is_told_once_when_it_comes_and_in_sum_at_the_end(hosts: Hosts) -> None:
     rig, stranger = await hosts.start(Listener), await hosts.start(Node)
     outlet = hosts.ends[stranger].outlet(NUMBERS_KEY, Delivery())

@@ -25,6 +25,22 @@ async def test_calls_are_made_in_order_and_their_errors_reach_the_one_who_waits(
     worker.close()
 
 
+async def test_a_call_that_raises_is_reported_and_the_next_ones_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    reported: list[object] = []
+    monkeypatch.setattr("threading.excepthook", reported.append)
+    worker = Worker("a worker")
+
+    def fail() -> None:
+        raise MemoryError("no room for an image")
+
+    worker.do(fail)
+    assert await worker.result(lambda: "made") == "made"
+    worker.close()
+    (report,) = reported
+    assert (report.exc_type, str(report.exc_value)) == (MemoryError, "no room for an image")  # type: ignore[attr-defined]
+    assert report.thread.name == "a worker"  # type: ignore[attr-defined]
+
+
 def test_a_call_that_outlives_the_loop_of_the_one_who_waited_disturbs_nobody() -> None:
     """A start that failed while the session was being opened used to end with a traceback of the thread."""
     worker, go_on, done = Worker("a worker"), threading.Event(), threading.Event()

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from actors import Child, Done, GoalRejected, Node, Reject, Service, ServiceFailed, System, Topic, qos, run
+from actors import Child, Done, GoalRejected, GoalStatus, Node, Reject, Service, ServiceFailed, System, Topic, qos, run
+from actors.actions.server import ActionServer
 from actors.errors import CallCycle, CallTimeout, NotRunning
 from actors.interfaces.rcl_interfaces.srv import ListParameters
 from actors.interfaces.std_srvs.srv import SetBool
@@ -240,3 +241,31 @@ async def test_a_publisher_that_asserts_its_liveliness_is_alive_elsewhere_withou
             if out.status.liveliness_lost == lost:  # a busy machine may have kept it from that
                 assert watching.status.alive == 1
             await until(lambda: watching.status.not_alive == 1)
+
+
+async def test_a_goal_that_is_accepted_after_the_end_of_its_node_does_not_run_on(meet: Callable[[], Transport]) -> None:
+    asked, go_on = asyncio.Event(), asyncio.Event()
+
+    class Slow(Node):
+        @COUNT.accepts
+        async def consider(self, goal: Any) -> None:
+            asked.set()
+            await go_on.wait()
+
+        @COUNT.serve()
+        async def count(self, goal: Any) -> Any:
+            await self.clock.sleep(1000.0)
+            yield Done(result(0))
+
+    async with run(Slow, transport=meet(), sinks=()) as here, run(Node, transport=meet(), sinks=()) as there:
+        asker = await there.join(Child(Node, name="asker"))
+        sending = asyncio.create_task(asker.node.send_goal(COUNT, order(1), timeout=60.0).send())
+        await asked.wait()
+        sending.cancel()
+        await there.leave(asker)
+        go_on.set()
+
+        server = here.graph.action("/count").server
+        assert isinstance(server, ActionServer)
+        await until(lambda: [goal.status for goal in server.table.records()] == [GoalStatus.CANCELED])
+        await until(lambda: "/asker" not in [node.name for node in here.snapshot().nodes])

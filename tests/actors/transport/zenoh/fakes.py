@@ -13,6 +13,9 @@ class FakeText:
     def to_bytes(self) -> bytes:
         return self.text
 
+    def __len__(self) -> int:
+        return len(self.text)
+
 
 @dataclass
 class SourceId:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from actors.transport.zenoh.contact import Contacts, Source
 from tests.actors.transport.zenoh.fakes import FakeReply, FakeSample, numbered, sample
 
@@ -104,3 +106,21 @@ def test_what_this_session_keeps_itself_does_not_come_back() -> None:
 
     assert reader.got == []
     assert reader.asked == []
+
+
+def test_no_more_samples_wait_for_what_is_kept_than_a_process_can_bear(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A publisher that never answers, or thousands of them, would else fill the memory for as long as they are asked."""
+    monkeypatch.setattr("actors.transport.zenoh.contact._MOST_HELD", 3)
+    reader = Reader()
+
+    reader.take(numbered(5), numbered(5), numbered(6), numbered(7))
+    assert (reader.got, reader.asked) == ([], [("a1", 1)])
+    reader.take(numbered(9, publisher=2))
+    assert reader.got == [b"9"]
+    reader.contacts.answered(("a1", 1), FakeReply(numbered(4)))
+    assert reader.got == [b"9", b"4", b"5", b"6", b"7"]
+
+    reader.contacts.complete(("a1", 1))
+    reader.take(numbered(8), numbered(10, publisher=2), numbered(3, publisher=3))
+    assert reader.got == [b"9", b"4", b"5", b"6", b"7", b"8", b"10"]
+    assert reader.asked == [("a1", 1), ("a1", 3)]

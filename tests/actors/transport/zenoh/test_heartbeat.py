@@ -6,6 +6,8 @@ from asyncio import AbstractEventLoop
 from collections.abc import Callable
 from typing import Any, cast
 
+import pytest
+
 from actors.transport.zenoh.heartbeat import Heartbeat
 
 
@@ -44,6 +46,7 @@ class Watched:
     def __init__(self) -> None:
         self.clock = Clock()
         self.beats = 0
+        self.failure: Exception | None = None
         self.deaf = 0.0
         self.others = ["a1", "b2"]
         self.silent: list[tuple[float, str]] = []
@@ -57,6 +60,8 @@ class Watched:
 
     def beat(self) -> None:
         self.beats += 1
+        if self.failure is not None:
+            raise self.failure
 
 
 def test_it_beats_twice_a_second_until_it_is_closed() -> None:
@@ -68,6 +73,18 @@ def test_it_beats_twice_a_second_until_it_is_closed() -> None:
     one.heartbeat.close()
     one.clock.run(10.0)
     assert one.beats == 21
+
+
+def test_it_goes_on_after_a_beat_that_raised() -> None:
+    """What a beat makes, such as calls that wait, may fail; the others must not lose this process for that."""
+    one = Watched()
+    one.failure = ValueError("in a callback")
+    with pytest.raises(ValueError, match="in a callback"):
+        one.clock.run(1.0)
+
+    one.failure = None
+    one.clock.run(3.0)
+    assert (one.beats, [session for _, session in one.silent]) == (7, ["a1", "b2"])
 
 
 def test_who_is_not_heard_for_two_seconds_is_silent() -> None:

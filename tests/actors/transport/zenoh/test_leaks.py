@@ -8,12 +8,14 @@ import os
 import subprocess
 import sys
 import threading
+from collections.abc import Callable, Coroutine
 
 import pytest
 
 from actors import Child, Node, run
 from actors.qos import DEFAULT
 from actors.transport.format.tokens import EndpointKind, EndpointToken, NodeToken, write_token
+from actors.transport.keyed.protocol import Delivery, Sample
 from actors.transport.zenoh import ZenohConfig
 from actors.transport.zenoh.transport import ZenohKeys
 from tests.actors.transport.contract.parties import Changes, Party, kept
@@ -130,3 +132,49 @@ async def test_questions_that_have_been_answered_leave_nothing_once_their_time_i
     assert memory() - before < 10_000 * 300  # Zenoh keeps 900 until then
     for one in (here, there):
         await one.transport.close()
+
+
+async def test_a_close_that_is_canceled_leaves_neither_session_nor_thread() -> None:
+    wire = PeerWire()
+    one, other = Party(wire.transport(), Changes()), Party(wire.transport(), Changes())
+    await other.open()
+    threads = threading.active_count()
+    await one.open()
+    await other.until(lambda: other.is_linked(one.session), "they are linked")
+
+    closing = asyncio.create_task(one.transport.close())
+    await asyncio.sleep(0)
+    closing.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await closing
+
+    await other.until(lambda: not other.is_linked(one.session), "they have parted")
+    while threading.active_count() > threads:
+        await asyncio.sleep(0.01)
+    await other.transport.close()
+
+
+async def test_a_subscription_that_waits_for_room_leaves_no_task_when_its_transport_is_closed() -> None:
+    wire = PeerWire()
+    one, other = Party(wire.transport(), Changes()), Party(wire.transport(), Changes())
+    await one.open()
+    await other.open()
+    taken, keep_all = asyncio.Event(), Delivery(keep_all=True)
+
+    async def room() -> None:
+        await asyncio.get_running_loop().create_future()
+
+    def take(sample: Sample) -> Callable[[], Coroutine[object, None, None]]:
+        taken.set()
+        return room
+
+    one.transport.subscribe("7/chatter/T/H", keep_all, take)
+    outlet = other.transport.outlet("7/chatter/T/H", keep_all)
+    while not outlet.wanted:
+        await asyncio.sleep(0.01)
+    outlet.put(b"x", b"")
+    await taken.wait()
+
+    await one.transport.close()
+    await other.transport.close()
+    assert [task.get_name() for task in asyncio.all_tasks() if task is not asyncio.current_task()] == []

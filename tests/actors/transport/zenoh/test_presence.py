@@ -17,6 +17,7 @@ OF_B = "@ros2_lv/7/b2/0/0/NN/%/%/listener"
 class Log:
     def __init__(self) -> None:
         self.lines: list[str] = []
+        self.lost: list[str] = []
 
     def appeared(self, token: str) -> None:
         self.lines.append(f"+ {token}")
@@ -45,7 +46,7 @@ def log() -> Log:
 
 @pytest.fixture
 def presence(log: Log) -> Presence:
-    return Presence(log, log.found)
+    return Presence(log, log.found, log.lost.append)
 
 
 def test_a_link_is_shown_before_the_first_token_of_its_process(presence: Presence, log: Log) -> None:
@@ -218,6 +219,10 @@ def test_so_many_tokens_are_shown_and_no_more_and_room_is_given_back(
     for token in (*of["a1"], *of["b2"]):
         presence.appear(token)
     assert (presence.tokens("a1"), presence.tokens("b2")) == (tuple(of["a1"][:3]), (of["b2"][0],))
+
+    presence.appear("@ros2_lv/7/c3/0/0/NN/%/%/x")
+    presence.arrive(Process("dom", "c3", 43, "lab"))
+    assert (set(presence.shown), [line for line in log.take() if "c3" in line]) == ({"a1", "b2"}, [])
 
     presence.vanish(of["a1"][0])
     presence.vanish(of["a1"][3])

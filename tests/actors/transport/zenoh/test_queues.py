@@ -441,6 +441,22 @@ async def test_a_loop_that_hangs_holds_the_sender_back_once(monkeypatch: pytest.
     assert len(await one.until(1100)) == 1100
 
 
+async def test_a_reader_that_hangs_for_long_loses_the_oldest_samples_and_they_are_counted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("actors.transport.zenoh.subscriptions._PATIENCE", 0.001)
+    monkeypatch.setattr("actors.transport.zenoh.subscriptions._BEYOND", 10 * 1001)
+    one = Receiver(RELIABLE)
+    one.traffic.begin("a1")
+    for _ in range(2):
+        thread = threading.Thread(target=lambda: one.arrive(*(sample(b"x", sender="a1") for _ in range(1015))))
+        thread.start()
+        thread.join()  # this loop does not run meanwhile
+        await one.until(1010)
+        one.got.clear()
+    assert one.dropped("a1") == 2 * 5
+
+
 async def test_a_closed_subscription_takes_nothing_and_holds_nobody_back() -> None:
     one = Receiver(RELIABLE)
     one.arrive(*(sample(b"%d" % number) for number in range(1000)))
@@ -484,3 +500,37 @@ def test_received_bytes_are_counted_by_sender_and_known_senders_by_their_gid(mon
     assert traffic.report({"a1": None})[0].received_bytes == 10 + 20 + 160
     traffic.begin("a1")
     assert traffic.report({"a1": None})[0].received_bytes == 0
+
+
+def test_sessions_that_anybody_names_and_links_that_have_gone_are_not_kept() -> None:
+    traffic = Traffic()
+
+    def kept() -> int:
+        return sum(len(one) for one in vars(traffic).values() if isinstance(one, dict))
+
+    traffic.begin("a1")
+    before = kept()
+    for number in range(100):
+        session = f"b{number}"
+        traffic.received(sample(b"", sender=session), b"", 10)
+        traffic.lost(sample(b"", sender=session))
+        traffic.begin(session)
+        traffic.received(sample(b"", sender=session), b"%33d" % number, 10)
+        traffic.lost(sample(b"", sender=session))
+        (link,) = traffic.report({session: None})
+        assert (link.received_bytes, link.dropped) == (10, 1)
+        traffic.end(session)
+    assert kept() == before
+
+
+async def test_a_reader_that_leaves_while_an_outlet_is_opened_is_not_taken_for_one_that_is_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Zenoh tells a listener of changes only: one between the question and the listener would go unnoticed."""
+
+    def declare(publisher: FakePublisher, handler: Any) -> FakePublisher:
+        publisher.matching = False
+        return FakePublisher()
+
+    monkeypatch.setattr(FakePublisher, "declare_matching_listener", declare)
+    assert not Sender(Delivery()).outlet.wanted
