@@ -21,10 +21,7 @@ class CallsFromThreads:
         self._waiting: list[Callable[[], object]] = []
 
     def submit(self, function: Callable[[], object]) -> None:
-        (
-            """Have the event loop call `function`, which must not raise. May be called from any thread. Raises RuntimeError if the loop is closed."""
-            ""
-        )
+        """Have the event loop call `function`, which must not raise. From any thread. Raises RuntimeError if the loop is closed."""
         with self._lock:
             if not self._waiting:
                 self._loop.call_soon_threadsafe(self._drain)

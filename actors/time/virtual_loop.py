@@ -235,9 +235,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
                 raise
             except BaseException as error:
                 self._failed(handle, error)
-        handle = callback = (
-            None  # an error that is kept refers to this frame, and the callback perhaps to the error's task
-        )
+        # An error that is kept refers to this frame, and the callback perhaps to the error's task.
+        handle = callback = None
 
     def _jump(self) -> None:
         """Move time to the next live deadline and fire what is due then, in the order of scheduling.

@@ -80,8 +80,7 @@ class Worker:
         while (call := self._calls.get()) is not None:
             try:
                 call()
-            except (
-                BaseException
-            ):  # also a panic in a native library: else nothing would be sent any more, and a close would wait for ever
+            except BaseException:
+                # Also a panic in a native library: else nothing would be sent any more, and a close would not end.
                 threading.excepthook(threading.ExceptHookArgs((*sys.exc_info(), self._thread)))
         _ending.discard(self._thread)

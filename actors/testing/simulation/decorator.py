@@ -70,13 +70,10 @@ def scenario(
             if replay is not None:
                 _again(played, _read(replay))
             else:
-                strange = ""
                 try:
                     finding = search(played, range(number or seeds), faults)
                 except ValueError as error:
-                    strange = f"@scenario(faults=...): {error}"
-                if strange:
-                    pytest.fail(strange, pytrace=False)
+                    raise pytest.fail.Exception(f"@scenario(faults=...): {error}", pytrace=False) from None
                 if finding is not None:
                     raise _explained(finding, played, request)
 

@@ -64,7 +64,7 @@ async def test_a_thousand_sessions_leave_no_file_no_thread_and_no_object() -> No
     print(f"{(memory() - before) / 900:.0f} bytes a session")
     assert len(os.listdir("/proc/self/fd")) <= files
     assert threading.active_count() <= threads
-    assert memory() - before < 900 * 40_000  # Zenoh itself keeps 5 to 25 kB for each session that it was linked with
+    assert memory() - before < 900 * 60_000  # Zenoh itself keeps 5 to 45 kB for each session that it was linked with
     await other.transport.close()
 
 
