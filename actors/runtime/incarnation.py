@@ -27,7 +27,7 @@ from actors.errors import (
     ProgramExit,
     WrongThread,
 )
-from actors.inbox.boundary import BOUNDARY, outside
+from actors.inbox.boundary import BOUNDARY, asked, outside
 from actors.inbox.control import Failure, StopRequest, StopServing, blame, stray_cancel
 from actors.logs import ERROR, WARN
 from actors.parameters.declare import INTROSPECTION, LOGGER_SERVICE, OPTIONAL_PARAMETERS
@@ -530,8 +530,7 @@ class Incarnation:
 
         Nothing is logged when it was the event loop's thread that waited, for a processor.
         """
-        stalls = self.runtime.stalls
-        if stalls is not None and stalls.waited(monotonic() - seconds) > 0.5 * seconds:
+        if asked(self._has_waited, seconds):
             return
         task = self.inbox.task
         lost = 0 if self._timers is None else sum(one.record.missed - one.record.blocked for one in self._timers)
@@ -544,6 +543,11 @@ class Incarnation:
             f"handler holds the inbox for more than {seconds:g} s", handler=item.label, awaits=awaited_in(task) if task else "",
             ticks_lost=lost, remedy=f"{waits}, or self.offload() its work",
         )  # fmt: skip
+
+    def _has_waited(self, seconds: float) -> bool:
+        """Whether the event loop's thread has waited for a processor for most of the last `seconds`."""
+        stalls = self.runtime.stalls
+        return stalls is not None and stalls.waited(monotonic() - seconds) > 0.5 * seconds
 
     def absent(self) -> Exception:
         """The error for callers whose answer this incarnation owes at its end: `NotRunning` if the system stops, else `NodeRestarting`."""

@@ -56,7 +56,7 @@ class TickHandle:
     @property
     def missed(self) -> int:
         """The number of further ticks that are due but not delivered: the whole periods that have passed since the last one."""
-        return max(0, math.floor((self._ticker.now() - self.start) * self.hz + 1e-6) - self.k)
+        return max(0, math.floor((self._ticker.now - self.start) * self.hz + 1e-6) - self.k)
 
     def skip_missed(self) -> int:
         """Drop the ticks that are due already; the next one is on the grid in the future. Returns their number."""
@@ -94,8 +94,6 @@ class Ticker:
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
-        self.now = loop.time
-        """The loop's time, in seconds."""
         self._heap: list[_Entry] = []
         self._added = 0
         self._canceled = 0  # canceled ticks in the heap; they are removed when they are due or when they are too many
@@ -104,6 +102,11 @@ class Ticker:
         self._delivering = False
         self._context = copy_context()
         self._advance_to: Callable[[float], bool] | None = getattr(loop, "advance_to", None)
+
+    @property
+    def now(self) -> float:
+        """The loop's time, in seconds: a journal notes it, as that of the loop whose class it has changed meanwhile."""
+        return self._loop.time()
 
     def __repr__(self) -> str:
         return f"<Ticker with {len(self._heap) - self._canceled} periodic callbacks>"
