@@ -266,10 +266,12 @@ async def test_a_reply_does_not_overtake_what_was_written_before_it_on_a_topic(f
 
     async with two_peers() as (one, other):
         names = {"feedback": "rt/feedback", "reply": "rr/ask"}
-        for name in (first, *(names.keys() - {first})):
+        readers = [
             other.participant.reader(names[name], STRING, RELIABLE, partial(take, name), last=name == "reply")
+            for name in (first, *(names.keys() - {first}))
+        ]
         feedback, reply = one.writer("rt/feedback", RELIABLE), one.writer("rr/ask", RELIABLE)
-        await until(lambda: feedback.matched and reply.matched)
+        await until(lambda: all(end.matched for end in (feedback, reply, *readers)))
         for number in range(200):
             for _ in range(3):
                 feedback.put(numbered(number))
