@@ -65,3 +65,11 @@ def test_topics_of_services_and_actions_are_known_by_their_names() -> None:
 def test_a_pattern_that_is_none_is_refused() -> None:
     with pytest.raises(ValueError, match=r"'\(' is no regular expression"):
         Selection(regex="(")
+
+
+def test_what_is_given_by_name_and_is_not_there_is_named_with_what_is_near() -> None:
+    selection = Selection(topics=["/scan", "/skan"], services=["/add"], actions=["/mov"])
+    assert list(selection.absent(TOPICS)) == [
+        "topic /skan; did you mean '/scan'?",
+        "action /mov; did you mean '/move'?",
+    ]
