@@ -62,6 +62,7 @@ async def test_the_robot_is_driven_by_keys_and_by_the_stick_and_stands_still_whe
     async with browsing() as visit:
         await visit.open("robot")
         page = visit.page
+        await expect(page.locator(".chip", has_text="mode")).to_contain_text("sit")
         await page.keyboard.down("w")
         await expect(page.get_by_text("The robot does not walk: press Walk.")).to_be_visible()
         await page.keyboard.up("w")

@@ -34,9 +34,9 @@ def button(page: Page, name: str) -> Locator:
 async def place(page: Page) -> tuple[float, float]:
     """Where the page shows the robot."""
     chip = page.locator(".chip", has_text="place")
-    await expect(chip).to_contain_text(PLACE)
-    found = PLACE.search(await chip.inner_text())
-    assert found is not None
+    async with asyncio.timeout(30):
+        while (found := PLACE.search(await chip.inner_text())) is None:
+            await expect(chip).to_contain_text(PLACE)
     return float(found[1]), float(found[2])
 
 
