@@ -197,15 +197,17 @@ class Listener(Node):
 
 
 def punctuality(times: Sequence[float], hz: float) -> Punctuality:
-    """Of steps at these times, s. Due is k periods after the start, for the start that makes no step early."""
+    """Of steps at these times, s. Due is k periods after the start, for the start that makes no step early. A step that never came is missed, too."""
     if len(times) < 3:
         return Punctuality(0.0, float("inf"), float("inf"), 100.0)
     steps, period = np.asarray(times) - times[0], 1.0 / hz
     errors = np.abs(np.diff(steps) - period) * 1e3
     late = steps - period * np.arange(len(steps), dtype=np.float64)
     late -= late.min()
+    # What is never caught up with is a step that never came.
+    lost = np.floor(np.minimum.accumulate(late[::-1])[::-1] / period + 0.5)
+    missed = 100.0 * (lost[-1] + int((late - period * lost > period).sum())) / len(late)
     rate = (len(steps) - 1) / float(steps[-1])
-    missed = 100.0 * int((late > period).sum()) / len(late)
     return Punctuality(rate, float(np.quantile(errors, 0.5)), float(np.quantile(errors, 0.99)), missed)
 
 

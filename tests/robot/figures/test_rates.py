@@ -42,6 +42,11 @@ def test_a_punctual_loop_has_no_error() -> None:
     assert found.missed == 0.0
 
 
+def test_steps_that_never_came_are_missed_and_those_behind_them_are_on_time() -> None:
+    found = punctuality([0.005 * k for k in range(2000) if k not in (500, 501, 1200)], 200.0)
+    assert found.missed == pytest.approx(0.15, abs=0.001)
+
+
 def test_steps_that_come_late_together_are_missed_until_they_have_caught_up() -> None:
     times = [0.005 * k for k in range(1000)]
     times[500:504] = [times[503] + 0.0001 * k for k in range(4)]  # held up for 15 ms, then done one after another
