@@ -34,7 +34,7 @@ class Clock(metaclass=NoPublicConstructor):
         self._epoch_ns = round(self._epoch * 1e9)
         counted = getattr(loop.time, "__func__", loop.time) in (time.monotonic, asyncio.BaseEventLoop.time)
         self._plain = type(loop) if counted else None
-        """The class of a loop whose time is that of `time.monotonic_ns`. A loop that gets another one (`lockstep.extend`) has its own time."""
+        """The loop's class if its time is that of `time.monotonic_ns`; a loop whose class `lockstep.extend` has changed has a time of its own."""
         self._since_ns = round(self._origin * 1e9)
         self.virtual = virtual
 

@@ -105,7 +105,7 @@ class Ticker:
 
     @property
     def now(self) -> float:
-        """The loop's time, in seconds: a journal notes it, as that of the loop whose class it has changed meanwhile."""
+        """The loop's time, in seconds. Not kept as a bound method: a journal replaces the loop's class later, and notes each reading."""
         return self._loop.time()
 
     def __repr__(self) -> str:

@@ -26,6 +26,7 @@ PERIOD: Final = 1.0
 
 
 _MOST: Final = 2**32 - 1
+"""The largest number of the field `depth`, a uint32."""
 
 
 class HandlerFigures(Message, frozen=True, kw_only=True):

@@ -1,7 +1,7 @@
 """A pytest plugin: the suite under the eager task factory. `-p tests.tools.eager` starts every task of every loop within `create_task`.
 
-A program of ours may run so (Python 3.12 and later). Tests that are marked `task_order` are about the order in which tasks take their first
-step and are left out; everything else must hold. Processes that tests start run as they always do.
+Python 3.12 and later. Tests that are marked `task_order` are about the order in which tasks take their first step and are left out. Not all of
+the others pass: journals refuse such a loop, and some ends, joins and players differ. Processes that tests start run as they always do.
 """
 
 from __future__ import annotations
