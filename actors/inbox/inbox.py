@@ -234,7 +234,7 @@ class Inbox:
                 awaited = True
                 if self.on_step is not None and self._is_looked_at(item.label):
                     turned = []
-                    with outside():  # how long a run takes decides it, and a replay takes less: it is no step of the journal
+                    with outside():  # real time decides whether it is asked: no step of a journal
                         self.loop.call_soon(turned.append, None)  # empty for as long as the loop has not turned
                 await pending
         except BaseException as error:
