@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import subprocess
-import sys
 from pathlib import Path
 from textwrap import dedent
 
@@ -150,40 +149,4 @@ def test_scenarios_of_topics_services_and_actions_end_alike_in_two_runs(
             [str(ROOT / "tests/robot/tutorials/test_topics.py"), str(ROOT / "tests/actors/actions/test_actions.py")]
         )
         == 0
-    )
-
-
-EAGER = """
-    import asyncio
-    import pytest
-
-    async def begin(seen):
-        seen.append("begun")
-
-    async def test_a_task_begins_at_once():
-        seen = []
-        task = asyncio.create_task(begin(seen))
-        assert seen == ["begun"]
-        await task
-
-    @pytest.mark.task_order("for one")
-    async def test_order():
-        raise AssertionError
-"""
-
-
-@pytest.mark.skipif(sys.version_info < (3, 12), reason="tasks can be started eagerly from Python 3.12 on")
-def test_tasks_begin_at_once_and_tests_about_their_order_are_left_out(pytester: pytest.Pytester) -> None:
-    pytester.makepyfile(EAGER)
-    pytester.makeini("[pytest]\nasyncio_mode = auto\nmarkers = task_order(reason): rests on order\n")
-    run_pytest(pytester, "-p", "tests.tools.eager").assert_outcomes(passed=1, deselected=1)
-
-
-@pytest.mark.skipif(sys.version_info >= (3, 12), reason="tasks can be started eagerly from Python 3.12 on")
-def test_older_pythons_say_what_is_needed(pytester: pytest.Pytester) -> None:
-    pytester.makepyfile(EAGER)
-    result = run_pytest(pytester, "-p", "tests.tools.eager")
-    assert (
-        "tasks can be started eagerly from Python 3.12 on; run it with that"
-        in result.stderr.str() + result.stdout.str()
     )

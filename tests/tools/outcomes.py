@@ -1,4 +1,4 @@
-"""A pytest plugin: `-p tests.tools.outcomes --outcomes FILE` writes how each test ended, one a line, in the order in which they ran."""
+"""A pytest plugin: `-p tests.tools.outcomes --outcomes FILE` writes how each test ended, one a line, in the order in which they ended."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    if (path := config.getoption("--outcomes")) is not None:
+    worker = hasattr(config, "workerinput")  # its reports come to the main process, too
+    if (path := config.getoption("--outcomes")) is not None and not worker:
         config.pluginmanager.register(_Outcomes(path), "outcomes of this suite")
 
 

@@ -63,8 +63,6 @@ def _outcomes(path: Path, hashes: int, arguments: Sequence[str]) -> list[str]:
         "-m",
         "pytest",
         "-q",
-        "-n",
-        "0",
         "-p",
         "no:cacheprovider",
         "-p",

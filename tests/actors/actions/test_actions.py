@@ -611,7 +611,6 @@ async def test_a_cancel_after_the_last_word_comes_too_late(rig: Rig) -> None:
     assert rig.now == 1.0
 
 
-@pytest.mark.task_order("an eager goal begins in the moment of its acceptance")
 async def test_a_goal_canceled_in_the_very_moment_of_its_acceptance_is_canceled_and_blocks_nobody(rig: Rig) -> None:
     await rig.start(Counter)
     goal = await rig.send_goal(COUNT, order(1))
@@ -711,7 +710,6 @@ async def test_a_client_that_goes_while_its_goal_is_considered_preempts_nobody(r
     assert await first == result(1, 2, 3, 4, 5)
 
 
-@pytest.mark.task_order("the client counts the steps to the acceptance")
 async def test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its_goal(rig: Rig) -> None:
     await rig.start(Counter)
     starting = asyncio.create_task(rig.send_goal(COUNT, order(5)))
@@ -724,7 +722,6 @@ async def test_a_client_that_is_canceled_in_the_moment_of_acceptance_cancels_its
     assert server.table.status_of(request.goal_id) is GoalStatus.CANCELED
 
 
-@pytest.mark.task_order("the client counts the steps to the rejection")
 async def test_a_client_that_is_canceled_in_the_moment_of_rejection_just_ends(rig: Rig) -> None:
     await rig.start(Counter)
     await rig.send_goal(COUNT, order(5))

@@ -673,7 +673,6 @@ class Orderly(Node):
 ORDER_OF_END = ["1.1 goal ended", "1.1 handler ended", "1.2 task newer ended", "1.3 task older ended"]
 
 
-@pytest.mark.task_order("what on_stop publishes is taken at once by the node's own eager handler")
 async def test_an_orderly_stop_ends_goals_then_tasks_newest_first_then_on_stop_which_may_still_publish(
     rig: Rig,
 ) -> None:
@@ -687,7 +686,6 @@ async def test_an_orderly_stop_ends_goals_then_tasks_newest_first_then_on_stop_w
     assert probe.last == number(99)
 
 
-@pytest.mark.task_order("what on_stop publishes is taken at once by the node's own eager handler")
 async def test_a_failure_cleans_up_in_the_same_order(rig: Rig) -> None:
     await rig.start(Child(Orderly, restart=temporary))
     await rig.send_goal(COUNT, order(1))

@@ -29,9 +29,6 @@ def cases(*chosen: Case) -> list[object]:
     return [pytest.param(case, id=case.name, marks=[LONG] if case.name in OFTEN_TRIED else []) for case in chosen]
 
 
-@pytest.mark.task_order(
-    "an eager goal begins in the moment of its acceptance: nobody can cancel it before its first step"
-)
 @pytest.mark.parametrize("case", cases(*(case for case in CASES if case.order)))
 def test_a_bug_of_order_is_found_within_200_seeds_without_faults(case: Case) -> None:
     finding = explored(case.name, "tree", range(200), ())
@@ -40,9 +37,6 @@ def test_a_bug_of_order_is_found_within_200_seeds_without_faults(case: Case) -> 
     assert not finding.replay.faults
 
 
-@pytest.mark.task_order(
-    "an eager goal begins in the moment of its acceptance: nobody can cancel it before its first step"
-)
 @pytest.mark.parametrize("case", cases(*CASES))
 def test_every_bug_is_found_within_200_seeds_with_faults(case: Case) -> None:
     finding = explored(case.name, "tree", range(200), ALL)

@@ -109,7 +109,6 @@ def test_every_piece_of_work_is_counted_by_its_name() -> None:
     assert "/rig" not in {work.partition(">")[0] for work in outcome.profile.steps}
 
 
-@pytest.mark.task_order("the first step of an eager task is part of the one that begins it, and is not counted")
 @pytest.mark.parametrize("what", WORKS)
 def test_a_step_of_each_is_late_and_what_follows_too(what: str) -> None:
     assert play().error is None
@@ -119,7 +118,6 @@ def test_a_step_of_each_is_late_and_what_follows_too(what: str) -> None:
     assert times(what) == pytest.approx([plain[0], plain[1] + 0.25, plain[2] + 0.25])
 
 
-@pytest.mark.task_order("the first step of an eager task is part of the one that begins it, and is not counted")
 @pytest.mark.parametrize("what", WORKS)
 def test_a_node_dies_at_a_step_of_each_at_once_and_without_a_clean_up(what: str) -> None:
     play()
@@ -137,7 +135,6 @@ def test_a_goal_whose_server_dies_in_its_body_is_aborted() -> None:
     assert "/worker was ended here by the simulation" in outcome.timeline
 
 
-@pytest.mark.task_order("the first step of an eager task is part of the one that begins it, and is not counted")
 def test_a_late_step_does_not_outlast_a_cancellation() -> None:
     heard: list[tuple[str, float]] = []
 

@@ -33,7 +33,6 @@ async def stuck_on(event: asyncio.Event) -> None:
 
 
 class TestDeadlock:
-    @pytest.mark.task_order("the clock does not see the first step of an eager task: it is told to have not run yet")
     def test_each_waiting_task_is_named_with_its_line_and_since_when(self) -> None:
         async def main() -> None:
             event = asyncio.Event()
@@ -120,7 +119,6 @@ class TestDeadlock:
 
         assert "waits since 0 s for a future" in failure(main, Deadlock)
 
-    @pytest.mark.task_order("the clock does not see the first step of an eager task: it is told to have not run yet")
     def test_a_task_whose_code_is_a_library_has_no_line_of_its_own(self) -> None:
         async def main() -> None:
             tasks = [asyncio.create_task(asyncio.Event().wait(), name="bare")]
@@ -145,7 +143,6 @@ class TestDeadlock:
             loop.run_forever()
         loop.close()
 
-    @pytest.mark.task_order("the clock does not see the first step of an eager task: it is told to have not run yet")
     def test_times_are_kept_for_living_tasks_only(self) -> None:
         async def main() -> None:
             asyncio.get_running_loop().call_later(0.5, int)

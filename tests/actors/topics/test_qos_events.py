@@ -64,7 +64,6 @@ class Watcher(Node):
 # -- who fits ---------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.task_order("an eager listener looks later, and events that come before it looks are one")
 async def test_an_incompatible_pair_hears_of_it_on_both_sides_and_the_log_says_once_what_to_change(
     rig: Rig,
 ) -> None:

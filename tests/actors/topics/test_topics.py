@@ -730,7 +730,6 @@ async def test_a_concurrent_handler_runs_in_as_many_tasks_as_it_said_and_no_more
     assert rig.node(Parallel).done == [1.0] * 3 + [2.0] * 3 + [3.0]
 
 
-@pytest.mark.task_order("an eager handler takes each message while it is published, so none waits and none is lost")
 async def test_a_concurrent_handler_may_be_a_plain_function_and_counts_what_it_loses(rig: Rig) -> None:
     class Parallel(Node):
         def __init__(self) -> None:
