@@ -174,6 +174,25 @@ class TestThreads:
 
         assert run(main, max_spins=100) == (7, 0.0)
 
+    def test_sockets_are_heard_while_a_task_polls_for_a_thread(self) -> None:
+        async def main() -> tuple[bytes, int]:
+            gate = Gate()
+            call = asyncio.ensure_future(asyncio.to_thread(gate.wait))
+            here, there = socket.socketpair()
+            with here, there:
+                here.setblocking(False)
+                receiving = asyncio.ensure_future(asyncio.get_running_loop().sock_recv(here, 10))
+                spins = 0
+                while not receiving.done():
+                    spins += 1
+                    if spins == 300:
+                        there.send(b"news")
+                    await asyncio.sleep(0)
+            gate.open.set()
+            return receiving.result(), await call
+
+        assert run(main, max_spins=100) == (b"news", 7)
+
     def test_a_task_that_polls_for_a_thread_that_never_answers_is_reported(self) -> None:
         gate = Gate()
 
