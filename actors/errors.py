@@ -5,9 +5,10 @@ Those that programs catch most often are names of `actors`: `ActorError`, the ba
 
 from __future__ import annotations
 
+import copyreg
 import linecache
 import re
-from typing import Final
+from typing import Any, Final
 
 from actors.suggest import did_you_mean
 
@@ -101,8 +102,15 @@ def _inset(text: str) -> str:
     return text.replace("\n", "\n    ")
 
 
+def reduce_error(error: BaseException) -> tuple[Any, ...]:
+    """`__reduce__` for an error whose constructor takes something else than the text: pickles and copies keep text and attributes."""
+    return copyreg.__newobj__, (type(error), *error.args), vars(error)
+
+
 class ActorError(Exception):
     """Base of all errors that `actors` raises about the running system."""
+
+    __reduce__ = reduce_error
 
 
 class DeclarationError(TypeError):

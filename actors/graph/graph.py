@@ -98,8 +98,8 @@ class TopicEntry:
         return near_name(self.name, others)
 
     def forget(self, node: str) -> None:
-        """Forget `node`, which has ended for good. A topic without endpoints leaves the graph."""
-        if self.mismatches:
+        """Forget the mismatches of `node` once it has no endpoint here. A topic without endpoints leaves the graph."""
+        if self.mismatches and all(one.node.fqn != node for one in (*self.writers, *self.readers)):
             self.mismatches = {pair: why for pair, why in self.mismatches.items() if node not in pair[:2]}
         if not self.writers and not self.readers and self.graph.topics.get(self.name) is self:
             del self.graph.topics[self.name]

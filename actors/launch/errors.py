@@ -6,7 +6,7 @@ import os
 from inspect import currentframe
 from typing import Final, NamedTuple
 
-from actors.errors import ActorError
+from actors.errors import ActorError, reduce_error
 
 _OURS: Final = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
 
@@ -23,6 +23,8 @@ class Line(NamedTuple):
 
 class LaunchError(Exception):
     """A launch file cannot be launched. The text says what is wrong; it begins with `line`, the place in the launch file, if it is known."""
+
+    __reduce__ = reduce_error
 
     def __init__(self, problem: str, line: Line | None = None) -> None:
         super().__init__(f"{line}: {problem}" if line is not None else problem)

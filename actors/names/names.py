@@ -10,6 +10,8 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Final, Literal, NamedTuple
 
+from actors.errors import reduce_error
+
 MAX_NODE_NAME: Final = 255
 MAX_NAMESPACE: Final = 245
 MAX_FULL_NAME: Final = 247
@@ -58,6 +60,8 @@ class InvalidName(ValueError):
     text: str
     kind: Kind
 
+    __reduce__ = reduce_error
+
     def __init__(self, kind: Kind, code: str, index: int, text: str) -> None:
         self.kind = kind
         self.code = code
@@ -65,9 +69,6 @@ class InvalidName(ValueError):
         self.text = text
         where = "" if code == "empty" else f" (at {index}: {text[index : index + 1]!r})"
         super().__init__(f"{text!r} is not a valid {kind}: {_REMEDIES[code]}{where}")
-
-    def __reduce__(self) -> tuple[type["InvalidName"], tuple[Kind, str, int, str]]:
-        return InvalidName, (self.kind, self.code, self.index, self.text)
 
 
 # Checks -------------------------------------------------------------------------------------------------------------

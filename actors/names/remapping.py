@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable
 from typing import Final, Literal, NamedTuple
 
+from actors.errors import reduce_error
 from actors.names import names
 
 RuleKind = Literal["topic", "service", "node_name", "namespace"]
@@ -30,6 +31,8 @@ _SCHEMES: Final[dict[str | None, tuple[RuleKind, ...]]] = {
 
 class InvalidRule(ValueError):
     """A text that is not a remapping rule. ``text`` holds it."""
+
+    __reduce__ = reduce_error
 
     def __init__(self, text: str, why: str) -> None:
         super().__init__(f"{text!r} is not a remapping rule: {why}")

@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import Any, Final, NamedTuple, NoReturn, TypeAlias, cast
 
 from actors.checks import whole_text
+from actors.errors import reduce_error
 from actors.names import names
 from actors.parameters.values import Value
 from actors.yaml_bounds import check_yaml, safe_loader
@@ -54,6 +55,8 @@ _RULE: Final = re.compile(rf"(?:({_WORD}):(?!=))?({_PART}(?:\.{_PART})*+):=(.*)\
 
 class InvalidParams(ValueError):
     """A parameter file, rule or value that cannot be used. ``source`` is a file or an argument, ``line`` counts from 1."""
+
+    __reduce__ = reduce_error
 
     def __init__(self, problem: str, *, source: str, line: int | None = None, key: str = "") -> None:
         place = f"{source}:{line}" if line is not None else source

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
+from actors.errors import reduce_error
 from actors.logs.levels import Level
 from actors.names.remapping import InvalidRule, Rule
 from actors.parameters.files import ParameterOverrides
@@ -17,6 +18,8 @@ from actors.parameters.files import ParameterOverrides
 class InvalidRosArguments(ValueError):
     """An argument inside ``--ros-args`` has no value or a wrong one. ``arguments`` are the flag and its value, if any."""
 
+    __reduce__ = reduce_error
+
     def __init__(self, problem: str, arguments: tuple[str, ...]) -> None:
         super().__init__(f"{problem} (in: --ros-args {' '.join(arguments)})")
         self.arguments = arguments
@@ -24,6 +27,8 @@ class InvalidRosArguments(ValueError):
 
 class UnknownRosArguments(ValueError):
     """There are unknown arguments inside ``--ros-args``; ``arguments`` lists them."""
+
+    __reduce__ = reduce_error
 
     def __init__(self, arguments: tuple[str, ...]) -> None:
         shown = ", ".join(map(repr, arguments))

@@ -8,6 +8,7 @@ from typing import Any, Final, TypeVar, cast
 
 import msgspec
 
+from actors.errors import reduce_error
 from actors.suggest import did_you_mean
 from actors.transport.protocol import WireUnavailable
 from actors.yaml_bounds import check_yaml, load_yaml, safe_loader
@@ -15,6 +16,8 @@ from actors.yaml_bounds import check_yaml, load_yaml, safe_loader
 
 class SecurityError(WireUnavailable):
     """A security file, or a file that it names, cannot be used; the text is one line that begins with file and line. No secret is in it."""
+
+    __reduce__ = reduce_error
 
     def __init__(self, problem: str, *, file: str, line: int | None = None) -> None:
         super().__init__(f"{file}: {problem}" if line is None else f"{file}:{line}: {problem}")

@@ -137,6 +137,21 @@ async def test_each_policy_that_keeps_a_pair_apart_is_named_once_on_both_sides(
     assert list(entry.mismatches) == [("/talker", "/listener", "qos")]
 
 
+async def test_a_mismatch_is_known_until_the_last_endpoint_of_a_node_has_gone() -> None:
+    offered, requested = WEAK["RELIABILITY"]
+    ours, talker, listener = graph(), Someone("/talker"), Someone("/listener")
+    entry = ours.topic("/a")
+    entry.add_publisher(create(Publisher, talker, entry, Int32, offered))
+    queues = [StreamSubscription(listener, entry, Int32, requested) for _ in range(2)]
+    for queue in queues:
+        entry.add_subscription(queue)
+    for queue, left in zip(queues, (1, 0), strict=True):
+        entry.remove_subscription(queue)
+        entry.forget("/listener")
+        assert len(entry.mismatches) == left
+    assert len(listener.warnings) == 1
+
+
 async def test_what_was_latched_comes_to_a_matching_subscription_only_and_as_much_as_it_holds() -> None:
     entry = graph().topic("/a")
     out = create(Publisher, Someone(), entry, Int32, LATCHED.replace(depth=5))
