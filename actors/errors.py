@@ -5,7 +5,6 @@ Those that programs catch most often are names of `actors`: `ActorError`, the ba
 
 from __future__ import annotations
 
-import copyreg
 import linecache
 import re
 from typing import Any, Final
@@ -104,7 +103,11 @@ def _inset(text: str) -> str:
 
 def reduce_error(error: BaseException) -> tuple[Any, ...]:
     """`__reduce__` for an error whose constructor takes something else than the text: pickles and copies keep text and attributes."""
-    return copyreg.__newobj__, (type(error), *error.args), vars(error)
+    return _made, (type(error), error.args), vars(error)
+
+
+def _made(kind: type[BaseException], args: tuple[object, ...]) -> BaseException:
+    return kind.__new__(kind, *args)
 
 
 class ActorError(Exception):
