@@ -38,7 +38,7 @@ def test_all_families_pass_with_client_and_server_on_different_hosts() -> None:
     assert crossing.counts["goals"] >= 50
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a second process for each of some hundred crossings")
 @pytest.mark.parametrize("wire", ["zenoh", "dds"])
 def test_all_families_pass_over_a_network_with_client_and_server_in_two_processes(wire: Wire) -> None:
     if wire == "dds":
@@ -51,7 +51,7 @@ def test_all_families_pass_over_a_network_with_client_and_server_in_two_processe
     )
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a second process")
 def test_a_client_in_a_process_of_its_own_does_what_it_is_told_there_and_says_what_failed() -> None:
     process = ClientProcess()
     service = Service(CancelGoal, "/nobody")

@@ -116,7 +116,7 @@ def test_nothing_of_ros_2_is_imported_and_nothing_but_the_package_is_needed() ->
     assert done.stdout == "[]\n"
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="installs the project into a new environment")
 def test_it_is_installed_into_a_fresh_environment_and_runs(tmp_path: Path) -> None:
     """As the README's first command does it; needs the package index."""
     subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)

@@ -51,7 +51,7 @@ def test_the_draw_is_the_same_for_the_same_seed() -> None:
     assert len(drawn(ROOT, 10_000, 1)) > 250  # every contract of the robot and of the tutorials, in two to four ways
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a tool of the nightly run")
 def test_changed_contracts_are_killed_and_a_change_of_nothing_survives(tmp_path: Path) -> None:
     workshop = Workshop(ROOT, tmp_path, ("actors", "robot", "cli", "tests"))
     (nothing, *_) = drawn(ROOT, 1, 1)

@@ -140,7 +140,7 @@ def test_a_suite_that_takes_more_than_4_gb_is_refused(
     assert twice(tmp_path, "def test_one(): pass", capsys)[0] == 1
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a tool of the nightly run")
 def test_scenarios_of_topics_services_and_actions_end_alike_in_two_runs(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

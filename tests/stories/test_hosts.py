@@ -11,7 +11,7 @@ from actors.transport.simulated.link import Conditions
 from tests.stories.conftest import Program
 from tests.stories.hosts import WIRE, Hosts, endpoint
 
-pytestmark = [pytest.mark.realtime, pytest.mark.slow]
+pytestmark = pytest.mark.realtime
 
 TWO = pytest.mark.parametrize("hosts", [2], indirect=True)
 LOSSY = Conditions(delay=0.001, loss=0.1)

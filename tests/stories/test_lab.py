@@ -10,7 +10,7 @@ from actors import System
 from robot.tutorials.humanoid_lab import MOTOR_COMMANDS, SENSOR_DATA
 from tests.stories.conftest import Start, nodes, until
 
-pytestmark = [pytest.mark.realtime, pytest.mark.slow]
+pytestmark = pytest.mark.realtime
 
 LAB = ("robot.tutorials", "humanoid_lab", "--log-level", "debug", "--only")
 

@@ -15,7 +15,7 @@ from actors.transport.zenoh import ZenohConfig, ZenohTransport
 from tests.actors.hosts.kit import Fleet, Hearer, Worker, fleet, placement, until
 from tests.actors.processes.kit import alive
 
-pytestmark = [pytest.mark.realtime, pytest.mark.slow]
+pytestmark = pytest.mark.realtime
 
 LEASE = 2.0
 

@@ -102,7 +102,7 @@ def marked() -> set[int]:
     return {number for number, line in enumerate(SAMPLE.splitlines(), 1) if line.endswith("# E")}
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a type checker reads the whole package")
 def test_mypy_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
     pytest.importorskip("mypy", reason="mypy is not installed: pip install --group lint")
     command = [sys.executable, "-m", "mypy", "--strict", "--no-error-summary", "--hide-error-context", str(sample)]
@@ -111,7 +111,7 @@ def test_mypy_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
     assert found == marked(), output
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a type checker reads the whole package")
 def test_pyright_finds_what_is_wrong_and_nothing_else(sample: Path) -> None:
     if shutil.which("pyright", path=str(Path(sys.executable).parent)) is None:
         pytest.skip("pyright is not installed: pip install --group lint")

@@ -60,7 +60,7 @@ def test_a_healthy_twin_is_left_in_peace(name: str) -> None:
     assert explored(name, "healthy", range(4), ALL) is None
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="every system, faults and healthy twins, 200 seeds each")
 def test_the_table_of_all_of_them(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 0, capsys.readouterr().out
 

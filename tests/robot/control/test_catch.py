@@ -80,7 +80,8 @@ def test_feet_that_slip_for_ever_do_not_keep_it_walking() -> None:
     assert lasted == pytest.approx(2.0, abs=2 * DT)
 
 
-PHASES = [0.27, *(pytest.param(phase, marks=pytest.mark.slow) for phase in (0.0, 0.13, 0.41))]
+MORE = pytest.mark.slow(reason="more phases of a step")
+PHASES = [0.27, *(pytest.param(phase, marks=MORE) for phase in (0.0, 0.13, 0.41))]
 """Seconds after the start of a step at which something fails."""
 
 

@@ -17,7 +17,7 @@ from robot.scenes.scene import Box
 from robot.testing import PERIOD, Conditions, Trial
 from tests.robot.stage import floor
 
-SLOW = pytest.mark.slow
+SLOW = pytest.mark.slow(reason="more gaits, speeds and seeds")
 
 
 def walking(gait: str = "trot", speed: float = 0.0, seconds: float = 2.5, friction: float = 0.8) -> Trial:

@@ -97,7 +97,7 @@ def real(friction: float = 0.8, ice: Ice | None = None) -> Conditions:
     return Conditions(friction=friction, ice=ice, actuators=ActuatorDesign(), sensors=Sensors.of("real"))
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="seconds of walking on real drives")
 @pytest.mark.parametrize("speed", [1.0, 1.6])
 def test_on_sudden_ice_a_robot_sits_down_and_does_not_fall(speed: float) -> None:
     pytest.importorskip("mujoco")
@@ -105,7 +105,7 @@ def test_on_sudden_ice_a_robot_sits_down_and_does_not_fall(speed: float) -> None
     assert (trial.fallen, trial.gait.slips, trial.gait.mode) == (False, 1, Mode.SIT)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="seconds of walking on real drives")
 @pytest.mark.parametrize(("friction", "speed"), [(0.2, 0.6), (0.8, 1.6)])
 def test_where_it_can_walk_it_walks_on(friction: float, speed: float) -> None:
     pytest.importorskip("mujoco")
@@ -113,7 +113,7 @@ def test_where_it_can_walk_it_walks_on(friction: float, speed: float) -> None:
     assert (trial.fallen, trial.gait.slips, trial.gait.mode) == (False, 0, Mode.WALK)
 
 
-@pytest.mark.parametrize("seed", [3, pytest.param(7, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [3, pytest.param(7, marks=pytest.mark.slow(reason="another seed"))])
 def test_on_rubble_feet_slip_off_edges_and_the_robot_walks_on(seed: int) -> None:
     pytest.importorskip("mujoco")
     rubble = Scene("rubble", (-8.0, -8.0, 8.0, 8.0), low_boxes(np.random.default_rng([seed, 61])), HERE, HERE)

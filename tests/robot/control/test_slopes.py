@@ -35,7 +35,7 @@ def test_a_slope_that_the_map_shows_is_walked_on_slowly(x: float, slow: bool) ->
     assert fastest(level, x) > speed
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a walk over a hill with real sensors")
 def test_over_both_crests_the_body_stays_level_to_the_side() -> None:
     """Real sensors and drives. With feet that lift while another looks for the ground it rolls by 30 degrees and falls now and then."""
     pytest.importorskip("mujoco")

@@ -18,6 +18,8 @@ from robot.model.stance import nominal_feet
 from robot.scenes.scene import Box, Scene
 from robot.testing import FAULTS, FLAT, PERIOD, Conditions, Spoil, Trial
 
+MORE = pytest.mark.slow(reason="faults that are found in the same way as those that run by default")
+
 POSE = inverse(nominal_feet(SIT_HEIGHT)).joints
 STANDING_ON = np.ones(4, dtype=np.bool_)
 
@@ -124,9 +126,7 @@ def test_a_moving_joint_that_shows_the_same_to_the_last_bit_is_frozen() -> None:
 QUICK = ("IMU frozen", "knee encoder not a number", "one contact stuck closed", "all contacts stuck open")
 
 
-@pytest.mark.parametrize(
-    "fault", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in FAULTS]
-)
+@pytest.mark.parametrize("fault", [pytest.param(name, marks=() if name in QUICK else MORE) for name in FAULTS])
 def test_no_fault_of_a_sensor_fells_a_walking_robot(fault: str) -> None:
     trial = Trial(1)
     trial.stand_up()

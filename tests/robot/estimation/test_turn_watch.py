@@ -19,6 +19,8 @@ from robot.model.modes import Mode
 from robot.testing import Conditions, GyroFault, Trial, wrong_gyro
 from tests.robot.estimation.stance import ALL, Swaying, joints
 
+MORE = pytest.mark.slow(reason="more seeds")
+
 DT = 0.005
 DIAGONALS = (((0.3, 0.17, -0.5), (-0.3, -0.17, -0.5)), ((0.3, -0.17, -0.5), (-0.3, 0.17, -0.5)))
 rate = st.floats(-1.0, 1.0)
@@ -213,7 +215,7 @@ def test_in_a_robot_that_sits_a_wrong_gyro_that_shows_rest_gets_a_new_chance(
 
 @pytest.mark.parametrize(
     ("seed", "amount", "turn"),
-    [(5, 0.4, 0.4), *(pytest.param(*trial, marks=pytest.mark.slow) for trial in ((1, 0.4, 0.0), (10, -0.4, 0.0)))],
+    [(5, 0.4, 0.4), *(pytest.param(*trial, marks=MORE) for trial in ((1, 0.4, 0.0), (10, -0.4, 0.0)))],
 )
 def test_a_walk_whose_gyro_is_wrong_about_the_tilt_waits_for_its_feet_and_sits(
     seed: int, amount: float, turn: float
@@ -229,7 +231,7 @@ def test_a_walk_whose_gyro_is_wrong_about_the_tilt_waits_for_its_feet_and_sits(
     assert (trial.fallen, trial.gait.mode) == (False, Mode.SIT)
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (3, 6))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=MORE) for seed in (3, 6))])
 def test_feet_that_seem_to_slide_under_a_wrong_gyro_are_not_taken_for_ice(seed: int) -> None:
     trial = Trial(seed, conditions=real())
     trial.stand_up()

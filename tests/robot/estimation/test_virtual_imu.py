@@ -18,6 +18,8 @@ from robot.model.parameters import GRAVITY, STAND_HEIGHT
 from robot.model.stance import nominal_feet
 from robot.testing import Conditions, Trial
 
+MORE = pytest.mark.slow(reason="more phases of a step")
+
 LEVEL = (0.0, 0.0, 1.0)
 UPRIGHT: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ALL = (True, True, True, True)
@@ -114,7 +116,7 @@ def test_an_imu_that_fails_in_a_walk_leaves_the_robot_standing_upright(fault: st
     assert record.tilt[-1] < radians(1.0)
 
 
-@pytest.mark.parametrize("phase", [0.0, 0.17, *(pytest.param(phase, marks=pytest.mark.slow) for phase in (0.09, 0.26))])
+@pytest.mark.parametrize("phase", [0.0, 0.17, *(pytest.param(phase, marks=MORE) for phase in (0.09, 0.26))])
 def test_a_robot_that_loses_its_imu_at_full_speed_knows_its_speed_while_it_slows_down_and_stands(phase: float) -> None:
     trial = Trial(7, conditions=Conditions(delay=0.008))
     trial.stand_up()

@@ -92,7 +92,7 @@ def test_who_is_carried_stands_elsewhere_as_it_stood() -> None:
     assert abs(before.velocity[0]) > 0.1
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a walk through a warehouse")
 def test_a_robot_that_is_carried_through_a_warehouse_knows_where_it_is() -> None:
     pytest.importorskip("mujoco")
     one = carry(3, "warehouse", Fidelity())

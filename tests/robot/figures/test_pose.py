@@ -49,7 +49,7 @@ def test_the_exit_code_says_whether_both_bounds_are_kept(
     assert "sensors ideal, actuators ideal" in capsys.readouterr().out
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a patrol with a LiDAR")
 def test_a_walking_robot_with_a_lidar_that_turns_knows_where_it_is_within_centimetres() -> None:
     pytest.importorskip("mujoco")
     known = patrol(2, 0.004, 6.0, Fidelity())

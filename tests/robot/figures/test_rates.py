@@ -192,7 +192,7 @@ def test_all_streams_on_the_real_clock_keep_their_rates_or_are_named() -> None:
     assert {"RT-05 at 500 Hz, period error p99", "RT-05 at 500 Hz, deadlines missed"} <= loop.keys()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a whole patrol")
 def test_the_pose_on_the_map_is_measured_against_the_truth() -> None:
     done, result = evaluate("odometry", "--only", "patrol", "--seeds", "1", "--seconds", "10")
     found = {row["name"].partition(" with")[0].partition(" in")[0]: row["median"] for row in result["metrics"]}

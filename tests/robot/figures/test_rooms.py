@@ -35,7 +35,7 @@ def test_a_seed_gives_one_room_and_its_map_shows_the_furniture_alone() -> None:
     assert (Grid.from_scene(first.scene).occupied == Grid.from_scene(known).occupied).all()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="walks with real sensors")
 @pytest.mark.parametrize(
     ("thing", "hole"),
     [(Box(2.5, 0.05, 0.4, 0.5, height=0.3, mapped=False), None), (None, Pit(2.5, 0.05, 0.5, 0.6, 0.3))],

@@ -16,6 +16,8 @@ from tests.figures.__main__ import main
 from tests.figures.fidelity import Fidelity
 from tests.figures.stops_run import CAUSES, FAULTY, Case, Outcome, run
 
+MORE = pytest.mark.slow(reason="more phases of a step")
+
 
 def acted(case: Case) -> Outcome:
     """Falls at 1.6 m/s in the second half of the stride; is known as late as the phase says, and never at phase 0."""
@@ -168,9 +170,7 @@ def test_a_robot_that_is_lost_is_counted_as_fallen(monkeypatch: pytest.MonkeyPat
     assert run(Case("mirrored", 1.0, 0.25, 5, 0.008)).fallen
 
 
-@pytest.mark.parametrize(
-    "phase", [10 / 32, *(pytest.param(phase, marks=pytest.mark.slow) for phase in (4 / 32, 25 / 32))]
-)
+@pytest.mark.parametrize("phase", [10 / 32, *(pytest.param(phase, marks=MORE) for phase in (4 / 32, 25 / 32))])
 def test_a_fast_robot_that_was_held_up_for_a_third_of_a_second_walks_on(phase: float) -> None:
     met = run(Case("hang", 1.6, phase, 1, 0.008, fidelity=Fidelity()))
     assert met.found is not None  # the drives acted

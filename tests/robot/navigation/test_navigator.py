@@ -33,6 +33,8 @@ from robot.scenes.worlds import get_world
 from tests.robot.navigation.navigation_sim import VelocityPlant, body_clearance, random_scene, walk
 from tests.robot.stage import floor
 
+MORE = pytest.mark.slow(reason="more widths, densities, sizes and seeds")
+
 
 def ready(scene: Scene, start: Pose2 | None = None, seed: int = 0) -> tuple[Navigator, VelocityPlant]:
     return Navigator(Grid.from_scene(scene)), VelocityPlant(scene, start or scene.start, seed=seed)
@@ -105,7 +107,7 @@ def gap(width: float) -> Scene:
 
 @pytest.mark.parametrize(
     ("width", "least"),
-    [(0.5, 0.52), pytest.param(0.46, 0.48, marks=pytest.mark.slow), pytest.param(0.9, 0.92, marks=pytest.mark.slow)],
+    [(0.5, 0.52), pytest.param(0.46, 0.48, marks=MORE), pytest.param(0.9, 0.92, marks=MORE)],
 )
 def test_the_body_is_planned_through_no_gap_that_it_does_not_fit_into(width: float, least: float) -> None:
     footprint = Footprint(width=width)
@@ -120,7 +122,7 @@ def test_the_body_is_planned_through_no_gap_that_it_does_not_fit_into(width: flo
                 navigator.set_goal(Pose2(4.0, 0.0), Pose2(0.0, 0.0))
 
 
-@pytest.mark.parametrize("density", [0.20, *(pytest.param(part, marks=pytest.mark.slow) for part in (0.10, 0.15))])
+@pytest.mark.parametrize("density", [0.20, *(pytest.param(part, marks=MORE) for part in (0.10, 0.15))])
 def test_100_random_goals_are_planned_clear_and_not_much_longer_than_needed(density: float) -> None:
     scene = random_scene(seed=1, density=density)
     grid = Grid.from_scene(scene)
@@ -171,7 +173,7 @@ def test_the_other_patrols_are_walked_without_contact(world: str) -> None:
         assert record.clearance >= 0.25
 
 
-@pytest.mark.parametrize("density", [0.20, *(pytest.param(part, marks=pytest.mark.slow) for part in (0.10, 0.15))])
+@pytest.mark.parametrize("density", [0.20, *(pytest.param(part, marks=MORE) for part in (0.10, 0.15))])
 def test_random_goals_among_random_obstacles_are_reached_without_contact(density: float) -> None:
     scene = random_scene(seed=1, density=density)
     rng = np.random.default_rng(5)
@@ -420,7 +422,7 @@ def test_a_new_map_is_planned_on_at_the_next_step() -> None:
     assert record.distance > 6.5
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 6))])
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=MORE) for seed in range(2, 6))])
 def test_something_crossing_at_half_a_meter_per_second_is_never_touched(seed: int) -> None:
     scene, rng = get_world("empty"), np.random.default_rng(seed)
     navigator, walker = ready(scene, Pose2(-4.0, 0.0), seed=seed)
@@ -516,7 +518,7 @@ def test_what_the_config_says_is_what_is_done() -> None:
 # --- goals inside of what is seen --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("side", [0.6, pytest.param(1.0, marks=pytest.mark.slow), 3.0])
+@pytest.mark.parametrize("side", [0.6, pytest.param(1.0, marks=MORE), 3.0])
 def test_a_goal_inside_something_unmapped_ends_soon_and_says_so(side: float) -> None:
     world = floor(half=8.0)
     navigator, walker = Navigator(Grid.from_scene(world)), VelocityPlant(world, Pose2(0.0, 0.0))

@@ -164,7 +164,7 @@ async def test_a_cancel_half_way_stops_the_robot_with_an_empty_gripper(rig: Rig)
     assert (await rig.call(CALIBRATE_GRIPPER, CALIBRATE_GRIPPER.request())).success
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a walk with an arm")
 async def test_a_cup_that_is_snatched_from_the_jaws_is_looked_for_and_reached_for_again(rig: Rig) -> None:
     body = robot()
     await awake(rig, body)
@@ -202,7 +202,7 @@ async def test_the_cup_is_carried_to_the_second_table_and_released_there(rig: Ri
     assert body.truth().touching == ()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a task of minutes in physics")
 async def test_in_physics_the_cup_is_fetched_carried_and_stands_on_the_second_table(rig: Rig) -> None:
     body = await awake(rig, PhysicsBody(KITCHEN, seed=1, arm=True))
     goal = await rig.send_goal(

@@ -43,7 +43,7 @@ async def test_places_that_are_alike_are_said_to_be_and_nobody_guesses(rig: Rig)
     assert states.newest.data == "ambiguous"
 
 
-@pytest.mark.parametrize("where", [MIRRORED, pytest.param(TRUE, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("where", [MIRRORED, pytest.param(TRUE, marks=pytest.mark.slow(reason="a second walk"))])
 async def test_who_is_told_about_where_it_is_finds_itself_there_and_not_at_the_other_end(
     rig: Rig, where: Pose2
 ) -> None:

@@ -124,7 +124,7 @@ async def test_something_that_crosses_at_half_a_meter_per_second_is_never_touche
     await crossing(rig, seed)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="fifty walks")
 @pytest.mark.parametrize("seed", range(50))
 async def test_fifty_crossings_without_contact(rig: Rig, seed: int) -> None:
     await crossing(rig, seed)

@@ -21,8 +21,8 @@ from robot.hardware.sensors import Sensors
     "there",
     [
         Pose2(2.5, -2.3, pi),
-        pytest.param(Pose2(8.8, 3.4, 2.0), marks=pytest.mark.slow),
-        pytest.param(Pose2(4.75, 3.5, -0.7), marks=pytest.mark.slow),
+        pytest.param(Pose2(8.8, 3.4, 2.0), marks=pytest.mark.slow(reason="another place")),
+        pytest.param(Pose2(4.75, 3.5, -0.7), marks=pytest.mark.slow(reason="another place")),
     ],
 )
 async def test_a_robot_that_is_put_elsewhere_finds_itself_within_ten_seconds(

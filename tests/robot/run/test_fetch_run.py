@@ -28,7 +28,7 @@ def test_a_run_for_something_out_of_sight_ends_with_the_reason_and_has_not_moved
     assert report["simulated_seconds"] < 10.0
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="the whole task")
 def test_the_run_fetches_a_cup_sits_down_with_it_and_ends(tmp_path: Path) -> None:
     done, report = run(tmp_path, *KINEMATIC, "--world", "kitchen", "--fetch", "cup", "--seed", "2", "--duration", "60")
     assert done.returncode == 0, done.stderr
@@ -99,7 +99,10 @@ async def test_each_node_of_the_arm_runs_alone_and_with_those_that_come_later(ri
     assert not [record for record in rig.logs if record.level >= 40]
 
 
-OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in ("fetch", "object_confirmation", "navigation")]
+OTHERS = [
+    pytest.param(name, marks=pytest.mark.slow(reason="other nodes of the same task"))
+    for name in ("fetch", "object_confirmation", "navigation")
+]
 
 
 @pytest.mark.parametrize("crashed", ["arm", *OTHERS])

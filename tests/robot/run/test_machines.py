@@ -202,7 +202,6 @@ def judged(path: Path) -> tuple[int, str, list[int]]:
 
 
 @pytest.mark.realtime
-@pytest.mark.slow
 async def test_a_robot_walks_on_when_the_machine_of_its_plans_is_killed(tmp_path: Path) -> None:
     report = tmp_path / "report.json"
     async with fleet(tmp_path) as machines:
@@ -214,7 +213,6 @@ async def test_a_robot_walks_on_when_the_machine_of_its_plans_is_killed(tmp_path
 
 
 @pytest.mark.realtime
-@pytest.mark.slow
 async def test_a_robot_in_processes_walks_on_by_a_router(tmp_path: Path) -> None:
     report = tmp_path / "report.json"
     async with fleet(tmp_path) as machines:

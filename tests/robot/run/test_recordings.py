@@ -98,7 +98,7 @@ def test_there_is_no_trace_on_the_real_clock() -> None:
     assert "--trace: two runs are equal on the virtual clock only; add --clock virtual" in done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="five minutes of the robot")
 @pytest.mark.parametrize("backend", ["kinematic", "physics"])
 def test_a_minute_has_the_same_trace_five_times(backend: str) -> None:
     words = ("run", "--clock", "virtual", "--backend", backend, "--seed", "1", "--duration", "60", "--trace")

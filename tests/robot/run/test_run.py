@@ -59,7 +59,7 @@ def test_the_robot_walks_its_patrol_in_physics(tmp_path: Path) -> None:
     assert report["last"]["body_height"] < 0.22
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="two minutes of patrol")
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_two_minutes_of_patrol_with_every_seed(tmp_path: Path, seed: int) -> None:
     done, report = run(tmp_path, *VIRTUAL, "--duration", "120", "--seed", str(seed), timeout=600.0)
@@ -70,7 +70,7 @@ def test_two_minutes_of_patrol_with_every_seed(tmp_path: Path, seed: int) -> Non
     assert report["distance_walked"] > 15.0
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a minute of patrol")
 def test_a_low_battery_takes_the_robot_to_its_dock(tmp_path: Path) -> None:
     done, report = run(tmp_path, *VIRTUAL, "--duration", "60", "--battery", "12", "--seed", "1")
     assert done.returncode == 0, done.stderr

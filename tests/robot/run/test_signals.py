@@ -161,7 +161,11 @@ KINDS = [(INT,), (TERM, TERM), (HUP,), (INT, TERM)]
 
 @pytest.mark.parametrize("processes", [False, True], ids=["one process", "processes"])
 @pytest.mark.parametrize(
-    "number", [pytest.param(number, marks=[] if number < INSTANTS else [pytest.mark.slow]) for number in range(MORE)]
+    "number",
+    [
+        pytest.param(number, marks=[] if number < INSTANTS else [pytest.mark.slow(reason="more instants")])
+        for number in range(MORE)
+    ],
 )
 def test_a_signal_at_any_instant_ends_the_program_and_leaves_nothing(number: int, processes: bool) -> None:
     numbers = KINDS[number % len(KINDS)]

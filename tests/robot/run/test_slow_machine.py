@@ -118,7 +118,9 @@ def test_on_a_part_of_a_core_it_walks_on_slowly_and_ends_in_order(tmp_path: Path
 
 
 @pytest.mark.parametrize(
-    "seconds", [1.0, 10.0, pytest.param(60.0, marks=pytest.mark.slow)], ids=lambda seconds: f"{seconds:g} s"
+    "seconds",
+    [1.0, 10.0, pytest.param(60.0, marks=pytest.mark.slow(reason="a minute of standing still"))],
+    ids=lambda seconds: f"{seconds:g} s",
 )
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("mode", MODES)

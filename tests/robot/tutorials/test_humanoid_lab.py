@@ -171,7 +171,7 @@ async def test_whatever_is_lost_late_or_killed_the_lab_goes_on(rig: Rig) -> None
     await _goes_on(rig)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a thousand seeds")
 @scenario(seeds=1000, faults=[Lose(), Delay(), Duplicate(), Reorder(), Crash(), SlowStart()])
 async def test_a_thousand_seeds(rig: Rig) -> None:
     await _goes_on(rig)

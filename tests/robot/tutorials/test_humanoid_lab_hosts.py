@@ -49,7 +49,7 @@ async def test_whatever_happens_to_the_network_the_lab_keeps_its_promises_when_i
     await keeps_its_promises(lab)
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="five hundred seeds")
 @scenario(seeds=500, faults=NETWORK)
 async def test_five_hundred_networks_that_break(lab: Lab) -> None:
     await keeps_its_promises(lab)

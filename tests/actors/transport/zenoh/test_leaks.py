@@ -34,7 +34,7 @@ def memory() -> int:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="a thousand sessions of Zenoh")
 async def test_a_thousand_sessions_leave_no_file_no_thread_and_no_object() -> None:
     wire = PeerWire()
     other = Party(wire.transport(), Changes())
@@ -68,7 +68,7 @@ async def test_a_thousand_sessions_leave_no_file_no_thread_and_no_object() -> No
     await other.transport.close()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="1,300 nodes that come and go")
 async def test_nodes_that_come_and_go_elsewhere_leave_nothing_in_the_graph_and_no_object() -> None:
     wire = PeerWire()
     other = wire.transport()
@@ -105,7 +105,7 @@ async def test_nodes_that_come_and_go_elsewhere_leave_nothing_in_the_graph_and_n
     await other.close()
 
 
-@pytest.mark.slow
+@pytest.mark.slow(reason="thirteen thousand questions")
 async def test_questions_that_have_been_answered_leave_nothing_once_their_time_is_over() -> None:
     wire = PeerWire()
     changes = Changes()
