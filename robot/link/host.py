@@ -263,6 +263,7 @@ def serve(spec: BodySpec, name: str, parent: int) -> None:
         if maker.gone:
             orphaned = now if orphaned is None else orphaned
             if now - orphaned > (ABANDONED if host.drives.resting else ORPHANED):
+                segment.remove()
                 return
         left = host.next_round(now) - pace.present(time.monotonic())
         time.sleep(max(WAIT if pace.waits else 0.0, left))

@@ -6,7 +6,6 @@ import atexit
 import os
 import time
 from functools import partial
-from multiprocessing import resource_tracker
 from typing import Final
 
 from actors.processes.os_process import call
@@ -45,8 +44,6 @@ class BodyProcess:
         sensors: Sensors | None = None,
         model: RobotModel = SPOT,
     ) -> None:
-        with held_back():  # with SIGHUP: it ignores the others
-            resource_tracker.ensure_running()  # which lets signals through again
         with held_back():  # a signal that ended this process in between would leave the memory behind
             self._segment = create(len(scene.things))
             spec = BodySpec(scene, seed, delay, arm, ground, actuators, sensors, model)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import struct
 import sys
-from contextlib import suppress
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
 from itertools import count
 from multiprocessing import resource_tracker, shared_memory
 from pathlib import Path
@@ -99,24 +100,26 @@ class Segment:
 
     def remove(self) -> None:
         """Take the name away: the memory goes with the last process that has it."""
-        with suppress(FileNotFoundError):
-            self._memory.unlink()
+        _unlink(self._memory)
 
 
 def create(things: int) -> Segment:
-    """A new segment, all zero. It is removed when this process ends, however it ends. Raises `SharedMemoryMissing`."""
+    """A new segment, all zero. Raises `SharedMemoryMissing`.
+
+    This process removes it, or the body's process when this one is gone, or, where both were killed, the next that makes one.
+    """
     _sweep()
     size = HEAD + sum(Ring.size(slots, width) for slots, width in _layout(things))
     name = f"{PREFIX}{os.getpid()}-{next(_numbers)}"
     try:
-        memory = shared_memory.SharedMemory(name, create=True, size=size)
+        memory = _memory(name, create=True, size=size)
     except OSError as error:
         raise SharedMemoryMissing(size, error) from error
     try:
         _take(memory, size)
     except OSError as error:
         memory.close()
-        memory.unlink()
+        _unlink(memory)
         raise SharedMemoryMissing(size, error) from error
     segment = Segment(memory, things)
     _here[name] = segment
@@ -126,7 +129,7 @@ def create(things: int) -> Segment:
 def attached(name: str, things: int) -> Segment:
     """The segment of that name, which another process has made. Raises `FileNotFoundError` when it is gone."""
     if name not in _here:
-        _here[name] = Segment(_attach(name), things)
+        _here[name] = Segment(_memory(name), things)
     return _here[name]
 
 
@@ -148,21 +151,33 @@ def _layout(things: int) -> list[tuple[int, int]]:
     ]
 
 
-def _attach(name: str) -> shared_memory.SharedMemory:
-    """Before Python 3.13 a process that attaches a segment also removes it when it ends, unless it is told not to."""
+def _memory(name: str, **made: Any) -> shared_memory.SharedMemory:
     if sys.version_info >= (3, 13):
-        return shared_memory.SharedMemory(name, track=False)
+        return shared_memory.SharedMemory(name, track=False, **made)
+    with _untracked():
+        return shared_memory.SharedMemory(name, **made)
+
+
+def _unlink(memory: shared_memory.SharedMemory) -> None:
+    with suppress(FileNotFoundError), _untracked():
+        memory.unlink()
+
+
+@contextmanager
+def _untracked() -> Generator[None, None, None]:
+    """Before Python 3.13 its resource tracker removes shared memory as soon as a process that has attached it ends, while others need it, and
+    complains of what a killed process has left to others."""
     tracker: Any = resource_tracker
-    register = tracker.register
-    tracker.register = _untold
+    before = tracker.register, tracker.unregister
+    tracker.register = tracker.unregister = _nothing
     try:
-        return shared_memory.SharedMemory(name)
+        yield
     finally:
-        tracker.register = register
+        tracker.register, tracker.unregister = before
 
 
-def _untold(name: str, kind: str) -> None:
-    """What the tracker does instead."""
+def _nothing(name: str, kind: str) -> None:
+    """What the tracker does within `_untracked`."""
 
 
 def _sweep() -> None:

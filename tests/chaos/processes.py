@@ -243,15 +243,11 @@ def _summary(kills: list[Kill]) -> None:
 
 
 def _left(before: set[int]) -> list[str]:
-    """What is still there that was not there before; the helper of Python that looks after shared memory stays until we end."""
-
-    def others() -> list[int]:
-        return [one for one in family(os.getpid()) - before if "resource_tracker" not in _command(one)]
-
+    """What is still there that was not there before."""
     deadline = time.monotonic() + 5.0
-    while others() and time.monotonic() < deadline:
+    while family(os.getpid()) - before and time.monotonic() < deadline:
         time.sleep(0.05)
-    left = [f"process {one} is left: {_command(one)}" for one in others()]
+    left = [f"process {one} is left: {_command(one)}" for one in family(os.getpid()) - before]
     return left + [f"{path} is left" for path in Path("/dev/shm").glob(f"{PREFIX}{os.getpid()}-*")]
 
 

@@ -109,19 +109,24 @@ if __name__ == "__main__":
     [(signal.SIGKILL, []), (signal.SIGTERM, [signal.SIGINT, signal.SIGTERM])],
     ids=["killed", "ended, after signals to all during the start"],
 )
-def test_when_its_maker_is_killed_the_body_ends_by_itself_and_no_segment_is_left(
+def test_when_its_maker_is_killed_the_body_ends_by_itself_and_no_segment_and_no_complaint_is_left(
     how: signal.Signals, at_start: list[signal.Signals], tmp_path: Path
 ) -> None:
     script = tmp_path / "maker.py"
     script.write_text(MAKER.replace("SIGNALS", repr([*map(int, at_start)])), encoding="utf-8")
     with subprocess.Popen(
-        [sys.executable, str(script)], stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
     ) as maker:
-        assert maker.stdout is not None
+        assert maker.stdout is not None and maker.stderr is not None
         pid = int(maker.stdout.readline())
         assert segments(maker.pid)
         maker.send_signal(how)
         maker.wait()
+        assert maker.stderr.read() == ""  # Python's resource tracker would complain
     assert until(lambda: not runs(pid))
     assert until(lambda: segments(maker.pid) == [])
 
