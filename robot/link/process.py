@@ -76,10 +76,11 @@ class BodyProcess:
             )
 
     def close(self) -> None:
-        """End the process, which has nothing to finish, and remove the shared memory."""
+        """End the process, which has nothing to finish, and remove the shared memory. Closing twice is fine."""
         with held_back():  # as when it was made
-            atexit.unregister(self.close)
             self._process.kill()
             self._process.wait()
             self._segment.remove()
             self._segment.close()
+            # Last, as a signal that another thread takes may end this program before, by what is registered.
+            atexit.unregister(self.close)

@@ -174,6 +174,35 @@ def test_a_signal_that_comes_while_it_is_closed_waits_until_its_memory_is_gone(m
     assert segments(os.getpid()) == []
 
 
+CLOSING = """
+import os, signal, threading, time
+from cli.starting import end_at_signals
+from robot.link.process import BodyProcess
+from robot.scenes.worlds import get_world
+if __name__ == "__main__":
+    end_at_signals()
+    process = BodyProcess(get_world("empty"), seed=1, delay=0.004, arm=False)
+    threading.Thread(target=time.sleep, args=(1000,), daemon=True).start()
+    wait = process._process.wait
+    def interrupted():
+        os.kill(os.getpid(), signal.SIGTERM)
+        return wait()
+    process._process.wait = interrupted
+    process.close()
+"""
+
+
+def test_a_signal_that_another_thread_takes_while_it_is_closed_leaves_nothing(tmp_path: Path) -> None:
+    script = tmp_path / "closing.py"
+    script.write_text(CLOSING, encoding="utf-8")
+    with subprocess.Popen(
+        [sys.executable, str(script)], stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}
+    ) as maker:
+        assert maker.communicate()[1] == ""
+    assert maker.returncode == 143
+    assert segments(maker.pid) == []
+
+
 def test_shared_memory_that_the_machine_does_not_have_is_refused_and_not_left_behind() -> None:
     free = os.statvfs("/dev/shm")
     things = 2 * free.f_frsize * free.f_bavail // (segment.THING * segment.STATE_SLOTS)
