@@ -79,8 +79,9 @@ class BodyProcess:
         """End the process, which has nothing to finish, and remove the shared memory. Closing twice is fine."""
         with held_back():  # as when it was made
             self._process.kill()
-            self._process.wait()
             self._segment.remove()
+            while self.alive:  # no `wait`: `Popen` locks meanwhile
+                time.sleep(POLL)
             self._segment.close()
-            # Last, as a signal that another thread takes may end this program before, by what is registered.
+            # Last: a signal that another thread takes may end this program at any of these lines, by what is registered.
             atexit.unregister(self.close)

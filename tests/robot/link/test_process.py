@@ -158,13 +158,13 @@ def test_targets_reach_the_drives_of_a_real_process() -> None:
 
 def test_a_signal_that_comes_while_it_is_closed_waits_until_its_memory_is_gone(monkeypatch: pytest.MonkeyPatch) -> None:
     process = BodyProcess(get_world("empty"), seed=1, delay=0.004, arm=False)
-    wait = process._process.wait
+    kill = process._process.kill
 
-    def interrupted() -> object:
+    def interrupted() -> None:
         signal.raise_signal(signal.SIGTERM)
-        return wait()
+        kill()
 
-    monkeypatch.setattr(process._process, "wait", interrupted)
+    monkeypatch.setattr(process._process, "kill", interrupted)
     before = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     try:
         with pytest.raises(SystemExit, match="143"):
@@ -183,11 +183,11 @@ if __name__ == "__main__":
     end_at_signals()
     process = BodyProcess(get_world("empty"), seed=1, delay=0.004, arm=False)
     threading.Thread(target=time.sleep, args=(1000,), daemon=True).start()
-    wait = process._process.wait
+    kill = process._process.kill
     def interrupted():
+        kill()
         os.kill(os.getpid(), signal.SIGTERM)
-        return wait()
-    process._process.wait = interrupted
+    process._process.kill = interrupted
     process.close()
 """
 
