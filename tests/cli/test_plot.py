@@ -36,6 +36,19 @@ class Ramp(Node):
         self.count += 1
 
 
+class Bursts(Node):
+    """The x of its vectors is 0, 1, 2 ... in bursts of 100."""
+
+    vectors = publishes(VECTORS)
+    count = 0
+
+    @every(hz=5)
+    def tick(self) -> None:
+        for _ in range(100):
+            self.vectors(Vector3Stamped(vector=Vector3Stamped().vector.replace(x=float(self.count))))
+            self.count += 1
+
+
 def test_a_rising_line_goes_from_the_lower_left_to_the_upper_right() -> None:
     lines = list(braille(Series("/x", [0.0, 1.0, 2.0, 3.0], [0.0, 1.0, 2.0, 3.0]), 8, 2))
     name, upper, lower, figures = lines
@@ -121,3 +134,12 @@ async def test_what_is_no_number_is_one_line(field: str, error: str, system_of: 
     assert (refused.code, refused.out) == (1, "")
     assert refused.err.startswith(error)
     assert refused.err.count("\n") == 1
+
+
+async def test_no_sample_of_a_burst_is_lost(system_of: SystemOf, command: Command) -> None:
+    async with system_of(Bursts):
+        plotted = await command("plot", "/imu/data/vector/x", "--duration", "1", "--csv", "-")
+    assert (plotted.code, plotted.err) == (0, "")
+    drawn = [float(row.split(",")[2]) for row in plotted.out.splitlines()[1:]]
+    assert len(drawn) > 10
+    assert drawn == [drawn[0] + step for step in range(len(drawn))]
