@@ -272,7 +272,8 @@ async def test_a_reply_does_not_overtake_what_was_written_before_it_on_a_topic(f
         ]
         feedback, reply = one.writer("rt/feedback", RELIABLE), one.writer("rr/ask", RELIABLE)
         await until(lambda: all(end.matched for end in (feedback, reply, *readers)))
-        for writer in (feedback, reply):  # a reader takes nothing before the writer's first heartbeat: then it is sent again
+        # A reader takes nothing before a writer's first heartbeat; what came before is sent again then.
+        for writer in (feedback, reply):
             writer.put(numbered(0))
         await until(lambda: len(got) == 2)
         got.clear()
