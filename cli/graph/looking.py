@@ -1,7 +1,7 @@
 """How long commands look at a graph: until it seems complete, and longer for what they are asked for by its name.
 
-No process can know that it has found all others. So a graph counts as complete when nothing has changed for a moment, which may be too early where the machine
-is busy or a process has just been started; and no command says that a name is not there before it has waited for it.
+No process can know that it has found all others. So a graph counts as complete when nothing has changed for a moment, which may be too early where
+a process has just been started; and no command says that a name is not there before it has waited for it. On a busy machine all of it takes longer.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any, Final
+
+from actors.time.processor import Processor
 
 LATE: Final = 1.0
 """Seconds for which something that is asked for by its name is waited for at least."""
@@ -21,11 +23,22 @@ SLOW: Final = 4.0
 """Seconds at most until those that have been found have told of all that they have. Fast DDS does so with its heartbeats, every 1 and 3 s."""
 
 
+def stretched(seconds: float) -> float:
+    """`seconds` on a machine with nothing else to do. This thread has waited for a processor for some of its time until now; by that part they
+    are more, up to `SLOW`."""
+    processor = Processor("thread-self")
+    ran, waited = processor.share()
+    processor.close()
+    return max(seconds, min(SLOW, seconds * (1.0 + waited / ran))) if ran else seconds
+
+
 async def settle(news: asyncio.Event, found: Callable[[], bool], complete: Callable[[], bool], most: float) -> None:
     """Return when others have been `found`, have told of all that they have, and there has been no news for `QUIET` seconds.
 
-    It takes `most` seconds at most, or `SLOW` if that is longer and the others have not told of all. `news` is set at every change of the graph.
+    It takes `most` seconds at most, `stretched`, or `SLOW` if that is longer and the others have not told of all. `news` is set at every change of
+    the graph.
     """
+    most = stretched(most)
     with suppress(TimeoutError):
         async with asyncio.timeout(most):
             await _quiet(news, lambda: found() and complete())
@@ -41,7 +54,7 @@ async def _quiet(news: asyncio.Event, enough: Callable[[], bool]) -> None:
     while True:
         news.clear()
         with suppress(TimeoutError):
-            async with asyncio.timeout(QUIET):
+            async with asyncio.timeout(stretched(QUIET)):
                 await news.wait()
         if news.is_set():  # also where this process was held up, and finds the news when the time is over
             continue
@@ -51,12 +64,12 @@ async def _quiet(news: asyncio.Event, enough: Callable[[], bool]) -> None:
 
 
 async def late(news: asyncio.Event, wanted: Callable[[], bool], most: float) -> bool:
-    """Wait until `wanted`, which looks at the graph, is true, and return whether it is; `most` seconds, or `LATE` if that is longer.
+    """Wait until `wanted`, which looks at the graph, is true, and return whether it is; `most` seconds, or `LATE` if that is longer, `stretched`.
 
     `news` is set at every change of the graph.
     """
     with suppress(TimeoutError):
-        async with asyncio.timeout(max(most, LATE)):
+        async with asyncio.timeout(stretched(max(most, LATE))):
             while not wanted():
                 news.clear()
                 await news.wait()

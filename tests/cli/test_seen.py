@@ -8,6 +8,7 @@ import pytest
 
 from actors import Child, Node, Topic, run
 from actors.interfaces.std_msgs.msg import String
+from actors.time.processor import Processor, Share
 from cli.graph.looking import QUIET, SLOW, settle
 from cli.graph.seen import Seen
 
@@ -18,6 +19,16 @@ TOPIC = Topic(String, "/late")
 
 class Watcher(Node):
     pass
+
+
+def waited(monkeypatch: pytest.MonkeyPatch, seconds: float) -> None:
+    """Have the command wait for a processor for so many seconds in each that it runs."""
+    monkeypatch.setattr(Processor, "share", lambda self: Share(1.0, seconds))
+
+
+@pytest.fixture(autouse=True)
+def quiet_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    waited(monkeypatch, 0.0)
 
 
 async def test_what_shows_itself_late_is_waited_for_a_second_or_as_long_as_the_options_say() -> None:
@@ -52,6 +63,17 @@ async def test_the_graph_of_a_command_that_finds_nobody_is_looked_at_for_as_long
     begun = loop.time()
     await settle(news, lambda: False, lambda: True, 0.5)
     assert loop.time() - begun == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(("busy", "looked"), [(2.0, 1.5), (100.0, SLOW)])
+async def test_on_a_busy_machine_it_is_looked_at_for_longer(
+    busy: float, looked: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waited(monkeypatch, busy)
+    loop = asyncio.get_running_loop()
+    begun = loop.time()
+    await settle(asyncio.Event(), lambda: False, lambda: True, 0.5)
+    assert loop.time() - begun == pytest.approx(looked)
 
 
 async def test_those_that_are_found_and_tell_slowly_are_waited_for_but_not_for_ever() -> None:

@@ -294,7 +294,10 @@ class TestSocketsAndSignals:
     def test_without_timers_a_socket_is_waited_for_but_not_for_ever(self) -> None:
         async def main() -> None:
             async with await anyio.create_tcp_listener(local_host="127.0.0.1", local_port=0) as listener:
-                await listener.serve(anyio.abc.SocketStream.aclose)
+                try:
+                    await listener.serve(anyio.abc.SocketStream.aclose)
+                finally:
+                    be_patient()
 
         with pytest.raises(Stalled, match=r"no socket or signal .* within 0\.01 real seconds"):
             run(main, patience=0.01)
