@@ -15,7 +15,7 @@ from robot.hardware.sensors import SensorKind
 from tests.figures.crowd_run import WALKERS, Outcome, walk
 from tests.figures.fidelity import add_sensors
 from tests.figures.measurement import heading
-from tests.figures.trials import of_trials, totals
+from tests.figures.trials import enough, of_trials, totals
 
 TRIALS = 10
 SECONDS = 120.0
@@ -76,7 +76,7 @@ MEASUREMENT = of_trials(
     tell=tell,
     summary=summary,
     show=show,
-    good=lambda told: told["falls"] == told["caused"] == 0 and told["reached_percent"] >= ENOUGH,
+    good=lambda told: told["falls"] == told["caused"] == 0 and enough(told, ENOUGH),
     arguments=add_sensors,
     many=TRIALS,
 )

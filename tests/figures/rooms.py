@@ -16,7 +16,7 @@ from tests.figures.fidelity import add_sensors
 from tests.figures.measurement import heading
 from tests.figures.room_worlds import room
 from tests.figures.rooms_run import Outcome, walk
-from tests.figures.trials import of_trials, totals
+from tests.figures.trials import enough, of_trials, totals
 
 ROOMS = 100
 SPEED = 1.0
@@ -81,7 +81,7 @@ MEASUREMENT = of_trials(
     tell=tell,
     summary=summary,
     show=show,
-    good=lambda told: told["falls"] == told["contacts"] == 0 and told["reached_percent"] >= ENOUGH,
+    good=lambda told: told["falls"] == told["contacts"] == 0 and enough(told, ENOUGH),
     arguments=_arguments,
     many=ROOMS,
 )

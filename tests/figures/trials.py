@@ -63,6 +63,12 @@ def totals(outcomes: Sequence[Walked]) -> dict[str, Any]:
     }
 
 
+def enough(told: Mapping[str, Any], percent: float) -> bool:
+    """Whether so many per cent of the goals were reached. Of few goals one may fail: one says nothing of a share."""
+    goals, reached = told["goals"], told["reached"]
+    return bool(reached) and goals - reached <= max(1.0, goals * (1.0 - percent / 100.0))
+
+
 def of_trials(
     name: str,
     help: str,

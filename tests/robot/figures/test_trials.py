@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cli.command import UsageError
-from tests.figures.trials import each
+from tests.figures.trials import each, enough
 
 
 def square(seed: int) -> dict[str, Any]:
@@ -43,3 +43,8 @@ def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
     file.write_text("Dear robot,\n")
     with pytest.raises(UsageError, match="no outcomes of an earlier run"):
         told(square, range(1), file)
+
+
+def test_a_share_is_judged_by_as_many_goals_as_there_are_and_one_miss_refutes_none() -> None:
+    cases = {(4, 4): True, (4, 3): True, (4, 2): False, (1, 0): False, (40, 38): True, (40, 37): False, (0, 0): False}
+    assert {case: enough({"goals": case[0], "reached": case[1]}, 95.0) for case in cases} == cases
