@@ -76,7 +76,7 @@ MEASUREMENT = of_trials(
     tell=tell,
     summary=summary,
     show=show,
-    good=lambda told: told["falls"] == told["caused"] == 0 and enough(told, ENOUGH),
+    good=lambda told: told["falls"] == told["caused"] == 0 and enough(told["reached"], told["goals"], ENOUGH),
     arguments=add_sensors,
     many=TRIALS,
 )

@@ -81,7 +81,7 @@ MEASUREMENT = of_trials(
     tell=tell,
     summary=summary,
     show=show,
-    good=lambda told: told["falls"] == told["contacts"] == 0 and enough(told, ENOUGH),
+    good=lambda told: told["falls"] == told["contacts"] == 0 and enough(told["reached"], told["goals"], ENOUGH),
     arguments=_arguments,
     many=ROOMS,
 )

@@ -63,10 +63,9 @@ def totals(outcomes: Sequence[Walked]) -> dict[str, Any]:
     }
 
 
-def enough(told: Mapping[str, Any], percent: float) -> bool:
-    """Whether so many per cent of the goals were reached. Of few goals one may fail: one says nothing of a share."""
-    goals, reached = told["goals"], told["reached"]
-    return bool(reached) and goals - reached <= max(1.0, goals * (1.0 - percent / 100.0))
+def enough(good: int, of: int, percent: float) -> bool:
+    """Whether so many per cent are good. Of few one may fail: one says nothing of a share."""
+    return of - good <= max(1.0, of * (1.0 - percent / 100.0)) and (good > 0 or of == 0)
 
 
 def of_trials(

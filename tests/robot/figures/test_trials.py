@@ -45,6 +45,6 @@ def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
         told(square, range(1), file)
 
 
-def test_a_share_is_judged_by_as_many_goals_as_there_are_and_one_miss_refutes_none() -> None:
-    cases = {(4, 4): True, (4, 3): True, (4, 2): False, (1, 0): False, (40, 38): True, (40, 37): False, (0, 0): False}
-    assert {case: enough({"goals": case[0], "reached": case[1]}, 95.0) for case in cases} == cases
+def test_a_share_is_judged_by_as_many_as_there_are_and_one_miss_refutes_none() -> None:
+    cases = {(4, 4): True, (3, 4): True, (2, 4): False, (0, 1): False, (38, 40): True, (37, 40): False, (0, 0): True}
+    assert {case: enough(*case, 95.0) for case in cases} == cases
