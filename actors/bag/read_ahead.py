@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Awaitable, Callable, Collection, Iterator
+from collections.abc import Awaitable, Callable, Collection, Generator, Iterator
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -36,7 +36,7 @@ class ReadAhead:
         self._count = count
         self._offload = offload
         self._ready: deque[BagMessage | BagError] = deque()
-        self._messages: Iterator[BagMessage | BagError] = iter(())
+        self._messages = _with_error(iter(()))
         self._coming: asyncio.Future[list[BagMessage | BagError]] | None = None
         self._lock = asyncio.Lock()
 
@@ -75,10 +75,11 @@ class ReadAhead:
         return message
 
     async def close(self) -> None:
-        """Wait until nothing is read any more."""
+        """Wait until nothing is read any more, and close the file."""
         coming, self._coming = self._coming, None
         if coming is not None:
             await asyncio.gather(coming, return_exceptions=True)
+        self._messages.close()
 
     async def _read(self, messages: Iterator[BagMessage | BagError]) -> list[BagMessage | BagError]:
         async with self._lock:  # a pass that was given up may still be read
@@ -86,7 +87,7 @@ class ReadAhead:
             return read
 
 
-def _with_error(messages: Iterator[BagMessage]) -> Iterator[BagMessage | BagError]:
+def _with_error(messages: Iterator[BagMessage]) -> Generator[BagMessage | BagError]:
     try:
         yield from messages
     except BagError as error:

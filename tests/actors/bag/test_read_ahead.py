@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 from actors.bag import BagReader
 from actors.bag.read_ahead import ReadAhead
@@ -54,3 +57,21 @@ async def test_two_that_wait_for_the_same_message_do_not_double_it(tmp_path: Pat
         await asyncio.gather(take(), take())
         await ahead.close()
     assert found == [f"{number}" for number in range(20)]
+
+
+def opened() -> list[str]:
+    return [os.path.realpath(each) for each in Path("/proc/self/fd").iterdir()]
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="open files are looked for in /proc")
+async def test_a_bag_that_is_closed_in_the_middle_leaves_no_file_open(tmp_path: Path) -> None:
+    async def at_once(function: Callable[[], Any]) -> Any:
+        return function()
+
+    path = write(tmp_path / "walk", [f"{number}" for number in range(20)])
+    with BagReader(path) as bag:
+        ahead = ReadAhead(bag, ["/words"], 3, at_once)
+        ahead.rewind(0)
+        assert await ahead.peek() is not None
+        await ahead.close()
+        assert not any(str(path) in each for each in opened())
