@@ -101,9 +101,10 @@ def _inset(text: str) -> str:
     return text.replace("\n", "\n    ")
 
 
-def reduce_error(error: BaseException) -> tuple[Any, ...]:
+def reduce_error(self: object) -> tuple[Any, ...]:
     """`__reduce__` for an error whose constructor takes something else than the text: pickles and copies keep text and attributes."""
-    return _made, (type(error), error.args), vars(error)
+    assert isinstance(self, BaseException)
+    return _made, (type(self), self.args), vars(self)
 
 
 def _made(kind: type[BaseException], args: tuple[object, ...]) -> BaseException:
