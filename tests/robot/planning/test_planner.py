@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
@@ -86,6 +86,7 @@ def clearance_along(path: Path, grid: Grid) -> Floats:
 
 @settings(deadline=None, max_examples=25)
 @given(places, places)
+@example((0.0, 0.0), (0.1953125, 0.0))
 def test_no_path_costs_more_than_the_cheapest_way_over_cells(
     begin: tuple[float, float], end: tuple[float, float]
 ) -> None:
@@ -95,7 +96,9 @@ def test_no_path_costs_more_than_the_cheapest_way_over_cells(
     assume(all(coarse.clearance[cell] > SPOT.inscribed + 0.1 for cell in cells))
     path = PLANNER.plan(start, goal)
     least = cheapest(GRID, cells[0], cells[1])
-    assert paid(path, SPOT, GRID) <= 1.03 * least + 0.3, "30 cm: the ends lie off the middles of their cells"
+    clearance = np.array([GRID.clearance[GRID.cell(pose.x, pose.y)] for pose in (start, goal)])
+    off = 0.15 * SPOT.weights(np.maximum(clearance, SPOT.inscribed)).sum()
+    assert paid(path, SPOT, GRID) <= 1.03 * least + off, "the ends lie off the middles of their cells: 15 cm each"
 
 
 @settings(deadline=None, max_examples=40)
