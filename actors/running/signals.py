@@ -156,7 +156,7 @@ class Signals:
 
     def _watch(self, output: int) -> None:
         """Hear of the end of the reader, if this output is a pipe: the selector tells it to one who waits for something to read there."""
-        with suppress(OSError, NotImplementedError):
+        with suppress(OSError, NotImplementedError):  # a closed output, or a loop that watches no pipes
             if stat.S_ISFIFO(os.fstat(output).st_mode):
                 self._loop.add_reader(output, self._closed, output)
                 self._watched.append(output)

@@ -24,8 +24,8 @@ SLOW: Final = 4.0
 
 
 def stretched(seconds: float) -> float:
-    """`seconds` on a machine with nothing else to do. This thread has waited for a processor for some of its time until now; by that part they
-    are more, up to `SLOW`."""
+    """The real time, up to `SLOW`, that stands for `seconds` of an idle machine: longer by the ratio of the time that this thread has waited for
+    a processor to the time that it has run."""
     processor = Processor("thread-self")
     ran, waited = processor.share()
     processor.close()

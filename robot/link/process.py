@@ -80,8 +80,8 @@ class BodyProcess:
         with held_back():  # as when it was made
             self._process.kill()
             self._segment.remove()
-            while self.alive:  # no `wait`: `Popen` locks meanwhile
+            while self.alive:  # not `wait`: it holds a lock, on which the same call from a signal's handler would hang
                 time.sleep(POLL)
             self._segment.close()
-            # Last: a signal that another thread takes may end this program at any of these lines, by what is registered.
+            # Last: another thread may take a signal at any line above, and its handler ends the program by what is registered.
             atexit.unregister(self.close)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import struct
-import sys
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from itertools import count
@@ -152,8 +151,6 @@ def _layout(things: int) -> list[tuple[int, int]]:
 
 
 def _memory(name: str, **made: Any) -> shared_memory.SharedMemory:
-    if sys.version_info >= (3, 13):
-        return shared_memory.SharedMemory(name, track=False, **made)
     with _untracked():
         return shared_memory.SharedMemory(name, **made)
 
@@ -165,8 +162,8 @@ def _unlink(memory: shared_memory.SharedMemory) -> None:
 
 @contextmanager
 def _untracked() -> Generator[None, None, None]:
-    """Before Python 3.13 its resource tracker removes shared memory as soon as a process that has attached it ends, while others need it, and
-    complains of what a killed process has left to others."""
+    """Python's resource tracker is told nothing within this block. It removes shared memory as soon as a process that has attached it ends, while
+    others need it, and complains of what a killed process has left to others. Python 3.13 has ``track=False`` for this, 3.11 has nothing."""
     tracker: Any = resource_tracker
     before = tracker.register, tracker.unregister
     tracker.register = tracker.unregister = _nothing

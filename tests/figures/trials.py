@@ -64,7 +64,7 @@ def totals(outcomes: Sequence[Walked]) -> dict[str, Any]:
 
 
 def enough(good: int, of: int, percent: float) -> bool:
-    """Whether so many per cent are good. Of few one may fail: one says nothing of a share."""
+    """Whether so many per cent are good. One failure is allowed, as it says nothing about a share, unless it leaves none."""
     return of - good <= max(1.0, of * (1.0 - percent / 100.0)) and (good > 0 or of == 0)
 
 

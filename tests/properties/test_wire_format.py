@@ -137,7 +137,7 @@ def test_no_text_makes_a_parser_raise_anything_but_its_error(name: str, text: st
         value = parse(text)
     except WireFormatError:
         return
-    assert write(parse(write(value))) == write(value)  # a `system_default` of another is written as the default
+    assert write(parse(write(value))) == write(value)  # a peer's `system_default` is written as the default
 
 
 @pytest.mark.parametrize("name", TEXTS)

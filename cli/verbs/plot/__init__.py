@@ -14,7 +14,7 @@ def _arguments(parser: Parser) -> None:
     parser.add_argument("--csv", metavar="FILE", help="write time, field and value of every sample; - is the output")
     parser.add_argument("--png", metavar="FILE", help="draw all of it there at the end, by matplotlib")
     add_qos_options(parser, "subscription", "what fits the publishers, and 1000 messages deep")
-    parser.set_defaults(qos_depth=1000)  # a busy machine loses no sample: 5, as sensor data has it, are 50 ms at 100 Hz
+    parser.set_defaults(qos_depth=1000)  # every sample counts, and the 5 of sensor data are 50 ms at 100 Hz
     add_common(parser)
 
 
